@@ -81,8 +81,9 @@ mod tests {
     use crate::calibration::{Calibration, Estimator, FitSettings, Regressor, RidgeChoice, Status};
     use crate::features::{Auxiliary, Blocks, Column, Creep, FeatureSettings, Polynomial};
     use crate::progress::Progress;
+    use crate::questions::errors::query::{Analysis, analyse};
     use crate::questions::models::training::train;
-    use crate::questions::{Analysis, Request, analyse};
+    use crate::questions::request::Request;
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 

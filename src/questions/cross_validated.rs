@@ -17,9 +17,10 @@ use crate::calibration::{
     best_share,
 };
 use crate::progress::Progress;
-use crate::questions::dataset::{Dataset, Datasets, Key};
+use crate::questions::dataset::{Dataset, Datasets};
+use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
-use crate::questions::{AnalysisError, Request};
+use crate::questions::request::Request;
 use crate::recording::{Entry, RecordingSet, Role};
 use crate::scoring::part_squares::PartSquares;
 
@@ -273,7 +274,7 @@ impl Fold {
         // What is counted is the training of the whole.
         let progress = &progress.part();
         let request = Request::fit(Arc::new(self.set), settings);
-        let data = Datasets::default().get(&Key::of(&request), progress)?;
+        let data = Datasets::default().get(&request.key(), progress)?;
         let Fitted {
             past,
             mut calibration,

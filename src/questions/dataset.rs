@@ -14,7 +14,7 @@ use crate::calibration::{
 use crate::features::{Auxiliary, Design, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::auxiliary_inputs::AuxiliaryInputs;
-use crate::questions::{AnalysisError, Request};
+use crate::questions::error::AnalysisError;
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
     Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
@@ -40,16 +40,6 @@ pub(crate) struct Key {
 }
 
 impl Key {
-    /// What a request needs.
-    pub fn of(request: &Request) -> Self {
-        Self {
-            recordings: Arc::clone(&request.recordings),
-            offset: request.settings.offset,
-            decimation: request.settings.decimation,
-            calibration: request.calibration.clone(),
-        }
-    }
-
     fn is_same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.recordings, &other.recordings)
             && self.offset == other.offset

@@ -11,7 +11,10 @@ use crate::export::{
 use crate::features::Thresholds;
 use crate::progress::Progress;
 use crate::questions::check::query::sufficiency;
-use crate::questions::errors::traces::{AxisTraces, TraceSet, View};
+use crate::questions::error::AnalysisError;
+use crate::questions::errors::query::{Analysis, Analyst, RecordingResult};
+use crate::questions::errors::traces::{AxisTraces, TraceSet};
+use crate::questions::errors::view::View;
 use crate::questions::expected_error::limits::{Checked, Limits, Measured};
 use crate::questions::expected_error::query::expected_error;
 use crate::questions::loops::{
@@ -20,9 +23,9 @@ use crate::questions::loops::{
 };
 use crate::questions::metrology::Metrology;
 use crate::questions::models::training::train;
+use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
-use crate::questions::{Analysis, AnalysisError, Analyst, RecordingResult, Request};
 use crate::recording::{Axis, Identity, RecordingSet, Role};
 use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};

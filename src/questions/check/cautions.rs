@@ -8,8 +8,9 @@ use crate::calibration::{Calibration, GridEdge, OddRecording, Undetermined};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{is_far_outside, percent};
-use crate::questions::dataset::{Dataset, Key};
-use crate::questions::{AnalysisError, Request};
+use crate::questions::dataset::Dataset;
+use crate::questions::error::AnalysisError;
+use crate::questions::request::Request;
 use crate::recording::{Axis, LoneGroup, RECORDING, Role, UnusedGroups};
 use crate::scoring::coverage::{Outside, largest};
 use crate::scoring::cross_validation::{BLOCKS, FEWEST_RECORDINGS};
@@ -84,7 +85,7 @@ pub fn cautions(
     calibration: &Calibration,
     progress: &Progress,
 ) -> Result<Vec<Caution>, AnalysisError> {
-    let data = request.datasets.get(&Key::of(request), progress)?;
+    let data = request.datasets.get(&request.key(), progress)?;
     let fitted = request.calibration.is_none() || request.trained;
     Ok(data.cautions(calibration, fitted))
 }
@@ -479,7 +480,7 @@ mod tests {
     use super::*;
     use crate::calibration::FitSettings;
     use crate::features::{Blocks, FeatureSettings, Polynomial};
-    use crate::questions::analyse;
+    use crate::questions::errors::query::analyse;
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
     /// What is to be known of a fit to recordings with these names and loads on two axes; `t` in a name makes it test.

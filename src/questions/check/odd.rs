@@ -102,7 +102,8 @@ mod tests {
     use crate::calibration::FitSettings;
     use crate::features::FeatureSettings;
     use crate::progress::Progress;
-    use crate::questions::{Request, analyse};
+    use crate::questions::errors::query::analyse;
+    use crate::questions::request::Request;
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Source};
 

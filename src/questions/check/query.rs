@@ -11,9 +11,10 @@ use crate::questions::check::independent_loads::{
     AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Part, Reason, Sufficiency, Verdict, enclosed,
     faults_verdict, is_far_outside, leverages, percent,
 };
-use crate::questions::dataset::{Dataset, Key, in_role};
+use crate::questions::dataset::{Dataset, in_role};
+use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::LinearFit;
-use crate::questions::{AnalysisError, Request};
+use crate::questions::request::Request;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
 use crate::recording::{Axis, Recording, Role, ValidRange};
 use crate::scoring::Sensitivity;
@@ -69,7 +70,7 @@ pub fn sufficiency(
         calibration: None,
         ..request.clone()
     };
-    let data = fitted.datasets.get(&Key::of(&fitted), progress)?;
+    let data = fitted.datasets.get(&fitted.key(), progress)?;
     let mut calibration = data.blank_calibration(&fitted.settings)?;
     let past = data.past(&calibration, progress)?;
     let design = calibration.design();
@@ -672,7 +673,7 @@ mod tests {
     use super::*;
     use crate::calibration::{FitSettings, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
-    use crate::questions::analyse;
+    use crate::questions::errors::query::analyse;
     use crate::random::Random;
     use crate::recording::{Entry, GaugeRange, RecordingSet, Source, simulated};
 

@@ -131,8 +131,10 @@ mod tests {
     use super::*;
     use crate::calibration::FitSettings;
     use crate::progress::Progress;
-    use crate::questions::errors::traces::View;
-    use crate::questions::{AnalysisError, Request, analyse};
+    use crate::questions::error::AnalysisError;
+    use crate::questions::errors::query::analyse;
+    use crate::questions::errors::view::View;
+    use crate::questions::request::Request;
     use crate::recording::{RecordingSet, Source};
 
     /// Six gauges of which each shows its own load, half of it, and 3 more; the axes of the recording are Fz and Mx.

@@ -375,7 +375,8 @@ mod tests {
     use crate::calibration::{Calibration, CrossValidation, FitSettings};
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::progress::Progress;
-    use crate::questions::{Request, analyse};
+    use crate::questions::errors::query::analyse;
+    use crate::questions::request::Request;
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 

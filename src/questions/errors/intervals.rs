@@ -55,8 +55,9 @@ mod tests {
     use super::*;
     use crate::calibration::FitSettings;
     use crate::progress::Progress;
-    use crate::questions::errors::traces::View;
-    use crate::questions::{Request, analyse};
+    use crate::questions::errors::query::analyse;
+    use crate::questions::errors::view::View;
+    use crate::questions::request::Request;
     use crate::recording::simulated;
 
     /// The times of the panes begin at zero, where the first recording's own clock does too: both ways choose the same of it,

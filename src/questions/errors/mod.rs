@@ -3,10 +3,12 @@
 pub(crate) mod factory;
 pub(crate) mod fit;
 pub(crate) mod intervals;
+pub mod query;
 pub(crate) mod shown;
 pub(crate) mod trace;
 pub(crate) mod trace_values;
 pub(crate) mod traces;
+pub mod view;
 
 pub use shown::errors;
 pub(crate) use shown::factory_note;

@@ -88,7 +88,8 @@ mod tests {
     use super::*;
     use crate::calibration::FitSettings;
     use crate::progress::Progress;
-    use crate::questions::{Request, analyse};
+    use crate::questions::errors::query::analyse;
+    use crate::questions::request::Request;
     use crate::recording::simulated;
 
     #[test]

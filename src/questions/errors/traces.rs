@@ -12,37 +12,11 @@ use crate::questions::dataset::Dataset;
 use crate::questions::errors::factory::Factory;
 use crate::questions::errors::trace::Trace;
 use crate::questions::errors::trace_values::{Column, Columns, Made, MadeAxis, Segment, Table};
+use crate::questions::errors::view::View;
 use crate::recording::{Axis, Entry};
 use crate::scoring::Series;
 use crate::scoring::numbers::significant;
 use crate::scoring::series::Values;
-
-/// Which recordings are on screen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum View {
-    /// This one.
-    One(usize),
-    /// All of them, end to end.
-    #[default]
-    All,
-}
-
-impl View {
-    /// This view, or the last recording where it names one that is not there.
-    pub fn within(self, n_recordings: usize) -> Self {
-        match self {
-            Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),
-            Self::All => Self::All,
-        }
-    }
-
-    fn recordings(self, n_recordings: usize) -> Range<usize> {
-        match self {
-            Self::One(at) => at..(at + 1).min(n_recordings),
-            Self::All => 0..n_recordings,
-        }
-    }
-}
 
 /// The traces of one axis.
 #[derive(Clone, Debug)]

@@ -5,9 +5,10 @@ use crate::export::with_sources;
 use crate::progress::Progress;
 use crate::questions::cross_validated::part_shares;
 use crate::questions::dataset::{Dataset, Key};
-use crate::questions::expected_error::{Evidence, HeldOutErrors};
+use crate::questions::error::AnalysisError;
+use crate::questions::expected_error::rule::{Evidence, HeldOutErrors};
 use crate::questions::models::learning::Moments;
-use crate::questions::{AnalysisError, Request};
+use crate::questions::request::Request;
 use crate::recording::{Axis, Entry, Role};
 
 /// Maximum number of samples whose errors are kept for each axis.
@@ -36,7 +37,7 @@ pub fn expected_error(
     }
     let key = Key {
         calibration: None,
-        ..Key::of(request)
+        ..request.key()
     };
     let data = request.datasets.get(&key, progress)?;
     let past = data.past(calibration, progress)?;

@@ -1,9 +1,12 @@
 //! Any channel over any other.
 
 use crate::progress::Progress;
+use crate::questions::loops::error::LookError;
+use crate::questions::loops::frame::frame_around;
+use crate::questions::loops::output::column_of;
+use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::picture::{Drawn, drawn};
 use crate::questions::loops::source::{Part, Source};
-use crate::questions::loops::{LookError, Output, Span, column_of, frame_around};
 use crate::questions::metrology::{check_numbers, joined};
 use crate::recording::Axis;
 use crate::scoring::loops::{Frame, range};

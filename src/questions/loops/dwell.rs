@@ -1,7 +1,10 @@
 //! Where the load dwells, and how the outputs drift there.
 
+use crate::questions::loops::error::LookError;
+use crate::questions::loops::frame::frame_around;
+use crate::questions::loops::output::Output;
+use crate::questions::loops::output::column_of;
 use crate::questions::loops::source::{Part, Source};
-use crate::questions::loops::{LookError, Output, column_of, frame_around};
 use crate::questions::metrology::{
     Dwell, MetrologySettings, Reason, check_numbers, dwells, joined,
 };

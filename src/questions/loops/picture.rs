@@ -6,8 +6,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::progress::{Cancelled, Progress};
+use crate::questions::loops::error::LookError;
+use crate::questions::loops::frame::{MAX_POINTS, frame_around};
+use crate::questions::loops::output::column_of;
+use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::source::{Part, Source};
-use crate::questions::loops::{LookError, MAX_POINTS, Output, Span, column_of, frame_around};
 use crate::questions::metrology::{Basis, MetrologySettings, Reason, check_numbers, joined};
 use crate::recording::Axis;
 use crate::scoring::loops::{

@@ -7,7 +7,9 @@ use rayon::prelude::*;
 
 use crate::calibration::{AppliedLoads, Calibration};
 use crate::progress::Progress;
-use crate::questions::loops::{LookError, LookRequest, Output, Span};
+use crate::questions::loops::error::LookError;
+use crate::questions::loops::output::{Output, Span};
+use crate::questions::loops::query::LookRequest;
 use crate::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set};
 use crate::recording::{Axis, Recording, RecordingSet};
 use crate::scoring::MANY_SAMPLES;

@@ -1,11 +1,22 @@
 //! Known loops, and what must hold for every question.
 
+use std::sync::Arc;
+
 use crate::calibration::FitSettings;
-use crate::questions::errors::traces::View;
+use crate::progress::Cancelled;
+use crate::progress::Progress;
+use crate::questions::errors::query::{Analysis, analyse};
+use crate::questions::errors::view::View;
 use crate::questions::loops::*;
-use crate::questions::{Analysis, Request, analyse};
+use crate::questions::metrology::MetrologySettings;
+use crate::questions::metrology::Reason;
+use crate::questions::request::Request;
+use crate::recording::Axis;
+use crate::recording::RecordingSet;
+use crate::recording::Role;
 use crate::recording::{Entry, Recording, Source as Origin};
 use crate::report::figure::DOTTED;
+use crate::scoring::loops::Frame;
 use crate::scoring::loops::Stroke;
 
 /// The half-width of the play in the gauge.

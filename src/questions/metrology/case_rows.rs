@@ -1,8 +1,8 @@
 //! The rows that load cases give without any order in time: nonlinearity and repeatability.
 
+use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::{Found, Result};
 use crate::recording::load_cases;
 
 /// A line through fewer loads than this says nothing about linearity.

@@ -4,9 +4,9 @@
 
 use rayon::prelude::*;
 
+use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
 use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::{Found, Result};
 
 /// Fewer samples than this are no interval but a load that passes by.
 const FEWEST_SAMPLES: usize = 10;

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{AxisRun, AxisView};
 use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::{Found, Result};
 use crate::scoring::holds::{Drift, Hold};
 
 /// The dwells of one axis.

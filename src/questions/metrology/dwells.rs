@@ -1,8 +1,8 @@
 //! Where the recordings hold a load still or rest at zero: what a drift curve is drawn of.
 
+use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::measured::Measured;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
-use crate::questions::metrology::{Place, Run};
 
 /// A interval in which the load stands still.
 ///

@@ -1,7 +1,7 @@
 //! The rows about errors over all samples.
 
+use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::AxisView;
-use crate::questions::metrology::{Found, Result};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::quantile::quantile;
 

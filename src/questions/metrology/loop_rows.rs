@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use crate::questions::metrology::figures::{Basis, Place};
+use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{AxisRun, AxisView};
 use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::{Basis, Found, Place, Result};
 use crate::recording::Axis;
 use crate::scoring::loops::{
     Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, branches, common_loads, even_loads,

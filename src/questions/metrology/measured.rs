@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{
     MetrologyError, MetrologySettings, Rules, check_per_axis,
 };
-use crate::questions::metrology::{Place, Run};
 use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
 use crate::scoring::loops::range;

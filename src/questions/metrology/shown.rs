@@ -3,9 +3,9 @@
 use crate::questions::errors::trace::{Shown, Trace};
 use crate::questions::loops::shown::{MOVES, moves};
 use crate::questions::metrology;
+use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
-use crate::questions::metrology::{Basis, Figure, Metrology, Row, Value};
 use crate::report::table;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
@@ -323,7 +323,7 @@ fn figure_record(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::questions::metrology::Run;
+    use crate::questions::metrology::figures::Run;
     use crate::questions::metrology::tests::table_of;
     use crate::recording::Axis;
 

@@ -1,6 +1,7 @@
 //! Known answers for every row, and a sentence wherever there is none.
 
 use crate::questions::metrology::*;
+use crate::recording::Axis;
 use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::loops::LoadExtent;
 

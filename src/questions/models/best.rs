@@ -18,11 +18,12 @@ use crate::features::{
 };
 use crate::progress::Progress;
 use crate::questions::dataset::Datasets;
+use crate::questions::error::AnalysisError;
 use crate::questions::models::table::{Mark, Model, ModelRow, model_table, weights};
 use crate::questions::models::training::train_unscored;
+use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Measure, ScoreSet, ThresholdGrid, paired};
-use crate::questions::{AnalysisError, Request};
 use crate::recording::{Entry, RECORDING, RecordingSet, Role};
 use crate::report::Table;
 use crate::scoring::numbers::significant;

@@ -11,11 +11,12 @@ use crate::features::{Blocks, FeatureSettings, Polynomial};
 use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::questions::cross_validated::cross_validation_cost;
+use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::TrainingStep;
 use crate::questions::models::table::Model;
 use crate::questions::models::training::train;
+use crate::questions::request::Request;
 use crate::questions::thresholds::ScoreSet;
-use crate::questions::{AnalysisError, Request};
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 

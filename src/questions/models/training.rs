@@ -8,9 +8,9 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::cross_validated::{
     FOLDS, best_shares, cross_validated, cross_validation_steps, part_squares,
 };
-use crate::questions::dataset::Key;
+use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, TrainingStep, band, fit_all};
-use crate::questions::{AnalysisError, Request};
+use crate::questions::request::Request;
 use crate::scoring::part_squares::PartSquares;
 
 /// A calibration, and what left-out parts say of it.
@@ -69,7 +69,7 @@ fn fit_and_score(
 ) -> Result<Scored, AnalysisError> {
     let settings = &request.settings;
     settings.validate()?;
-    let data = request.datasets.get(&Key::of(request), progress)?;
+    let data = request.datasets.get(&request.key(), progress)?;
     let steps = match scores {
         true => cross_validation_steps(&data, settings),
         false => 0,

@@ -1,14 +1,24 @@
 //! Studies of a part of the built-in sensor.
 
+use crate::features::{Distance, Thresholds};
+use crate::questions::dataset::Datasets;
+use crate::questions::error::AnalysisError;
+use std::sync::Arc;
 use std::sync::Mutex;
 
+use crate::calibration::FitSettings;
 use crate::calibration::{RidgeChoice, Scores};
 use crate::features::{Blocks, Creep, FeatureSettings, Play, Polynomial};
-use crate::questions::analyse;
+use crate::progress::Progress;
+use crate::questions::errors::query::analyse;
+use crate::questions::request::Request;
 use crate::questions::thresholds::grid::ThresholdGrid;
 use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::study::*;
+use crate::recording::Entry;
+use crate::recording::RecordingSet;
+use crate::recording::Role;
 use crate::recording::{Recording, simulated};
 
 /// Every `step`-th recording of the built-in sensor; those of path 6 test.

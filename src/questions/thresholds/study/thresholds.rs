@@ -5,12 +5,13 @@ use rayon::prelude::*;
 use crate::calibration::{AgedSums, Piece, ThresholdAges, aged_sums};
 use crate::features::{Design, FeatureSettings, Thresholds};
 use crate::progress::{Cancelled, Progress};
-use crate::questions::AnalysisError;
+use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::Sums;
 use crate::questions::thresholds::grid::ThresholdGrid;
 use crate::questions::thresholds::map::ThresholdMap;
 use crate::questions::thresholds::scorer::{PointScores, Scorer};
-use crate::questions::thresholds::study::{Study, check_parts, takes_part};
+use crate::questions::thresholds::study::parts::{check_parts, takes_part};
+use crate::questions::thresholds::study::prepared::Study;
 use crate::recording::Role;
 
 /// The sums of two F_th, which are worked on at once, may take so much memory (bytes).

@@ -1,0 +1,64 @@
+//! Why a question has no answer.
+
+use crate::calibration::{CalibrationError, LearnedError, SettingsError};
+use crate::panicked::Panicked;
+use crate::progress::Cancelled;
+use crate::questions::thresholds::{GridError, NoSuggestion};
+
+/// Why there is no analysis.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum AnalysisError {
+    #[error(
+        "the recordings have no times: they are load cases, so there is no past to take thresholds from; record over time, with a column t"
+    )]
+    NoTimes,
+    #[error("no recording is loaded; open a file, or the built-in sensor")]
+    NoRecordings,
+    #[error(
+        "no recording is in the train role; give one the role Train, or open a calibration to apply"
+    )]
+    NoTraining,
+    #[error(
+        "{recording}: sample {sample} holds {value:e}, too large to be squared; leave that row out, or take a larger unit"
+    )]
+    TooLarge {
+        recording: String,
+        sample: usize,
+        value: f64,
+    },
+    #[error(
+        "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
+    )]
+    OneProgramme,
+    #[error("{given} full scales are given for {axes} axes")]
+    FullScales { given: usize, axes: usize },
+    #[error(
+        "with a part left out, {samples} training samples remain for {columns} features, too few to cross-validate; \
+         record longer, add recordings in the train role, decimate less, or take fewer blocks"
+    )]
+    TooShort { samples: u64, columns: usize },
+    #[error(
+        "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; take fewer values of t_th, \
+         or fewer blocks"
+    )]
+    MapTooLarge {
+        t_ths: usize,
+        columns: usize,
+        parts: usize,
+    },
+    #[error(transparent)]
+    Grid(#[from] GridError),
+    #[error(transparent)]
+    NoSuggestion(#[from] NoSuggestion),
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    #[error(transparent)]
+    Learned(#[from] LearnedError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    #[error(transparent)]
+    Panicked(#[from] Panicked),
+}

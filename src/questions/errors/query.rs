@@ -1,0 +1,397 @@
+//! The fit of a request, its errors, and the traces that show them.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::calibration::{Calibration, FactoryScores, Past};
+use crate::progress::{Cancelled, Progress};
+use crate::questions::check::cautions::Caution;
+use crate::questions::dataset::{Dataset, is_same};
+use crate::questions::error::AnalysisError;
+use crate::questions::errors::factory::Factory;
+use crate::questions::errors::traces::FixedTraces;
+use crate::questions::errors::traces::TraceSet;
+use crate::questions::errors::view::View;
+use crate::questions::request::Request;
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Analysis {
+    /// The calibration, fitted or applied. Of an applied one, `quality` says how it does on the loaded recordings.
+    pub calibration: Arc<Calibration>,
+    /// Whether it was fitted to these recordings rather than applied.
+    pub fitted: bool,
+    /// One entry per recording of the set, in its order.
+    pub recordings: Vec<RecordingResult>,
+    /// How the factory's matrix does; `None` without one.
+    pub factory: Option<FactoryScores>,
+    /// What is to be known beside the scores.
+    pub cautions: Vec<Caution>,
+    /// What the panes draw.
+    pub traces: Arc<TraceSet>,
+    /// How long it took.
+    pub elapsed: Duration,
+    /// It is a preview on every so many-th sample, until the one on all of them is there.
+    pub preview_of: Option<usize>,
+}
+
+/// How one recording came out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordingResult {
+    /// Samples after decimation.
+    pub n_samples: usize,
+    /// What its group is called; `None` where it stands for itself.
+    pub group: Option<String>,
+    /// RMSE per axis with the present alone; `None` without a reference.
+    pub conventional_rmse: Option<Vec<f64>>,
+    /// RMSE per axis with the past; `None` without a reference.
+    pub compensated_rmse: Option<Vec<f64>>,
+    /// The share of samples whose past sample, by the first look-back, is another one; `None` without a look-back.
+    pub share_with_past: Option<f64>,
+}
+
+/// Analyses once, remembering nothing.
+///
+/// # Errors
+/// [`AnalysisError`] where the request cannot be met.
+pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, AnalysisError> {
+    Analyst::default().analyse(request, progress)
+}
+
+/// Analyses again and again, keeping what a moved threshold does not change.
+#[derive(Debug, Default)]
+pub struct Analyst {
+    data: Option<Arc<Dataset>>,
+    /// What the factory's matrix gives on that data.
+    factory: Option<(Arc<Calibration>, Factory)>,
+    fixed_traces: Option<FixedTraces>,
+    /// Every so many-th sample of that data, where there are many.
+    thinned: Option<Dataset>,
+}
+
+/// About so many samples are fitted for a preview.
+pub(crate) const PREVIEW_SAMPLES: usize = 100_000;
+
+impl Analyst {
+    /// Fits (or applies) a calibration, scores it, and makes the traces.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] where the request cannot be met; what was remembered stays good.
+    pub fn analyse(
+        &mut self,
+        request: &Request,
+        progress: &Progress,
+    ) -> Result<Analysis, AnalysisError> {
+        self.analyse_showing(request, progress, None)
+    }
+
+    /// [`Self::analyse`]; of many samples that were analysed before, `show` is first given what few of them tell.
+    ///
+    /// # Errors
+    /// As [`Self::analyse`].
+    pub fn analyse_showing(
+        &mut self,
+        request: &Request,
+        progress: &Progress,
+        show: Option<&dyn Fn(Analysis)>,
+    ) -> Result<Analysis, AnalysisError> {
+        let start = Instant::now();
+        request.settings.validate()?;
+        if request.recordings.entries().is_empty() {
+            return Err(AnalysisError::NoRecordings);
+        }
+        progress.add_total(2 * request.recordings.entries().len() as u64);
+        let data = self.data(request, progress)?;
+        if let Some(show) = show
+            && let Some(preview) = self.preview(&data, request, start, progress)
+        {
+            show(preview);
+        }
+        self.exactly(&data, request, start, progress)
+    }
+
+    /// What all samples tell.
+    fn exactly(
+        &mut self,
+        data: &Dataset,
+        request: &Request,
+        start: Instant,
+        progress: &Progress,
+    ) -> Result<Analysis, AnalysisError> {
+        let mut calibration = match &request.calibration {
+            Some(applied) => Calibration::clone(applied),
+            None => data.blank_calibration(&request.settings)?,
+        };
+        let past = data.past(&calibration, progress)?;
+        let errors = if request.calibration.is_some() {
+            let own = calibration.quality.clone();
+            let errors = data.score_applied(&past, &mut calibration);
+            if request.trained {
+                calibration.quality = own;
+            }
+            errors
+        } else {
+            let fit = data.fit(request.settings.ridge, &past, &mut calibration, progress)?;
+            fit.errors
+        };
+        progress.check()?;
+        let recordings = results(data, &past, errors);
+        let past = Arc::new(past);
+        let traces = self.traces(data, request.view, &calibration, &past, progress)?;
+        let factory = self.factory.as_ref();
+        let fitted = request.calibration.is_none() || request.trained;
+        Ok(Analysis {
+            cautions: data.cautions(&calibration, fitted),
+            factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
+            calibration: Arc::new(calibration),
+            fitted,
+            recordings,
+            traces: Arc::new(traces),
+            elapsed: start.elapsed(),
+            preview_of: None,
+        })
+    }
+
+    /// What few of many samples tell, with the traces that stay as they are; `None` where there are few, where they were not
+    /// analysed before, and where it would take as long.
+    fn preview(
+        &mut self,
+        data: &Dataset,
+        request: &Request,
+        start: Instant,
+        progress: &Progress,
+    ) -> Option<Analysis> {
+        let view = request.view.within(data.entries.len());
+        let fixed = self
+            .fixed_traces
+            .as_ref()
+            .filter(|own| own.view() == view)?;
+        if data.kept_loads().is_some() || request.calibration.is_some() {
+            return None;
+        }
+        let n_samples = data.entries.iter().map(|entry| entry.recording.n_samples());
+        let each = n_samples.sum::<usize>().div_ceil(PREVIEW_SAMPLES);
+        let thinned = self.thinned.get_or_insert_with(|| data.thinned(each));
+        let mut calibration = thinned.blank_calibration(&request.settings).ok()?;
+        let progress = progress.part();
+        let past = thinned.past(&calibration, &progress).ok()?;
+        let fit = thinned.fit(request.settings.ridge, &past, &mut calibration, &progress);
+        let mut recordings = results(thinned, &past, fit.ok()?.errors);
+        for (result, entry) in recordings.iter_mut().zip(&data.entries) {
+            result.n_samples = entry.recording.n_samples();
+        }
+        let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
+        let factory = self.factory.as_ref();
+        Some(Analysis {
+            cautions: data.cautions(&calibration, true),
+            factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
+            calibration: Arc::new(calibration),
+            fitted: true,
+            recordings,
+            traces: Arc::new(traces),
+            elapsed: start.elapsed(),
+            preview_of: Some(each),
+        })
+    }
+
+    /// The data that a request needs; what was made of other data goes.
+    fn data(
+        &mut self,
+        request: &Request,
+        progress: &Progress,
+    ) -> Result<Arc<Dataset>, AnalysisError> {
+        // Let go first: two sets of loads need not fit in memory at once.
+        let before = self.data.take().map(|data| Arc::downgrade(&data));
+        let data = request.datasets.get(&request.key(), progress)?;
+        let is_other = before.is_none_or(|before| before.as_ptr() != Arc::as_ptr(&data));
+        let own = self.factory.as_ref().map(|(own, _)| Arc::clone(own));
+        if is_other || !is_same(&own, &request.factory) {
+            (self.factory, self.fixed_traces) = (None, None);
+            if is_other {
+                self.thinned = None;
+            }
+            if let Some(factory) = &request.factory {
+                let loads = Factory::new(factory, &data.entries)?;
+                self.factory = Some((Arc::clone(factory), loads));
+            }
+        }
+        self.data = Some(Arc::clone(&data));
+        Ok(data)
+    }
+
+    fn traces(
+        &mut self,
+        data: &Dataset,
+        view: View,
+        calibration: &Calibration,
+        past: &Arc<Vec<Past>>,
+        progress: &Progress,
+    ) -> Result<TraceSet, Cancelled> {
+        let view = view.within(data.entries.len());
+        let fixed = match self.fixed_traces.take() {
+            Some(fixed) if fixed.view() == view => fixed,
+            _ => {
+                let factory = self.factory.as_ref().map(|(_, factory)| factory);
+                FixedTraces::new(view, data, calibration, factory, progress)?
+            }
+        };
+        let fixed = self.fixed_traces.insert(fixed);
+        fixed.with_past(data, calibration, past, progress)
+    }
+}
+
+/// How each recording came out.
+pub(crate) fn results(
+    data: &Dataset,
+    past: &[Past],
+    errors: Vec<Option<(Vec<f64>, Vec<f64>)>>,
+) -> Vec<RecordingResult> {
+    let entries = data.entries.iter().zip(past).zip(errors).enumerate();
+    let results = entries.map(|(at, ((entry, past), errors))| {
+        let n_samples = entry.recording.n_samples();
+        let (conventional_rmse, compensated_rmse) = errors.unzip();
+        RecordingResult {
+            n_samples,
+            group: data.groups.name_of(at).map(str::to_owned),
+            conventional_rmse,
+            compensated_rmse,
+            share_with_past: past.first().map(|past| {
+                let with_past = (0..).zip(past).filter(|(k, past)| k != *past).count();
+                with_past as f64 / n_samples as f64
+            }),
+        }
+    });
+    results.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::FitSettings;
+    use crate::features::{Blocks, Creep, FeatureSettings, Polynomial, Thresholds};
+    use crate::recording::simulated;
+    use crate::scoring::Series;
+
+    fn request(features: FeatureSettings) -> Request {
+        let settings = FitSettings {
+            features,
+            ..FitSettings::default()
+        };
+        Request {
+            view: View::All,
+            ..Request::fit(Arc::new(simulated::recordings(5)), settings)
+        }
+    }
+
+    /// As of more samples than are kept.
+    fn of_many(request: &Request) -> (Analyst, Dataset, Analysis) {
+        let progress = Progress::default();
+        let data = Dataset::prepare(&request.key(), &progress).unwrap();
+        let data = data.with_loads_made();
+        let mut analyst = Analyst::default();
+        let analysis = analyst.exactly(&data, request, Instant::now(), &progress);
+        (analyst, data, analysis.unwrap())
+    }
+
+    fn values(series: &Series) -> Vec<f64> {
+        let mut values = Vec::new();
+        series.each(0..series.len(), |value| values.push(value));
+        values
+    }
+
+    #[test]
+    fn a_moved_threshold_gives_what_a_fit_from_nothing_gives_to_the_last_bit() {
+        let two = FeatureSettings {
+            look_backs: vec![Thresholds::default(); 2],
+            ..FeatureSettings::present()
+        };
+        let creeping = FeatureSettings {
+            blocks: Blocks::default()
+                .with(&Creep, &[4.0])
+                .with(&Polynomial, &[2.0]),
+            ..FeatureSettings::default()
+        };
+        for features in [two, creeping] {
+            let mut request = request(features);
+            let mut analyst = Analyst::default();
+            for f_th in [1.0, 5.0, 0.0, 3.0] {
+                request.settings.features.look_backs[0].f_th = f_th;
+                let moved = analyst.analyse(&request, &Progress::default()).unwrap();
+                let anew = analyse(&request, &Progress::default()).unwrap();
+                assert_eq!(moved.calibration, anew.calibration);
+                assert_eq!(moved.recordings, anew.recordings);
+            }
+        }
+    }
+
+    #[test]
+    fn loads_that_are_made_where_somebody_looks_are_those_that_are_kept() {
+        let two = FeatureSettings {
+            look_backs: vec![Thresholds::default(); 2],
+            blocks: Blocks::default().with(&Polynomial, &[2.0]),
+            ..FeatureSettings::present()
+        };
+        let creeping = FeatureSettings {
+            blocks: Blocks::default().with(&Creep, &[4.0]),
+            ..FeatureSettings::default()
+        };
+        for features in [two, creeping] {
+            let request = request(features);
+            let kept = analyse(&request, &Progress::default()).unwrap();
+            let (_, _, made) = of_many(&request);
+            assert_eq!(made.calibration, kept.calibration);
+            assert_eq!(made.recordings, kept.recordings);
+            assert_eq!(made.traces.without_past, kept.traces.without_past);
+            for (made, kept) in made.traces.axes.iter().zip(&kept.traces.axes) {
+                assert_eq!(values(&made.conventional), values(&kept.conventional));
+                assert_eq!(values(&made.compensated), values(&kept.compensated));
+                let errors = [made, kept].map(|axis| axis.compensated_error.as_ref().unwrap());
+                assert_eq!(values(errors[0]), values(errors[1]));
+                let part = 8_000..9_001;
+                assert_eq!(errors[0].min_max(part.clone()), errors[1].min_max(part));
+            }
+        }
+    }
+
+    #[test]
+    fn a_preview_has_the_exact_traces_of_the_present_and_nearly_those_of_the_past() {
+        let mut request = request(FeatureSettings::default());
+        let (mut analyst, data, before) = of_many(&request);
+        request.settings.features.look_backs[0].f_th = 5.0;
+        let progress = Progress::default();
+        let preview = analyst.preview(&data, &request, Instant::now(), &progress);
+        let preview = preview.expect("the samples were analysed before");
+        assert_eq!(preview.preview_of, Some(3));
+        let exact = analyst.exactly(&data, &request, Instant::now(), &progress);
+        let exact = exact.unwrap();
+        let rmse = |of: &Analysis| {
+            let quality = &of.calibration.quality;
+            quality.compensated.test_rmse.clone().unwrap()
+        };
+        let all = rmse(&preview)
+            .into_iter()
+            .zip(rmse(&exact))
+            .zip(rmse(&before));
+        for ((preview, exact), before) in all {
+            let moved = (exact - before).abs();
+            let off = (preview - exact).abs();
+            assert!(off < 0.02 * exact + 0.5 * moved, "{preview} for {exact}");
+        }
+        let (shown, traces) = (&preview.traces, &exact.traces);
+        assert!(
+            Arc::ptr_eq(&shown.times, &traces.times),
+            "what is zoomed into stays"
+        );
+        let n = shown.times.len();
+        for (shown, traces) in shown.axes.iter().zip(&traces.axes) {
+            assert!(Arc::ptr_eq(&shown.conventional, &traces.conventional));
+            assert_eq!(shown.compensated.len(), n);
+            let values = values(&shown.compensated);
+            let is_held = |held: &[f64]| held.iter().all(|value| *value == held[0]);
+            assert!(values.chunks(3).all(is_held));
+        }
+        let agree = (0..n).filter(|k| shown.past_of(*k).abs_diff(traces.past_of(*k)) <= 6);
+        let agree = agree.count();
+        assert!(agree > n * 8 / 10, "{agree} of {n}");
+    }
+}

@@ -1,0 +1,30 @@
+//! Which recordings are on screen.
+
+use std::ops::Range;
+
+/// Which recordings are on screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum View {
+    /// This one.
+    One(usize),
+    /// All of them, end to end.
+    #[default]
+    All,
+}
+
+impl View {
+    /// This view, or the last recording where it names one that is not there.
+    pub fn within(self, n_recordings: usize) -> Self {
+        match self {
+            Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),
+            Self::All => Self::All,
+        }
+    }
+
+    pub(crate) fn recordings(self, n_recordings: usize) -> Range<usize> {
+        match self {
+            Self::One(at) => at..(at + 1).min(n_recordings),
+            Self::All => 0..n_recordings,
+        }
+    }
+}

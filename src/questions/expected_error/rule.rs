@@ -1,0 +1,385 @@
+//! The rule: which errors count, and what of them is the value.
+
+use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, counted};
+use crate::recording::{Axis, Entry, Recording, Role};
+use crate::scoring::quantile::quantile;
+
+/// Share of the held-out errors that lie within the expected error.
+pub(crate) const SHARE: f64 = 0.95;
+
+/// Minimum number of groups that were left out, or of test recordings where nothing was left out.
+pub(crate) const MIN_GROUPS: usize = 3;
+
+/// Largest ratio of an axis' range to that of the axis of the same unit that moves most at which its errors say nothing.
+pub(crate) const STANDS_STILL: f64 = 0.02;
+
+/// An axis counts as loaded above this share of its largest load.
+pub(crate) const LOADED: f64 = 0.1;
+
+/// Axes were loaded one at a time where more than one is loaded in less than this share of the loaded samples.
+pub(crate) const COMBINED: f64 = 0.05;
+
+/// Number of loads at which two programmes are compared, evenly spread over their samples.
+pub(crate) const COMPARED: usize = 64;
+
+/// Programmes are the same where their loads differ by less than this share of their range, root mean square.
+pub(crate) const SAME_PROGRAMME: f64 = 0.05;
+
+/// Sizes of held-out errors.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HeldOutErrors {
+    /// Number of groups that were left out in turn, or of test recordings.
+    pub n_groups: usize,
+    /// Number of samples, more than are kept in `sizes`.
+    pub n_samples: u64,
+    /// Absolute errors of evenly spread samples, by axis, in its unit.
+    pub sizes: Vec<Vec<f64>>,
+}
+
+impl HeldOutErrors {
+    /// Returns no errors yet on this number of axes.
+    pub fn new(n_axes: usize) -> Self {
+        Self {
+            sizes: vec![Vec::new(); n_axes],
+            ..Self::default()
+        }
+    }
+
+    /// Adds every `step`-th of these errors, `n × n_axes` row-major.
+    pub fn add(&mut self, errors: impl ExactSizeIterator<Item = f64>, step: usize) {
+        let n_axes = self.sizes.len();
+        self.n_samples += (errors.len() / n_axes.max(1)) as u64;
+        for (at, error) in errors.enumerate() {
+            if (at / n_axes).is_multiple_of(step) {
+                self.sizes[at % n_axes].push(error.abs());
+            }
+        }
+    }
+
+    /// Returns the value within which 95 % of the errors lie, per axis; `None` without errors.
+    pub(crate) fn values(&mut self) -> Option<Vec<f64>> {
+        let values = self.sizes.iter_mut();
+        values.map(|sizes| quantile(sizes, SHARE)).collect()
+    }
+}
+
+/// What expected errors are made of.
+pub struct Evidence<'a> {
+    /// All recordings with their roles.
+    pub entries: &'a [Entry],
+    /// Axes of the calibration, each with its full scale, 0 where there is none.
+    pub axes: &'a [(Axis, f64)],
+    /// Word for the groups that were left out, such as `recording` or `mount`.
+    pub grouped_by: &'a str,
+    /// Errors on groups that were left out in turn, or why there are none.
+    pub left_out: Result<HeldOutErrors, String>,
+    /// Errors on test recordings.
+    pub tested: HeldOutErrors,
+}
+
+impl Evidence<'_> {
+    /// Returns the expected error, or why there is none.
+    ///
+    /// # Errors
+    /// A clause that names what is missing.
+    pub fn weighed(self) -> Result<ExpectedError, String> {
+        let Evidence {
+            entries,
+            axes,
+            grouped_by,
+            left_out,
+            mut tested,
+        } = self;
+        let mut left_out = match left_out {
+            Ok(own) if own.n_groups < MIN_GROUPS => Err(format!(
+                "{} were left out, and {MIN_GROUPS} are needed",
+                counted(own.n_groups, "group")
+            )),
+            own => own,
+        };
+        if let Err(reason) = &left_out
+            && tested.n_groups < MIN_GROUPS
+        {
+            return Err(format!(
+                "{reason}; {} do not stand in for them (minimum {MIN_GROUPS})",
+                counted(tested.n_groups, "test recording")
+            ));
+        }
+        let by_cross_validation = left_out.as_mut().ok().and_then(HeldOutErrors::values);
+        let by_test = tested.values().filter(|_| tested.n_groups > 0);
+        let ranges = ranges(entries, axes.len());
+        let spans = ranges.iter().map(|(low, high)| high - low);
+        let spans: Vec<f64> = spans.collect();
+        let of_axis = |(at, (axis, full_scale)): (usize, &(Axis, f64))| {
+            let same_unit = axes.iter().zip(&spans);
+            let same_unit = same_unit.filter(|((own, _), _)| own.is_force() == axis.is_force());
+            let most = same_unit
+                .map(|(_, span)| *span)
+                .fold(2.0 * full_scale, f64::max);
+            let is_known = spans[at] > STANDS_STILL * most;
+            let figure =
+                |values: &Option<Vec<f64>>| Some(values.as_ref()?[at]).filter(|_| is_known);
+            let (cross_validation, test) = (figure(&by_cross_validation), figure(&by_test));
+            let value = cross_validation.into_iter().chain(test).reduce(f64::max);
+            AxisExpectedError {
+                axis: *axis,
+                unit: axis.unit().to_owned(),
+                range: ranges[at],
+                value,
+                percent_fs: value
+                    .filter(|_| *full_scale > 0.0)
+                    .map(|own| 100.0 * own / full_scale),
+                cross_validation,
+                test,
+            }
+        };
+        let held_out = |own: &HeldOutErrors| HeldOut {
+            groups: own.n_groups,
+            samples: own.n_samples,
+        };
+        Ok(ExpectedError {
+            axes: axes.iter().enumerate().map(of_axis).collect(),
+            cross_validation: left_out.as_ref().ok().map(held_out),
+            test: (tested.n_groups > 0).then(|| held_out(&tested)),
+            not_covered: not_covered(entries, axes.len(), grouped_by),
+        })
+    }
+}
+
+pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
+    let used = entries.iter().filter(|entry| entry.role != Role::Off);
+    used.map(|entry| &*entry.recording)
+}
+
+/// Returns the smallest and the largest load of each axis in the train and test roles.
+pub(crate) fn ranges(entries: &[Entry], n_axes: usize) -> Vec<(f64, f64)> {
+    let mut all = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
+    for recording in used(entries) {
+        for (all, own) in all.iter_mut().zip(recording.load_ranges()) {
+            *all = (all.0.min(own.0), all.1.max(own.1));
+        }
+    }
+    all
+}
+
+/// Returns a sentence that names the conditions which the recordings do not show.
+pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: &str) -> String {
+    let mut missing = vec!["loads beyond those recorded".to_owned()];
+    let training: Vec<&Recording> = {
+        let training = entries.iter().filter(|entry| entry.role == Role::Train);
+        training.map(|entry| &*entry.recording).collect()
+    };
+    if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
+        missing.push("combined loads (the axes were loaded one at a time)".to_owned());
+    }
+    if is_one_programme(&training) {
+        missing.push("other load programmes (all training recordings repeat one)".to_owned());
+    }
+    if !["mounting", "mount", "setup", "rotation", "position"].contains(&grouped_by) {
+        missing.push("another mounting".to_owned());
+    }
+    let mut days: Vec<_> = used(entries)
+        .map(|own| own.dated().map(|own| own.day))
+        .collect();
+    days.sort();
+    days.dedup();
+    if days.iter().flatten().count() < 2 {
+        missing.push("another day".to_owned());
+    }
+    let last = missing.pop().expect("there is always one");
+    match missing.is_empty() {
+        true => format!("Not covered: {last}."),
+        false => format!("Not covered: {}, or {last}.", missing.join(", ")),
+    }
+}
+
+/// Returns true if more than one axis is loaded in hardly any of the loaded samples.
+pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
+    let largest: Vec<f64> = ranges(entries, n_axes)
+        .iter()
+        .map(|(low, high)| low.abs().max(high.abs()))
+        .collect();
+    let (mut loaded, mut combined) = (0_u64, 0_u64);
+    for recording in used(entries) {
+        for load in recording.loads().chunks_exact(n_axes) {
+            let n = load.iter().zip(&largest);
+            let n = n
+                .filter(|(load, largest)| load.abs() > LOADED * **largest)
+                .count();
+            loaded += u64::from(n > 0);
+            combined += u64::from(n > 1);
+        }
+    }
+    loaded > 0 && (combined as f64) < COMBINED * loaded as f64
+}
+
+/// Returns true if all of several recordings go through the same loads at the same shares of their length.
+pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
+    let [first, others @ ..] = recordings else {
+        return false;
+    };
+    let load = |of: &Recording, at: usize, axis: usize| {
+        let sample = at * (of.n_samples() - 1) / (COMPARED - 1);
+        of.loads()[sample * of.axes().len() + axis]
+    };
+    let is_same = |other: &&Recording| {
+        let (mut squares, mut range) = (0.0, 0.0);
+        for (axis, (low, high)) in first.load_ranges().iter().enumerate() {
+            range += (high - low).powi(2);
+            for at in 0..COMPARED {
+                squares += (load(first, at, axis) - load(other, at, axis)).powi(2);
+            }
+        }
+        squares / COMPARED as f64 <= SAME_PROGRAMME.powi(2) * range
+    };
+    let is_comparable =
+        |own: &&Recording| own.n_samples() >= COMPARED && own.axes() == first.axes();
+    !others.is_empty() && recordings.iter().all(is_comparable) && others.iter().all(is_same)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Source;
+
+    /// A training recording of Fx and Fy whose loads are these functions of the share of its length, 0 to 1.
+    fn entry(name: &str, loads: impl Fn(f64) -> [f64; 2]) -> Entry {
+        let n = 200;
+        let times: Vec<f64> = (0..n).map(f64::from).collect();
+        let loads = (0..n).flat_map(|k| loads(f64::from(k) / f64::from(n - 1)));
+        let recording = Recording::new(
+            name,
+            Source::Simulated,
+            times,
+            vec!["S1".to_owned()],
+            vec![0.0; n as usize],
+            vec![Axis::Fx, Axis::Fy],
+            loads.collect(),
+        );
+        Entry::new(recording.unwrap(), Role::Train)
+    }
+
+    fn errors(n_groups: usize, sizes: impl Iterator<Item = f64> + Clone) -> HeldOutErrors {
+        let rows: Vec<f64> = sizes.flat_map(|size| [size, -2.0 * size]).collect();
+        let mut errors = HeldOutErrors::new(2);
+        errors.add(rows.into_iter(), 1);
+        errors.n_groups = n_groups;
+        errors
+    }
+
+    fn weighed(
+        entries: &[Entry],
+        left_out: HeldOutErrors,
+        tested: HeldOutErrors,
+    ) -> Result<ExpectedError, String> {
+        let axes = [(Axis::Fx, 10.0), (Axis::Fy, 10.0)];
+        let evidence = Evidence {
+            entries,
+            axes: &axes,
+            grouped_by: "recording",
+            left_out: Ok(left_out),
+            tested,
+        };
+        evidence.weighed()
+    }
+
+    fn path(at: f64) -> impl Fn(f64) -> [f64; 2] {
+        move |share| {
+            [
+                10.0 * (7.0 * share + at).sin(),
+                10.0 * (5.0 * share + 2.0 * at).cos(),
+            ]
+        }
+    }
+
+    /// Of the sizes 0.01, 0.02 … 1.00 in each of both, 95 lie within 0.95; the test recordings' are half as large.
+    #[test]
+    fn the_larger_of_cross_validation_and_test_counts() {
+        let entries: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
+        let sizes = (1..=100).map(|k| f64::from(k) / 100.0);
+        let left_out = errors(3, sizes.clone());
+        let tested = errors(1, sizes.map(|size| size / 2.0));
+        let found = weighed(&entries, left_out, tested).unwrap();
+        let fx = &found.axes[0];
+        assert_eq!(
+            (fx.cross_validation, fx.test, fx.value),
+            (Some(0.95), Some(0.475), Some(0.95))
+        );
+        assert_eq!(fx.percent_fs, Some(9.5));
+        assert_eq!(found.of_axis(Axis::Fy), Ok(1.9));
+        let held_out = found.cross_validation.as_ref().unwrap();
+        assert_eq!((held_out.groups, held_out.samples), (3, 100));
+        assert!(
+            found.notes()[0].contains("3 groups") && found.notes()[0].contains("1 test recording")
+        );
+    }
+
+    #[test]
+    fn two_groups_state_nothing_and_three_test_recordings_may_stand_in() {
+        let entries = [entry("r", path(0.0))];
+        let of = |n_tests: usize| {
+            let tested = match n_tests {
+                0 => HeldOutErrors::new(2),
+                n => errors(n, std::iter::once(1.0)),
+            };
+            weighed(&entries, errors(2, std::iter::once(9.0)), tested)
+        };
+        assert!(
+            of(2)
+                .unwrap_err()
+                .contains("2 groups were left out, and 3 are needed")
+        );
+        let found = of(3).unwrap();
+        assert_eq!(
+            (found.axes[0].cross_validation, found.axes[0].value),
+            (None, Some(1.0))
+        );
+    }
+
+    #[test]
+    fn an_axis_that_stands_still_has_no_figure() {
+        let still = |share: f64| [10.0 * (7.0 * share).sin(), 0.01 * share];
+        let entries = [entry("r", still)];
+        let found = weighed(
+            &entries,
+            errors(3, std::iter::once(0.1)),
+            HeldOutErrors::new(2),
+        );
+        let found = found.unwrap();
+        assert!(found.axes[0].value.is_some() && found.axes[1].value.is_none());
+        assert!(
+            found
+                .of_axis(Axis::Fy)
+                .unwrap_err()
+                .contains("Fy hardly moves")
+        );
+    }
+
+    /// Both ways: recordings that do what is named, and some that do not.
+    #[test]
+    fn what_the_recordings_do_not_show_is_named_and_nothing_else() {
+        let one_at_a_time = |share: f64| match share < 0.5 {
+            true => [10.0 * (12.0 * share).sin(), 0.0],
+            false => [0.0, 10.0 * (12.0 * share).sin()],
+        };
+        let free: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
+        let repeated: Vec<Entry> = (0..3)
+            .map(|at| entry("r", path(0.001 * f64::from(at))))
+            .collect();
+        let separate: Vec<Entry> = vec![entry("r", one_at_a_time), entry("r", path(0.0))];
+        let alone = [entry("r", one_at_a_time)];
+        let said = |entries: &[Entry], grouped_by: &str| not_covered(entries, 2, grouped_by);
+        for (entries, single, programme) in [
+            (&free[..], false, false),
+            (&repeated, false, true),
+            (&separate, false, false),
+            (&alone, true, false),
+        ] {
+            let text = said(entries, "recording");
+            assert_eq!(text.contains("one at a time"), single, "{text}");
+            assert_eq!(text.contains("repeat one"), programme, "{text}");
+            assert!(text.contains("another mounting") && text.contains("another day"));
+        }
+        assert!(!said(&free, "mount").contains("another mounting"));
+    }
+}

@@ -1,0 +1,26 @@
+//! What of a plot is on screen.
+
+use crate::scoring::loops::Frame;
+
+/// More points than this of rising or of falling branches are drawn as their density, even where a larger picture could show them
+/// as lines: those of both outputs are about as many as the traces of six axes have, and a frame costs no more than theirs.
+pub(crate) const MAX_POINTS: usize = 8000;
+
+/// What a picture leaves free around its points, as a share of its width and height.
+pub(crate) const MARGIN: f64 = 0.04;
+
+/// A frame around these ranges with a margin; never empty.
+pub(crate) fn frame_around(loads: (f64, f64), outputs: (f64, f64)) -> Frame {
+    let wider = |(low, high): (f64, f64)| {
+        let margin = if high > low {
+            MARGIN * (high - low)
+        } else {
+            0.1 * f64::max(high.abs(), 1e-3)
+        };
+        (low - margin, high + margin)
+    };
+    Frame {
+        loads: wider(loads),
+        outputs: wider(outputs),
+    }
+}

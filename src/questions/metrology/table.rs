@@ -1,0 +1,288 @@
+//! The table of all figures.
+
+use rayon::prelude::*;
+
+use crate::questions::metrology::case_rows;
+use crate::questions::metrology::crosstalk::{Alone, Response, crosstalk_figure, intervals_alone};
+use crate::questions::metrology::dwell_rows::DwellRows;
+use crate::questions::metrology::errors::error_figures;
+use crate::questions::metrology::figures::Value;
+use crate::questions::metrology::figures::{Cell, Figure, Metrology, Note, Row, Run};
+use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::loop_rows::LoopRows;
+use crate::questions::metrology::measured;
+use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
+use crate::questions::metrology::quantity::Quantity;
+use crate::questions::metrology::reason::Reason;
+use crate::questions::metrology::settings::{MetrologyError, Rules};
+use crate::recording::Axis;
+use crate::scoring::MANY_SAMPLES;
+
+/// A load this much beyond full scale is worth a note …
+pub(crate) const BEYOND: f64 = 1.2;
+
+/// … and so is a largest cycle of less than this share of the range.
+pub(crate) const SMALL: f64 = 0.6;
+
+/// Makes the table of these runs by rules that others go by, too.
+///
+/// # Errors
+/// [`MetrologyError`] where a choice is out of range or numbers do not fit together. What the data cannot give is no error
+/// but a [`Reason`] in its cell.
+pub fn table_by(
+    runs: &[Run<'_>],
+    rules: &Rules<'_>,
+) -> std::result::Result<Metrology, MetrologyError> {
+    let merged = LoadCases::of(runs);
+    let measured = match &merged {
+        Some(cases) => Measured::of(&[cases.run()], rules)?,
+        None => Measured::of(runs, rules)?,
+    };
+    let (axes, full_scale) = (rules.axes, rules.full_scale);
+    let alone = intervals_alone(&measured);
+    let n_samples = runs.iter().map(|run| run.times.len()).sum();
+    let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
+    // Of many samples the lists of several axes at a time would fill the memory.
+    let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
+        true => (0..axes.len()).map(of_axis).collect(),
+        false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
+    };
+    let rows = (Quantity::all(axes).into_iter().enumerate())
+        .map(|(row, quantity)| {
+            let cells = (0..axes.len()).map(|axis| {
+                let figures = by_axis[axis].outputs.each_ref();
+                let scale = full_scale[axis];
+                let [conventional, compensated] =
+                    figures.map(|all| finished(all[row].clone(), quantity, axes[axis], scale));
+                Cell {
+                    axis: axes[axis],
+                    unit: if quantity.is_time() {
+                        "s"
+                    } else {
+                        axes[axis].unit()
+                    },
+                    conventional,
+                    compensated,
+                }
+            });
+            Row {
+                quantity,
+                definition: quantity.definition(),
+                cells: cells.collect(),
+            }
+        })
+        .collect();
+    Ok(Metrology {
+        axes: axes.to_vec(),
+        full_scale: full_scale.to_vec(),
+        notes: notes(&measured, &by_axis),
+        dead_bands: measured.dead_bands,
+        n_recordings: runs.len(),
+        n_samples,
+        rows,
+    })
+}
+
+/// All figures of one axis.
+pub(crate) struct AxisFigures {
+    /// In the order of [`Quantity::all`].
+    pub(crate) outputs: [Vec<Result<Found>>; OUTPUTS],
+    /// What the largest cycle spans, as a share of the range.
+    pub(crate) cycle_share: Option<f64>,
+}
+
+impl AxisFigures {
+    pub(crate) fn of(measured: &Measured<'_>, alone: &[Alone], axis: usize) -> Self {
+        let n_axes = measured.axes.len();
+        let view = match measured.axis(axis) {
+            Ok(view) => view,
+            Err(reason) => {
+                let n_rows = Quantity::all(measured.axes).len();
+                return Self {
+                    outputs: std::array::from_fn(|_| vec![Err(reason.clone()); n_rows]),
+                    cycle_share: None,
+                };
+            }
+        };
+        if measured.runs.iter().any(|run| run.is_static) {
+            return Self::of_load_cases(measured, alone, axis, &view);
+        }
+        let [loops, halved, doubled] =
+            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.dead_band));
+        let dwells = DwellRows::of(&view);
+        let figures = |output| {
+            let all = [&halved, &doubled].map(|other| other.figures(output));
+            let mut of_loops = loops.figures(output);
+            for (at, found) in of_loops.iter_mut().enumerate() {
+                if let Ok(Found {
+                    basis: Some(basis), ..
+                }) = found
+                {
+                    let [halved, doubled] =
+                        [0, 1].map(|other| all[other][at].as_ref().ok().map(|found| found.size));
+                    (basis.dead_band_halved, basis.dead_band_doubled) = (halved, doubled);
+                }
+            }
+            let crosstalk = [Response::AtFullLoad, Response::Largest].into_iter();
+            let crosstalk = crosstalk.flat_map(|response| {
+                let axes = (0..n_axes).map(move |loaded| (loaded, axis));
+                axes.map(move |axes| crosstalk_figure(measured, alone, axes, response, output))
+            });
+            (of_loops.into_iter())
+                .chain(dwells.figures(output))
+                .chain(crosstalk)
+                .chain(error_figures(&view, output))
+                .collect()
+        };
+        Self {
+            outputs: std::array::from_fn(figures),
+            cycle_share: loops.share_of_range(),
+        }
+    }
+}
+
+impl AxisFigures {
+    /// Of rows without times: what takes no order of samples, and the reason in place of the others.
+    pub(crate) fn of_load_cases(
+        measured: &Measured<'_>,
+        alone: &[Alone],
+        axis: usize,
+        view: &AxisView<'_>,
+    ) -> Self {
+        let crosstalk =
+            |axes, response, output| crosstalk_figure(measured, alone, axes, response, output);
+        let figures = |output| {
+            let rows = Quantity::all(measured.axes).into_iter();
+            let mut errors = error_figures(view, output).into_iter();
+            let figure = |quantity| match quantity {
+                Quantity::BestFitNonlinearity => case_rows::nonlinearity(view, output),
+                Quantity::Repeatability => case_rows::repeatability(view, output),
+                Quantity::Crosstalk(from) | Quantity::CrosstalkDeviation(from) => {
+                    let loaded = measured.axes.iter().position(|own| *own == from);
+                    let response = match quantity {
+                        Quantity::Crosstalk(_) => Response::AtFullLoad,
+                        _ => Response::Largest,
+                    };
+                    crosstalk((loaded.unwrap_or(0), axis), response, output)
+                }
+                Quantity::Rmse | Quantity::LargestError | Quantity::Error95 => errors
+                    .next()
+                    .unwrap_or(Err(Reason::NoTimes { axis: view.axis })),
+                _ => Err(Reason::NoTimes { axis: view.axis }),
+            };
+            rows.map(figure).collect()
+        };
+        Self {
+            outputs: std::array::from_fn(figures),
+            cycle_share: None,
+        }
+    }
+}
+
+/// The rows of all load cases as one run, in which the order says nothing.
+pub(crate) struct LoadCases<'a> {
+    axes: &'a [Axis],
+    times: Vec<f64>,
+    reference: Vec<f64>,
+    conventional: Vec<f64>,
+    compensated: Vec<f64>,
+}
+
+impl<'a> LoadCases<'a> {
+    /// `None` where samples have times.
+    fn of(runs: &[Run<'a>]) -> Option<Self> {
+        let with_reference = || runs.iter().filter(|run| !run.reference_axes.is_empty());
+        let is_static = runs.iter().any(|run| run.is_static);
+        let axes = with_reference()
+            .next()
+            .filter(|_| is_static)?
+            .reference_axes;
+        let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
+            let own = with_reference().filter(|run| run.reference_axes == axes);
+            own.flat_map(values).copied().collect()
+        };
+        let n_rows = joined(|run| run.times).len();
+        Some(Self {
+            axes,
+            times: (0..n_rows).map(|row| row as f64).collect(),
+            reference: joined(|run| run.reference),
+            conventional: joined(|run| run.conventional),
+            compensated: joined(|run| run.compensated),
+        })
+    }
+
+    fn run(&self) -> Run<'_> {
+        Run {
+            name: "all load cases",
+            times: &self.times,
+            reference_axes: self.axes,
+            reference: &self.reference,
+            conventional: &self.conventional,
+            compensated: &self.compensated,
+            is_static: true,
+        }
+    }
+}
+
+pub(crate) fn finished(
+    found: Result<Found>,
+    quantity: Quantity,
+    axis: Axis,
+    full_scale: f64,
+) -> Figure {
+    let Found {
+        size,
+        place,
+        mut basis,
+    } = found?;
+    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * size / full_scale);
+    if !size.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
+        return Err(Reason::Overflow { axis });
+    }
+    if let Some(basis) = &mut basis {
+        for other in [&mut basis.dead_band_halved, &mut basis.dead_band_doubled] {
+            *other = other.filter(|size| size.is_finite());
+        }
+    }
+    Ok(Value {
+        value: size,
+        percent_fs,
+        place,
+        basis,
+    })
+}
+
+pub(crate) fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Note> {
+    let bare = |run: &&measured::Columns<'_>| run.loads.iter().all(Option::is_none);
+    let count = measured.runs.iter().filter(bare).count();
+    let all = measured.runs.len();
+    let missing = (count > 0).then_some(Note::WithoutReference { count, all });
+    let of_axes = (by_axis.iter().enumerate()).flat_map(|(at, figures)| {
+        let small = figures.cycle_share.filter(|share| *share < SMALL);
+        let small = small.map(|share| Note::SmallCycle {
+            axis: measured.axes[at],
+            share,
+        });
+        full_scale_note(measured, at).into_iter().chain(small)
+    });
+    missing.into_iter().chain(of_axes).collect()
+}
+
+pub(crate) fn full_scale_note(measured: &Measured<'_>, at: usize) -> Option<Note> {
+    let (axis, full_scale) = (measured.axes[at], measured.full_scale[at]);
+    if full_scale == 0.0 {
+        return Some(Note::NoFullScale { axis });
+    }
+    let loads = measured
+        .runs
+        .iter()
+        .filter_map(|run| run.loads[at].as_ref());
+    let reaches = loads
+        .flatten()
+        .fold(0.0_f64, |reaches, load| reaches.max(load.abs()));
+    (reaches > BEYOND * full_scale).then_some(Note::BeyondFullScale {
+        axis,
+        reaches,
+        full_scale,
+    })
+}

@@ -1,0 +1,126 @@
+//! Recordings and settings, prepared once for all questions about thresholds.
+
+use std::sync::Arc;
+
+use crate::calibration::{Calibration, FitSettings};
+use crate::features::{Distance, Thresholds};
+use crate::progress::Progress;
+use crate::questions::dataset::{Dataset, Datasets, Paths};
+use crate::questions::error::AnalysisError;
+use crate::questions::request::Request;
+use crate::questions::thresholds::measure::MeasureScale;
+use crate::questions::thresholds::past_ages::PastAges;
+use crate::recording::{RecordingSet, Role};
+use crate::scoring::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
+
+/// Bins of age up to t_th, and as many beyond it.
+pub(crate) const AGE_BINS: usize = 30;
+
+/// Recordings and settings with all that no threshold changes.
+#[derive(Debug)]
+pub struct Study {
+    pub(crate) data: Arc<Dataset>,
+    pub(crate) paths: Paths,
+    /// The settings in a calibration without a map: axes, full scales, gauges' scale.
+    pub(crate) blank: Calibration,
+    pub(crate) settings: FitSettings,
+}
+
+impl Study {
+    /// Fits the conventional calibration and lays the search out.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] where nothing can be fitted, or somebody asked to stop.
+    pub fn prepare(
+        datasets: &Datasets,
+        recordings: Arc<RecordingSet>,
+        settings: FitSettings,
+        progress: &Progress,
+    ) -> Result<Self, AnalysisError> {
+        settings.validate()?;
+        if recordings.entries().is_empty() {
+            return Err(AnalysisError::NoRecordings);
+        }
+        if recordings.is_static() {
+            return Err(AnalysisError::NoTimes);
+        }
+        let request = Request::fit(recordings, settings);
+        // Its steps are not those that whoever watches counts.
+        let data = datasets.get(&request.key(), &progress.part())?;
+        let blank = data.blank_calibration(&request.settings)?;
+        let paths = data.paths(&blank);
+        progress.check()?;
+        Ok(Self {
+            data,
+            paths,
+            blank,
+            settings: request.settings,
+        })
+    }
+
+    /// The axes that errors are measured on.
+    pub fn scale(&self) -> MeasureScale {
+        MeasureScale {
+            axes: self.blank.axes.clone(),
+            full_scale: self.blank.full_scale.clone(),
+        }
+    }
+
+    /// What F_th is measured in.
+    pub fn distance(&self) -> Distance {
+        self.blank.features.distance
+    }
+
+    /// The largest full scale among the axes that F_th is measured over, in the unit of F_th.
+    pub fn largest_distance(&self) -> f64 {
+        let weights = self.blank.distance_weights();
+        let scaled = weights.iter().zip(&self.blank.full_scale);
+        scaled
+            .map(|(weight, full)| weight * full)
+            .fold(0.0, f64::max)
+    }
+
+    /// The thresholds of the settings' first look-back, or what they would be by default.
+    pub fn present_thresholds(&self) -> Thresholds {
+        let first = self.settings.features.look_backs.first();
+        first
+            .copied()
+            .unwrap_or_else(|| Thresholds::default_for(self.distance()))
+    }
+
+    /// What these thresholds do to the training samples.
+    pub fn past_ages(&self, thresholds: Thresholds) -> PastAges {
+        let unlimited = Thresholds {
+            t_th_secs: f64::INFINITY,
+            ..thresholds
+        };
+        let mut past_ages = PastAges::new(thresholds.t_th_secs, AGE_BINS);
+        for (entry, path) in self.data.entries.iter().zip(&*self.paths) {
+            if entry.role == Role::Train {
+                let times = entry.recording.times();
+                let past = path.past_samples(times, unlimited);
+                past_ages.count(times, &past, thresholds.t_th_secs);
+            }
+        }
+        past_ages
+    }
+
+    /// The mean hysteresis of the training recordings.
+    pub fn mean_hysteresis(&self) -> MeanHysteresis {
+        let training = self.data.entries.iter().enumerate();
+        let training: Vec<_> = training
+            .filter(|(_, entry)| entry.role == Role::Train)
+            .map(|(at, entry)| {
+                let loads = self.data.present_loads(at);
+                (entry.recording.loads(), move |axis| loads.column(axis))
+            })
+            .collect();
+        let runs: Vec<HysteresisRun<'_>> = (training.iter())
+            .map(|(reference, conventional)| HysteresisRun {
+                reference,
+                conventional,
+            })
+            .collect();
+        mean_hysteresis(&runs, &self.blank.axes, &self.blank.distance_weights())
+    }
+}
