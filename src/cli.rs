@@ -222,7 +222,7 @@ pub struct ReadArgs {
     /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     columns: Option<PathBuf>,
-    /// Take the gauges' mean over a interval off each recording: FROM:TO in seconds from its start, or "auto": the first quiet
+    /// Take the gauges' mean over an interval off each recording: FROM:TO in seconds from its start, or "auto": the first quiet
     /// half second in which the reference shows no load. What a calibration made so is applied to must be tared, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     tare: Option<Tare>,
@@ -1028,7 +1028,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
             }
         }
     }
-    args.traces.check_stretches(all.iter(), 1)?;
+    args.traces.check_intervals(all.iter(), 1)?;
     let mut traces = Together::default();
     args.traces
         .write(&mut traces, &calibration, all.iter(), 1)?;

@@ -51,7 +51,7 @@ fn assert_test_rmse(report: &Value, calibration: &str, expected: &[f64]) {
     }
 }
 
-/// The error on the last 40 % of a interval recording: resistances and force on two clocks in one file.
+/// The error on the last 40 % of an interval recording: resistances and force on two clocks in one file.
 fn stretch_report(name: &str, thresholds: &[&str]) -> Option<Value> {
     let folder = recordings_of("stretch")?;
     let split = ["--train", name, "--split", "0.6"];

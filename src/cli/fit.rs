@@ -96,7 +96,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         let entries = request.recordings.entries().iter();
         entries.map(|entry| &*entry.recording)
     };
-    args.traces.check_stretches(all(), args.model.decimate)?;
+    args.traces.check_intervals(all(), args.model.decimate)?;
     let mut line = ProgressLine::default();
     let cost = cross_validation_cost(&request.settings);
     let mut calibration = train(&request, &Progress::default(), &mut |step| {

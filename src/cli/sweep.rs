@@ -293,7 +293,6 @@ struct Report<'a> {
     suggestion: &'a Suggestion,
     mean_hysteresis: &'a MeanHysteresis,
     /// At the suggestion.
-    #[serde(rename = "touch")]
     past_ages: &'a PastAges,
     picks: &'a [BlockSuggestion],
 }

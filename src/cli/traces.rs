@@ -65,7 +65,7 @@ impl TraceArgs {
     }
 
     /// Checks, before any fit, that the table would hold something.
-    pub fn check_stretches<'a>(
+    pub fn check_intervals<'a>(
         &self,
         recordings: impl Iterator<Item = &'a Recording>,
         decimation: usize,

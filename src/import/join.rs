@@ -106,7 +106,7 @@ fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Op
     }
 }
 
-/// Stretches of samples that follow each other no later than `within_secs`; together they are all samples.
+/// Intervals of samples that follow each other no later than `within_secs`; together they are all samples.
 pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {

@@ -12,7 +12,7 @@ use crate::formats::{Cell, Part, Row};
 use crate::recording::Axis;
 use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
-/// The rows of a interval of lines, in SI but for the times, which stay in the unit of the file.
+/// The rows of an interval of lines, in SI but for the times, which stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub(super) times: Vec<f64>,

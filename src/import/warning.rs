@@ -384,7 +384,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_kind_is_one_warning_across_stretches() {
+    fn one_kind_is_one_warning_across_intervals() {
         let empty = |column| Finding::Cell {
             column,
             name: "S1".into(),

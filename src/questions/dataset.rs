@@ -3,7 +3,8 @@
 //! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
 
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::time::Duration;
 
 use rayon::prelude::*;
 
@@ -112,6 +113,27 @@ impl FaultsOf {
 /// More than a fit's and an applied calibration's are not kept.
 const KEPT: usize = 2;
 
+/// How often somebody who waits looks whether the answer is still wanted.
+const LOOK_AGAIN: Duration = Duration::from_millis(5);
+
+/// What another thread may be preparing for long.
+///
+/// # Errors
+/// [`Cancelled`] where the answer is no longer wanted before it is there.
+fn waited_for<'a, T>(
+    shared: &'a Mutex<T>,
+    progress: &Progress,
+) -> Result<MutexGuard<'a, T>, Cancelled> {
+    loop {
+        progress.check()?;
+        match shared.try_lock() {
+            Ok(own) => return Ok(own),
+            Err(TryLockError::Poisoned(own)) => return Ok(own.into_inner()),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOOK_AGAIN),
+        }
+    }
+}
+
 impl Datasets {
     /// The dataset of this key, prepared where it is not there. Whoever asks for the same meanwhile waits for it.
     pub(crate) fn get(
@@ -119,7 +141,7 @@ impl Datasets {
         key: &Key,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
-        let mut kept = self.prepared.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = waited_for(&self.prepared, progress)?;
         // Taken away first: those of other recordings need not fit in memory at once.
         kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
         let found = kept.iter().position(|own| own.key.is_same(key));
@@ -144,7 +166,7 @@ impl Datasets {
         range: &ValidRange,
         progress: &Progress,
     ) -> Result<Vec<Arc<Faults>>, Cancelled> {
-        let mut kept = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = waited_for(&self.faults, progress)?;
         let before = std::mem::take(&mut *kept);
         let all: Vec<&Arc<Recording>> = (recordings.entries().iter())
             .map(|entry| &entry.recording)
@@ -552,4 +574,27 @@ fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
         }
     }
     limits
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::questions::request::Request;
+
+    #[test]
+    fn who_waits_for_the_dataset_of_another_question_can_be_cancelled() {
+        let datasets = Datasets::default();
+        let request = Request::fit(Arc::default(), FitSettings::default());
+        let progress = Progress::default();
+        let preparing = datasets.prepared.lock().unwrap();
+        std::thread::scope(|scope| {
+            let waits = scope.spawn(|| datasets.get(&request.key(), &progress).err());
+            std::thread::sleep(4 * LOOK_AGAIN);
+            assert!(!waits.is_finished());
+            progress.cancel();
+            let answer = waits.join().unwrap();
+            assert_eq!(answer, Some(AnalysisError::Cancelled(Cancelled)));
+        });
+        drop(preparing);
+    }
 }

@@ -1,6 +1,6 @@
 //! Taring: what the gauges show without load is taken off, each recording for itself.
 //!
-//! Guarantees: nothing is changed but the gauges, and each by one number; a interval that is not there or never quiet is
+//! Guarantees: nothing is changed but the gauges, and each by one number; an interval that is not there or never quiet is
 //! refused, never guessed.
 
 use std::fmt;
@@ -18,7 +18,7 @@ const QUIET_SECS: f64 = 0.5;
 const FEWEST_SAMPLES: usize = 4;
 /// The first interval is taken whose scatter is at most so many times that of the quietest.
 const NEARLY_AS_QUIET: f64 = 2.0;
-/// A interval in which a gauge moves by more than this share of all it does is not quiet.
+/// An interval in which a gauge moves by more than this share of all it does is not quiet.
 const LARGEST_SHARE: f64 = 0.02;
 /// A sensor counts as unloaded where no force and no moment is more than this share of the largest of its recording.
 const UNLOADED_SHARE: f64 = 0.02;
@@ -30,7 +30,6 @@ pub enum Tare {
     /// The first half second in which the gauges are quiet and the reference says that the sensor is unloaded.
     Auto,
     /// From here to there (s), counted from the recording's first sample.
-    #[serde(rename = "stretch")]
     Interval(f64, f64),
 }
 
@@ -85,7 +84,7 @@ pub enum TareError {
 }
 
 impl Recording {
-    /// The recording less its mean gauges over a interval, and where that is (s, from the first sample).
+    /// The recording less its mean gauges over an interval, and where that is (s, from the first sample).
     ///
     /// # Errors
     /// [`TareError`] if the interval has no sample, or there is no quiet and unloaded one.
@@ -239,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_a_chosen_stretch_is_taken_off() {
+    fn the_mean_of_a_chosen_interval_is_taken_off() {
         let (tared, place) = run().tared(Tare::Interval(1.5, 2.49)).unwrap();
         assert!(
             (place.0 - 1.5).abs() < 1e-9 && (place.1 - 2.49).abs() < 1e-9,
@@ -255,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_quiet_stretch_without_load_is_found() {
+    fn the_first_quiet_interval_without_load_is_found() {
         let (tared, place) = run().tared(Tare::Auto).unwrap();
         assert!((1.0..1.5).contains(&place.0) && place.1 < 3.0, "{place:?}");
         assert!(tared.gauges_at(150)[1].abs() < 1e-12);

@@ -36,7 +36,7 @@ pub struct Figure<'a> {
     pub lines: Vec<Line<'a>>,
     /// Which way lines go, over these.
     pub arrows: Vec<Arrow>,
-    /// A interval of the scale across that is shaded.
+    /// An interval of the scale across that is shaded.
     pub shaded: Option<(f64, f64)>,
     /// A place on the scale across that is marked by an upright line.
     pub marked: Option<f64>,

@@ -321,7 +321,7 @@ pub fn all_of(times: &[f64]) -> (f64, f64) {
     (first - margin, last + margin)
 }
 
-/// Keeps a interval of time on the recordings and wide enough to be drawn.
+/// Keeps an interval of time on the recordings and wide enough to be drawn.
 pub fn within(times: &[f64], (start, end): (f64, f64)) -> (f64, f64) {
     let first = times.first().copied().unwrap_or(0.0);
     let last = times.last().copied().unwrap_or(1.0);

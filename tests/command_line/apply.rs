@@ -93,7 +93,7 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
     ]
     .concat();
     succeed(workshop.path(), &made);
-    assert!(workshop.read("cal.json").contains("\"stretch\""));
+    assert!(workshop.read("cal.json").contains("\"interval\""));
     assert!(
         workshop
             .read("cal.yaml")

@@ -78,7 +78,7 @@ fn the_suggestion_is_the_least_left_out_error() {
     assert_eq!(left_out(taken), least);
     assert_eq!(suggestion["n_parts"], 3);
     assert!(report["mean_hysteresis"]["n_reversals"].as_u64().unwrap() > 0);
-    assert_eq!(report["touch"]["n_samples"], 450);
+    assert_eq!(report["past_ages"]["n_samples"], 450);
 }
 
 #[test]

@@ -44,7 +44,7 @@ pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
     parquet::FORMAT,
 ];
 
-/// A interval of a recording.
+/// An interval of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval<'a> {
     /// All of the recording, since the past of a sample may lie before the interval.

@@ -56,7 +56,6 @@ pub struct Inspection {
     /// The map that was given, or a proposal.
     pub map: ColumnMap,
     /// What a person should decide about a proposal.
-    #[serde(rename = "hints")]
     pub questions: Vec<Question>,
     /// What would be loaded.
     pub check: Check,

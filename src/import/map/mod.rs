@@ -31,7 +31,7 @@ pub(crate) use weight::{Angles, Attitude, Mount, WeightMap};
 /// | `reference` | where the reference load stands, if it has a file of its own |
 /// | `join` | how a reference on its own clock is brought to the times of the gauges |
 /// | `weight` | the load is computed from the pose of a sensor that carries a known weight |
-/// | `tare` | the gauges' mean over a interval is taken off: `"auto"`, or `{ "stretch": [from, to] }` in seconds |
+/// | `tare` | the gauges' mean over an interval is taken off: `"auto"`, or `{ "interval": [from, to] }` in seconds |
 /// | `average_bursts_secs` | successive gauge samples no further apart than this become one, their mean; `None` leaves them |
 /// | `gap_secs` | a pause longer than this ends a recording; `None` goes by the median step |
 /// | `group` | what the recordings' group is called, as [`GroupPattern`] says; `None` goes by names, folders and files |

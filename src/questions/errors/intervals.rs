@@ -27,7 +27,7 @@ pub fn intervals_within<'a>(
         .collect()
 }
 
-/// The samples that the trace panes show: all, or those within a interval of the traces' time.
+/// The samples that the trace panes show: all, or those within an interval of the traces' time.
 pub fn intervals_on_screen<'a>(
     recordings: &'a RecordingSet,
     decimation: usize,

@@ -78,7 +78,7 @@ pub struct TraceSet {
     past: Arc<Vec<Past>>,
     /// Each of these past samples stands for so many samples: more than one in a preview.
     each: usize,
-    /// Stretches of samples that are their own past, where there is a look-back.
+    /// Intervals of samples that are their own past, where there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
     /// One entry per axis of the calibration.
     pub axes: Vec<AxisTraces>,
@@ -140,7 +140,7 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
-    /// The recordings on screen, each with its own samples in a interval of time; `None` for all.
+    /// The recordings on screen, each with its own samples in an interval of time; `None` for all.
     pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
         let visible = match visible {
             None => 0..self.times.len(),
@@ -440,7 +440,7 @@ impl FixedTraces {
             times: Arc::clone(&self.times),
             is_static: self.is_static,
             without_past: match thresholds {
-                Some(_) => stretches_without_past(past, each, &self.segments),
+                Some(_) => intervals_without_past(past, each, &self.segments),
                 None => Arc::new([]),
             },
             past: Arc::clone(past),
@@ -534,7 +534,7 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
 }
 
 /// The runs of samples that are their own past, none of them across two recordings.
-fn stretches_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
+fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {
         let over = |at: usize| (segment.samples.start + at * each).min(segment.samples.end);

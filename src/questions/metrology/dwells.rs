@@ -4,7 +4,7 @@ use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::measured::Measured;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
 
-/// A interval in which the load stands still.
+/// An interval in which the load stands still.
 ///
 /// How an output drifts in it is [`Drift::of`](crate::scoring::holds::Drift::of) the times and errors of its samples.
 #[derive(Clone, Debug, PartialEq)]

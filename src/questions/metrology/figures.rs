@@ -49,7 +49,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// A interval of a recording that a figure comes from.
+/// An interval of a recording that a figure comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
     /// Which of the runs it is in.

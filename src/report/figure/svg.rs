@@ -502,7 +502,7 @@ mod tests {
 
     /// As above: 2 stands at 219.2 across, 4 at 358.4.
     #[test]
-    fn a_stretch_is_shaded_and_a_place_marked() {
+    fn an_interval_is_shaded_and_a_place_marked() {
         let svg = Figure {
             shaded: Some((2.0, 4.0)),
             marked: Some(2.0),

@@ -16,7 +16,7 @@ const FINE_STEPS: usize = 30;
 /// A drift counts if it is this many standard errors large.
 const SIGNIFICANT: f64 = 3.0;
 
-/// How an output drifts over a interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the interval's first sample.
+/// How an output drifts over an interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the interval's first sample.
 ///
 /// **Units** those of the output, and seconds.
 #[derive(Clone, Debug, PartialEq)]

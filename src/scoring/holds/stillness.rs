@@ -9,7 +9,7 @@ use std::ops::Range;
 /// A hold has at least so many samples.
 pub const FEWEST_SAMPLES: usize = 8;
 
-/// A interval in which the load stands still.
+/// An interval in which the load stands still.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
     /// Its samples.
@@ -20,7 +20,7 @@ pub struct Hold {
 
 /// Finds the intervals of at least `shortest_secs` in which every axis stays within its band.
 ///
-/// From the first sample on, a interval grows until the greatest and least load of an axis differ by more than its band.
+/// From the first sample on, an interval grows until the greatest and least load of an axis differ by more than its band.
 /// If it is long enough it is a hold, and the next may begin where it ends; if not, it loses its first samples.
 ///
 /// **Shapes** `axes` one slice per axis, as long as `times`; `bands` one per axis.
@@ -78,7 +78,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The samples that are, or may become, the greatest and the least of a interval that grows and loses its first samples.
+/// The samples that are, or may become, the greatest and the least of an interval that grows and loses its first samples.
 #[derive(Debug, Default)]
 struct Extent {
     /// Their values fall.
