@@ -1071,7 +1071,7 @@ fn run_live(args: &Apply, calibration: Calibration, names_gauges: bool) -> Resul
 /// Why there is no calibration: perhaps it stands where the recordings should.
 fn swapped(args: &Apply, error: ReadCalibrationError) -> JobError {
     let may_be_one =
-        |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader().is_some());
+        |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());
     match args.files.iter().find(may_be_one) {
         Some(calibration) if !may_be_one(&&args.calibration) => JobError::Swapped {
             recording: args.calibration.clone(),

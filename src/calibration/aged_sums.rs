@@ -62,43 +62,26 @@ impl AgedSums {
 impl TakesRows for AgedSums {
     /// Neighbours in the same class are multiplied together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
-        pulp::Arch::new().dispatch(AddRows {
-            class_len: self.class_len(),
-            sums: self,
-            rows,
-            classes,
-        });
+        let (class_len, stride) = (self.class_len(), self.stride);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            move || {
+                let mut rows = rows;
+                for run in classes.chunk_by(|a, b| a == b) {
+                    let (own, rest) = rows.split_at(run.len() * stride);
+                    rows = rest;
+                    let products = &mut self.products[run[0] * class_len..][..class_len];
+                    for (row, products) in tile_rows(products, stride) {
+                        add_tiles(products, own, self.first + row, 0..stride);
+                    }
+                }
+            },
+        );
     }
 
     fn add(&mut self, other: &Self) {
         for (sum, product) in self.products.iter_mut().zip(&other.products) {
             *sum += product;
-        }
-    }
-}
-
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct AddRows<'a> {
-    class_len: usize,
-    sums: &'a mut AgedSums,
-    rows: &'a [f64],
-    classes: &'a [usize],
-}
-
-impl pulp::WithSimd for AddRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let stride = self.sums.stride;
-        let mut rows = self.rows;
-        for run in self.classes.chunk_by(|a, b| a == b) {
-            let (own, rest) = rows.split_at(run.len() * stride);
-            rows = rest;
-            let products = &mut self.sums.products[run[0] * self.class_len..][..self.class_len];
-            for (row, products) in tile_rows(products, stride) {
-                add_tiles(products, own, self.sums.first + row, 0..stride);
-            }
         }
     }
 }

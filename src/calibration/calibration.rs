@@ -325,13 +325,9 @@ impl Calibration {
             return Vec::new();
         };
         let channels = self.features.auxiliary.iter();
-        let outside =
-            channels
-                .zip(prepared.auxiliary().ranges())
-                .filter(|(channel, (low, high))| {
-                    let (least, most) = channel.limits();
-                    *low < least || *high > most
-                });
+        let outside = channels
+            .zip(prepared.auxiliary().ranges())
+            .filter(|(channel, (low, high))| channel.is_beyond(*low) || channel.is_beyond(*high));
         outside
             .map(|(channel, range)| {
                 format!(
@@ -348,10 +344,7 @@ impl Calibration {
     /// Whether an auxiliary channel shows what was not trained.
     pub fn has_auxiliary_beyond(&self, auxiliary: &[f64]) -> bool {
         let mut channels = self.features.auxiliary.iter().zip(auxiliary);
-        channels.any(|(channel, value)| {
-            let (low, high) = channel.limits();
-            *value < low || *value > high
-        })
+        channels.any(|(channel, value)| channel.is_beyond(*value))
     }
 
     /// This of the sensor that somebody says it is; what it knows of it stays where nothing else is said.
@@ -552,13 +545,11 @@ impl Calibration {
 
     /// The compensated load of every sample, `n × n_axes` row-major.
     pub(crate) fn compensated_loads(&self, recording: &Recording, past: &[Vec<u32>]) -> Vec<f64> {
-        let n_axes = self.axes.len();
-        let mut loads = vec![0.0; recording.n_samples() * n_axes];
-        let mut blocks = loads.chunks_mut(BLOCK * n_axes);
-        self.for_each_block(recording, past, |raw, inputs, scratch| {
-            let loads = blocks.next().expect("as many blocks of loads as of rows");
-            self.loads_of_rows(raw, inputs, scratch, loads);
-        });
+        let design = self.design();
+        let mut loads = vec![0.0; recording.n_samples() * self.axes.len()];
+        let stream = FeatureStream::of(&design, recording);
+        let take = Self::loads_of_rows;
+        self.over_blocks(stream, recording, past, 0, &mut loads, take);
         loads
     }
 
@@ -576,17 +567,9 @@ impl Calibration {
         samples: Range<usize>,
         loads: &mut [f64],
     ) {
-        let (width, n_axes) = (design.n_columns(), self.axes.len());
-        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::new(design));
-        let mut raw = vec![0.0; BLOCK * width];
-        let starts = samples.clone().step_by(BLOCK);
-        for (start, loads) in starts.zip(loads.chunks_mut(BLOCK * n_axes)) {
-            let raw = &mut raw[..loads.len() / n_axes * width];
-            for (k, row) in (start..).zip(raw.chunks_exact_mut(width)) {
-                from.raw_row(&mut stream, |at| past[at][k], k, row);
-            }
-            self.loads_of_rows(raw, &[], &mut LearnedScratch::default(), loads);
-        }
+        let stream = FeatureStream::new(design);
+        let take = Self::loads_of_rows;
+        self.over_blocks(stream, recording, past, samples.start, loads, take);
     }
 
     /// The standard deviation of the load around the compensated one, `n × n_axes` row-major, where the regressor
@@ -597,40 +580,42 @@ impl Calibration {
             .as_ref()
             .filter(|learned| learned.knows_deviation())?;
         let n_axes = self.axes.len();
+        let design = self.design();
         let mut deviations = vec![0.0; recording.n_samples() * n_axes];
-        let mut blocks = deviations.chunks_mut(BLOCK * n_axes);
-        self.for_each_block(recording, past, |_, inputs, scratch| {
-            let out = blocks
-                .next()
-                .expect("as many blocks of deviations as of rows");
-            learned.deviations(inputs, scratch, out, n_axes);
-        });
+        let stream = FeatureStream::of(&design, recording);
+        let take =
+            |_: &Self, _: &[f64], inputs: &[f64], scratch: &mut LearnedScratch, out: &mut [f64]| {
+                learned.deviations(inputs, scratch, out, n_axes);
+            };
+        self.over_blocks(stream, recording, past, 0, &mut deviations, take);
         Some(deviations)
     }
 
-    /// Calls `take` with raw rows, rows for what was learned (empty without), and room to work.
-    fn for_each_block(
+    /// Calls `take` with raw rows from sample `first` on, rows for what was learned (empty without), room to work, and a part of
+    /// `out`, which has a number for each axis of each sample.
+    fn over_blocks(
         &self,
+        mut stream: FeatureStream<'_>,
         recording: &Recording,
         past: &[Vec<u32>],
-        mut take: impl FnMut(&[f64], &[f64], &mut LearnedScratch),
+        first: usize,
+        out: &mut [f64],
+        take: impl Fn(&Self, &[f64], &[f64], &mut LearnedScratch, &mut [f64]),
     ) {
-        let design = self.design();
+        let (design, from, n_axes) = (stream.design(), RowsOf::of(recording), self.axes.len());
         let width = design.n_columns();
-        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::of(&design, recording));
         let mut raw = vec![0.0; BLOCK * width];
         let (mut inputs, mut scratch) = (Vec::new(), LearnedScratch::default());
-        for start in (0..recording.n_samples()).step_by(BLOCK) {
-            let samples = start..(start + BLOCK).min(recording.n_samples());
-            let raw = &mut raw[..samples.len() * width];
+        for (start, out) in (first..).step_by(BLOCK).zip(out.chunks_mut(BLOCK * n_axes)) {
+            let raw = &mut raw[..out.len() / n_axes * width];
             inputs.clear();
-            for (k, row) in samples.zip(raw.chunks_exact_mut(width)) {
+            for (k, row) in (start..).zip(raw.chunks_exact_mut(width)) {
                 from.raw_row(&mut stream, |at| past[at][k], k, row);
                 if self.learned.is_some() {
-                    learned_inputs(&design, row, &mut inputs);
+                    learned_inputs(design, row, &mut inputs);
                 }
             }
-            take(raw, &inputs, &mut scratch);
+            take(self, raw, &inputs, &mut scratch, out);
         }
     }
 

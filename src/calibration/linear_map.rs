@@ -45,12 +45,42 @@ impl LinearMap {
     ///
     /// **Shapes** `rows` is `n × n_features`, `loads` `n × n_axes`, both row-major.
     pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
-        pulp::Arch::new().dispatch(ApplyRows {
-            map: self,
-            rows,
-            n_features,
-            loads,
-        });
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            move || self.apply_lanes(rows, n_features, loads),
+        );
+    }
+
+    #[inline(always)]
+    fn apply_lanes(&self, rows: &[f64], width: usize, loads: &mut [f64]) {
+        let n_axes = self.matrix.len();
+        let mut columns = vec![[0.0; LANES]; width];
+        let loads = loads.chunks_mut(LANES * n_axes);
+        for (rows, loads) in rows.chunks(LANES * width).zip(loads) {
+            if rows.len() < LANES * width {
+                let each = rows.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes));
+                each.for_each(|(row, load)| self.apply(row, load));
+                continue;
+            }
+            for (lane, row) in rows.chunks_exact(width).enumerate() {
+                for (column, value) in columns.iter_mut().zip(row) {
+                    column[lane] = *value;
+                }
+            }
+            for (axis, row) in self.matrix.iter().enumerate() {
+                let (slopes, offset) = row.split_at(width);
+                let mut sums = [-0.0; LANES]; // what a sum begins with
+                for (slope, column) in slopes.iter().zip(&columns) {
+                    for lane in 0..LANES {
+                        sums[lane] += slope * column[lane];
+                    }
+                }
+                let offset = offset.first().unwrap_or(&0.0);
+                for (load, sum) in loads.chunks_exact_mut(n_axes).zip(sums) {
+                    load[axis] = sum + offset;
+                }
+            }
+        }
     }
 
     /// What [`Self::apply`] writes for one axis.
@@ -104,50 +134,6 @@ impl LinearMap {
 
 /// Rows that are worked on at once.
 const LANES: usize = 8;
-
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct ApplyRows<'a> {
-    map: &'a LinearMap,
-    rows: &'a [f64],
-    n_features: usize,
-    loads: &'a mut [f64],
-}
-
-impl pulp::WithSimd for ApplyRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let (width, n_axes) = (self.n_features, self.map.matrix.len());
-        let mut columns = vec![[0.0; LANES]; width];
-        let loads = self.loads.chunks_mut(LANES * n_axes);
-        for (rows, loads) in self.rows.chunks(LANES * width).zip(loads) {
-            if rows.len() < LANES * width {
-                let each = rows.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes));
-                each.for_each(|(row, load)| self.map.apply(row, load));
-                continue;
-            }
-            for (lane, row) in rows.chunks_exact(width).enumerate() {
-                for (column, value) in columns.iter_mut().zip(row) {
-                    column[lane] = *value;
-                }
-            }
-            for (axis, row) in self.map.matrix.iter().enumerate() {
-                let (slopes, offset) = row.split_at(width);
-                let mut sums = [-0.0; LANES]; // what a sum begins with
-                for (slope, column) in slopes.iter().zip(&columns) {
-                    for lane in 0..LANES {
-                        sums[lane] += slope * column[lane];
-                    }
-                }
-                let offset = offset.first().unwrap_or(&0.0);
-                for (load, sum) in loads.chunks_exact_mut(n_axes).zip(sums) {
-                    load[axis] = sum + offset;
-                }
-            }
-        }
-    }
-}
 
 /// The load of every sample from its present gauges, `n × n_axes` row-major.
 pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {

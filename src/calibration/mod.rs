@@ -14,6 +14,7 @@ mod expected_error;
 mod file_form;
 pub mod kernel;
 mod learned;
+mod length;
 pub mod linear;
 mod linear_map;
 pub mod network;
@@ -27,27 +28,23 @@ mod used_recording;
 mod validate;
 
 pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
-pub use calibration::CrossValidation;
-pub use calibration::{AppliedLoads, Calibration};
+pub use calibration::{AppliedLoads, Calibration, CrossValidation};
 pub(crate) use calibration::{
-    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, OddRecording, Quality, Scores, Undetermined,
-    VERSION, history_step_by_rate,
+    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, OddRecording, Past, Quality, Scores,
+    Undetermined, VERSION, history_step_by_rate, learned_inputs, past_samples,
 };
-pub(crate) use calibration::{Past, learned_inputs, past_samples};
 pub use coefficient_errors::CoefficientErrors;
 pub(crate) use coefficient_errors::MOST_FEATURES;
 pub(crate) use conventional::Conventional;
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError};
 pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut, counted};
-pub(crate) use kernel::GridEdge;
-pub(crate) use kernel::LANDMARKS;
+pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
 pub(crate) use learned::{Learned, LearnedError};
 pub use linear::{Fit, fit};
 pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
-pub(crate) use linear_map::LinearMap;
-pub(crate) use linear_map::{PresentLoads, loads_from_gauges};
+pub(crate) use linear_map::{LinearMap, PresentLoads, loads_from_gauges};
 pub(crate) use network::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED,
 };
@@ -58,7 +55,6 @@ pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub use status::Status;
-pub(crate) use sums::RowsOf;
-pub(crate) use sums::{Piece, look_back_sums, recording_sums};
+pub(crate) use sums::{Piece, RowsOf, look_back_sums, recording_sums};
 pub(crate) use used_recording::UsedRecording;
 pub(crate) use validate::CalibrationError;

@@ -76,11 +76,19 @@ impl NormalEquations {
         let stride = self.stride();
         assert_eq!(rows.len() % stride, 0, "rows must be whole");
         self.n_samples += (rows.len() / stride) as u64;
-        pulp::Arch::new().dispatch(AddRows {
-            gram: &mut self.gram,
-            rows,
-            stride,
-        });
+        let gram = &mut self.gram[..];
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            move || {
+                for block in rows.chunks(BLOCK_ROWS * stride) {
+                    for (first_row, sums) in tile_rows(gram, stride) {
+                        // Tiles that lie wholly below the diagonal are never read.
+                        let columns = first_row / LANES * LANES..stride;
+                        add_tiles(sums, block, first_row, columns);
+                    }
+                }
+            },
+        );
     }
 
     /// Adds the sums of other samples.
@@ -252,28 +260,6 @@ fn without_each_of<T: Send>(
     );
     taken.extend(others);
     taken
-}
-
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct AddRows<'a> {
-    gram: &'a mut [f64],
-    rows: &'a [f64],
-    stride: usize,
-}
-
-impl pulp::WithSimd for AddRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        for block in self.rows.chunks(BLOCK_ROWS * self.stride) {
-            for (first_row, sums) in tile_rows(self.gram, self.stride) {
-                // Tiles that lie wholly below the diagonal are never read.
-                let columns = first_row / LANES * LANES..self.stride;
-                add_tiles(sums, block, first_row, columns);
-            }
-        }
-    }
 }
 
 /// `TILE` rows of sums at a time, with the number of the first.

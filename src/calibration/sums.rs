@@ -91,22 +91,20 @@ impl<'a> Pass<'a> {
             if self.progress.is_cancelled() {
                 return sums;
             }
-            let mut rows = vec![0.0; BLOCK * stride];
-            let [mut kept, mut classes] = [(); 2].map(|()| Vec::with_capacity(BLOCK));
+            let mut block = Block {
+                stride,
+                rows: vec![0.0; BLOCK * stride],
+                kept: Vec::with_capacity(BLOCK),
+                classes: Vec::with_capacity(BLOCK),
+            };
             for start in samples.clone().step_by(BLOCK) {
-                kept.clear();
-                classes.clear();
-                pulp::Arch::new().dispatch(FillRows {
-                    pass: self,
-                    stream,
-                    samples: start..(start + BLOCK).min(samples.end),
-                    class,
-                    stride,
-                    rows: &mut rows,
-                    kept: &mut kept,
-                    classes: &mut classes,
-                });
-                sums.add_rows(&rows[..classes.len() * stride], &classes);
+                let samples = start..(start + BLOCK).min(samples.end);
+                let (stream, filled) = (&mut *stream, &mut block);
+                pulp::Arch::new().dispatch(
+                    #[inline(always)]
+                    move || self.fill(stream, samples, class, filled),
+                );
+                sums.add_rows(&block.rows[..block.classes.len() * stride], &block.classes);
             }
             sums
         };
@@ -139,62 +137,64 @@ impl<'a> Pass<'a> {
             })
             .collect()
     }
-}
 
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct FillRows<'f, 'd, C> {
-    pass: &'f Pass<'f>,
-    stream: &'f mut FeatureStream<'d>,
-    samples: Range<usize>,
-    class: C,
-    stride: usize,
-    rows: &'f mut [f64],
-    kept: &'f mut Vec<usize>,
-    classes: &'f mut Vec<usize>,
-}
-
-/// The class of samples that are in no sum.
-const NONE: usize = usize::MAX;
-
-impl<C: Fn(usize) -> Option<usize>> pulp::WithSimd for FillRows<'_, '_, C> {
-    type Output = ();
-
+    /// Makes the rows of some samples.
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        let Pass {
-            design,
-            conventional,
-            past,
-            ..
-        } = self.pass;
-        let conventional = *conventional;
+    fn fill(
+        &self,
+        stream: &mut FeatureStream<'_>,
+        samples: Range<usize>,
+        class: impl Fn(usize) -> Option<usize>,
+        block: &mut Block,
+    ) {
+        let (design, conventional) = (self.design, self.conventional);
         let recording = conventional.recording;
         let (from, reference) = (RowsOf::of(recording), recording.loads());
         let (n_columns, n_axes) = (design.n_columns(), recording.axes().len());
         let has_memory = design.features.has_memory();
-        for k in self.samples {
+        let Block {
+            stride,
+            rows,
+            kept,
+            classes,
+        } = block;
+        let stride = *stride;
+        kept.clear();
+        classes.clear();
+        for k in samples {
             // The other blocks remember every sample.
-            let class = (self.class)(k).or(has_memory.then_some(NONE));
-            if let Some(class) = class {
-                self.kept.push(k);
-                self.classes.push(class);
+            if let Some(class) = class(k).or(has_memory.then_some(NONE)) {
+                kept.push(k);
+                classes.push(class);
             }
         }
-        let stride = self.stride;
-        let rows = &mut self.rows[..self.kept.len() * stride];
-        from.standardised_rows(self.stream, past, self.kept, (rows, stride));
-        for (row, k) in rows.chunks_exact_mut(stride).zip(&*self.kept) {
+        let rows = &mut rows[..kept.len() * stride];
+        from.standardised_rows(stream, &self.past, kept, (rows, stride));
+        for (row, k) in rows.chunks_exact_mut(stride).zip(&*kept) {
             residual(reference, conventional, *k, &mut row[n_columns..][..n_axes]);
         }
-        if self.classes.contains(&NONE) {
-            let of_some = |at: &usize| self.classes[*at] != NONE;
-            let wanted = (0..self.classes.len()).filter(of_some).enumerate();
+        if classes.contains(&NONE) {
+            let of_some = |at: &usize| classes[*at] != NONE;
+            let wanted = (0..classes.len()).filter(of_some).enumerate();
             wanted
                 .for_each(|(to, at)| rows.copy_within(at * stride..(at + 1) * stride, to * stride));
-            self.classes.retain(|class| *class != NONE);
+            classes.retain(|class| *class != NONE);
         }
     }
 }
+
+/// Rows that are multiplied together.
+struct Block {
+    stride: usize,
+    rows: Vec<f64>,
+    /// The samples that rows are made of.
+    kept: Vec<usize>,
+    /// The class of each row.
+    classes: Vec<usize>,
+}
+
+/// The class of samples that are in no sum.
+const NONE: usize = usize::MAX;
 
 /// The sums of each piece of a recording; see [`Pass::sums`].
 ///
@@ -229,12 +229,8 @@ pub fn look_back_sums(
     progress: &Progress,
 ) -> Vec<AgedSums> {
     let n_axes = conventional.recording.axes().len();
-    let pass = Pass::new(
-        design,
-        conventional,
-        past.iter().map(Vec::as_slice),
-        progress,
-    );
+    let slices = past.iter().map(Vec::as_slice);
+    let pass = Pass::new(design, conventional, slices, progress);
     let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
     pass.sums(pieces, empty, |k| {
         let finds = past.iter().any(|own| own[k] as usize != k);

@@ -2,6 +2,7 @@
 
 use crate::calibration::calibration::{Calibration, FORMAT, VERSION};
 use crate::calibration::learned::LearnedError;
+use crate::calibration::length::{WrongLength, check_length};
 use crate::calibration::linear_map::LinearMap;
 use crate::calibration::linear_map::{LARGEST, is_usable};
 use crate::features::{Column, FeatureError, FeatureSettings};
@@ -17,12 +18,8 @@ pub enum CalibrationError {
     Nothing { what: &'static str },
     #[error("the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
     AxisOrder,
-    #[error("{field} has {actual} entries where {expected} are needed")]
-    Length {
-        field: String,
-        expected: usize,
-        actual: usize,
-    },
+    #[error(transparent)]
+    Length(#[from] WrongLength),
     #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
     Unit {
         axis: &'static str,
@@ -98,10 +95,16 @@ impl Calibration {
             return Err(CalibrationError::AxisOrder);
         }
         let (n_axes, n_gauges) = (self.axes.len(), self.gauges.len());
-        length("units", n_axes, self.units.len())?;
-        length("full_scale", n_axes, self.full_scale.len())?;
-        if !self.rated.is_empty() {
-            length("rated", n_axes, self.rated.len())?;
+        check_length("units", n_axes, self.units.len())?;
+        check_length("full_scale", n_axes, self.full_scale.len())?;
+        for (field, expected, actual) in [
+            ("rated", n_axes, self.rated.len()),
+            ("limits", n_axes, self.limits.len()),
+            ("gauge_limits", n_gauges, self.gauge_limits.len()),
+        ] {
+            if actual > 0 {
+                check_length(field, expected, actual)?;
+            }
         }
         for (axis, unit) in self.axes.iter().zip(&self.units) {
             if unit != axis.unit() {
@@ -112,41 +115,36 @@ impl Calibration {
                 });
             }
         }
-        if !self.limits.is_empty() {
-            length("limits", n_axes, self.limits.len())?;
-        }
-        usable("limits", &self.limits, 0.0)?;
-        if !self.gauge_limits.is_empty() {
-            length("gauge_limits", n_gauges, self.gauge_limits.len())?;
-        }
         let ends = self.gauge_limits.iter().flat_map(|(low, high)| [low, high]);
         let ends: Vec<f64> = ends.filter_map(|end| *end).collect();
-        usable("gauge_limits", &ends, -LARGEST)?;
-        if let Some(own) = &self.quality.coefficients {
-            let numbers: Vec<f64> = own.numbers().copied().collect();
-            usable("quality.coefficients", &numbers, -LARGEST)?;
-        }
-        usable("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE)?;
-        usable("history_step_secs", &[self.history_step_secs], 0.0)?;
+        let errors = self.quality.coefficients.iter();
+        let errors: Vec<f64> = errors.flat_map(|own| own.numbers().copied()).collect();
         let scale = &self.gauge_scale;
-        for (field, numbers, least) in [
-            ("full_scale", &self.full_scale, 0.0),
-            ("gauge_scale.shift", &scale.shift, -LARGEST),
+        let of_gauges = [
+            ("gauge_scale.shift", &scale.shift[..], -LARGEST),
             ("gauge_scale.inverse_scale", &scale.inverse_scale, 0.0),
             ("gauge_scale.deviation", &scale.deviation, 0.0),
-        ] {
-            let expected = if field == "full_scale" {
-                n_axes
-            } else {
-                n_gauges
-            };
-            length(field, expected, numbers.len())?;
+        ];
+        for (field, numbers, _) in of_gauges {
+            check_length(field, n_gauges, numbers.len())?;
+        }
+        for (field, numbers, least) in [
+            ("limits", &self.limits[..], 0.0),
+            ("gauge_limits", &ends, -LARGEST),
+            ("quality.coefficients", &errors, -LARGEST),
+            ("gap_secs", &[self.gap_secs], f64::MIN_POSITIVE),
+            ("history_step_secs", &[self.history_step_secs], 0.0),
+            ("full_scale", &self.full_scale, 0.0),
+            ("rate_hz", self.rate_hz.as_slice(), f64::MIN_POSITIVE),
+        ]
+        .into_iter()
+        .chain(of_gauges)
+        {
             usable(field, numbers, least)?;
         }
         if self.full_scale.iter().all(|value| *value == 0.0) {
             return Err(CalibrationError::NoFullScale);
         }
-        usable("rate_hz", self.rate_hz.as_slice(), f64::MIN_POSITIVE)?;
         if self.decimation == 0 {
             return Err(CalibrationError::Decimation);
         }
@@ -180,14 +178,14 @@ impl Calibration {
             |columns: &[Column]| columns.iter().map(|column| format!("{column:?}")).collect();
         let (expected, actual): (Vec<_>, Vec<_>) = (said(&columns), said(&map.columns));
         check_features(field, &expected, &actual)?;
-        length(
+        check_length(
             &format!("{field}.matrix"),
             self.axes.len(),
             map.matrix.len(),
         )?;
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
             let field = format!("{field}.matrix, row {}", axis.symbol());
-            length(&field, columns.len(), row.len())?;
+            check_length(&field, columns.len(), row.len())?;
             usable(&field, row, -LARGEST)?;
         }
         Ok(())
@@ -211,7 +209,7 @@ pub(super) fn check_features(
     expected: &[String],
     actual: &[String],
 ) -> Result<(), CalibrationError> {
-    length(&format!("{field}.features"), expected.len(), actual.len())?;
+    check_length(&format!("{field}.features"), expected.len(), actual.len())?;
     for (position, (expected, actual)) in expected.iter().zip(actual).enumerate() {
         if expected != actual {
             return Err(CalibrationError::Feature {
@@ -223,16 +221,4 @@ pub(super) fn check_features(
         }
     }
     Ok(())
-}
-
-fn length(field: &str, expected: usize, actual: usize) -> Result<(), CalibrationError> {
-    if expected == actual {
-        Ok(())
-    } else {
-        Err(CalibrationError::Length {
-            field: field.to_owned(),
-            expected,
-            actual,
-        })
-    }
 }

@@ -85,7 +85,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     for path in &args.export {
         if let Some(target) = target_for(path) {
             let outline = Outline::of_fit(&settings, recordings.layout());
-            target.check(&outline).map_err(|refusal| WriteError {
+            (target.check)(&outline).map_err(|refusal| WriteError {
                 path: path.clone(),
                 source: io::Error::other(refusal),
             })?;

@@ -31,7 +31,7 @@ pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
 /// Whether the file's name says that it is a calibration or a session rather than recordings.
 pub fn is_calibration(path: &Path) -> bool {
-    target_for(path).is_some_and(|target| target.reader().is_some()) && names_gauges(path)
+    target_for(path).is_some_and(|target| target.reader.is_some()) && names_gauges(path)
 }
 
 /// Reads files one after another, each by its map if it has one; what was read before a cancel is kept. Folders are read
@@ -67,7 +67,7 @@ fn open(
         let read = read_with_notes(path).map_err(|error| error.to_string());
         read.map(|(calibration, notes)| (Arc::new(calibration), notes))
     };
-    match target_for(path).and_then(|target| target.reader()) {
+    match target_for(path).and_then(|target| target.reader) {
         Some(_) if !names_gauges(path) => {
             calibration().map(|(factory, _)| Opened::Factory(factory))
         }

@@ -109,7 +109,7 @@ impl FileContent {
             Self::Calibration(..) => {
                 let targets = TARGETS.iter();
                 targets
-                    .map(|target| (target.name(), target.endings().to_vec()))
+                    .map(|target| (target.name, target.endings.to_vec()))
                     .collect()
             }
             Self::Traces(_) => named(TRACE_FORMATS),

@@ -1,16 +1,20 @@
 //! A calibration as named arrays: what NumPy and MATLAB are given.
 
 use super::code::input_by_input;
-use super::facts::Fact;
 use super::fields::{Value, fields};
-use crate::calibration::{Calibration, Kernel, Learned, Network};
+use super::target::Export;
+use crate::calibration::{Kernel, Learned, Network};
 use crate::formats::{Array, Entry};
 
 /// Everything that a fit leaves behind but the kernel's band.
 ///
 /// Weights of layers stand input by input: `values @ weights + biases`.
-pub(super) fn arrays(calibration: &Calibration, facts: &[Fact]) -> Vec<Entry> {
-    let about = facts.iter().map(|(name, text)| format!("{name}: {text}"));
+pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
+    let calibration = export.calibration;
+    let about = export
+        .facts
+        .iter()
+        .map(|(name, text)| format!("{name}: {text}"));
     let mut arrays = vec![texts("about", about)];
     for field in fields(calibration) {
         let name = match (field.group, field.name) {

@@ -62,11 +62,7 @@ impl Together {
         path: &Path,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), WriteError> {
-        self.written
-            .push(whole(path, write).map_err(|source| WriteError {
-                path: path.to_owned(),
-                source,
-            })?);
+        self.written.push(whole(path, write).map_err(at(path))?);
         Ok(())
     }
 
@@ -79,10 +75,7 @@ impl Together {
         path: &Path,
         make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
     ) -> Result<(), WriteError> {
-        let folder = whole_folder(path, make).map_err(|source| WriteError {
-            path: path.to_owned(),
-            source,
-        })?;
+        let folder = whole_folder(path, make).map_err(at(path))?;
         self.folders.push(folder);
         Ok(())
     }
@@ -100,13 +93,8 @@ impl Together {
         for (target, temporary, forget) in self.written {
             forgotten.push(forget);
             if named.is_ok() {
-                named = temporary
-                    .persist(&target.path)
-                    .map(drop)
-                    .map_err(|error| WriteError {
-                        path: target.path.clone(),
-                        source: error.error,
-                    });
+                let made = temporary.persist(&target.path).map(drop);
+                named = made.map_err(|error| at(&target.path)(error.error));
                 // The name reaches the disk, too; where that cannot be had, the file is in its place all the same.
                 #[cfg(unix)]
                 let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
@@ -115,14 +103,25 @@ impl Together {
         for (target, around) in self.folders {
             if named.is_ok() {
                 let made = fs::rename(around.path().join(INSIDE), &target.path);
-                named = made.map_err(|source| WriteError {
-                    path: target.path.clone(),
-                    source,
-                });
+                named = made.map_err(at(&target.path));
             }
         }
         drop(being_written);
         named
+    }
+}
+
+/// Says which file an error is of.
+fn at(path: &Path) -> impl FnOnce(io::Error) -> WriteError {
+    let path = path.to_owned();
+    |source| WriteError { path, source }
+}
+
+/// The folder that a path stands in.
+pub(super) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
     }
 }
 
@@ -136,10 +135,7 @@ pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
         // Goes as it comes: it has no name, or loses it at once.
         tempfile::tempfile_in(target.directory()).map(drop)
     };
-    check().map_err(|source: io::Error| WriteError {
-        path: path.to_owned(),
-        source,
-    })
+    check().map_err(at(path))
 }
 
 /// Exit code of an interrupted program (128 + SIGINT), as shells report it; 128 + SIGTERM where it was asked to end.
@@ -252,10 +248,7 @@ impl Target {
     }
 
     fn directory(&self) -> &Path {
-        match self.path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        }
+        folder_of(&self.path)
     }
 
     /// What the names of its temporary files begin with.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::target::{Refusal, of_target};
 use super::targets::{self, TARGETS, asks_for_folder, target_for};
-use crate::calibration::{Calibration, CalibrationError};
+use crate::calibration::Calibration;
 use crate::export::atomic::{Together, WriteError};
 use crate::small_file::read_small;
 
@@ -21,17 +21,12 @@ pub enum ReadCalibrationError {
     Content { path: PathBuf, source: Refusal },
     #[error("{}: such a file is not read back, it is not a calibration in {}; take the .json of the same fit", .path.display(), readable())]
     WriteOnly { path: PathBuf },
-    #[error("{}: {source}", .path.display())]
-    Calibration {
-        path: PathBuf,
-        source: CalibrationError,
-    },
 }
 
 /// The formats that are read back.
 fn readable() -> String {
-    let readable = TARGETS.iter().filter(|target| target.reader().is_some());
-    let names: Vec<&str> = readable.map(|target| target.name()).collect();
+    let readable = TARGETS.iter().filter(|target| target.reader.is_some());
+    let names: Vec<&str> = readable.map(|target| target.name).collect();
     names.join(" or ")
 }
 
@@ -62,13 +57,13 @@ pub fn add_calibration(
         return files.folder(path, || targets::files(calibration, &name));
     }
     files.write(path, |out| {
-        target.write(&of_target(target, calibration, &name)?, out)
+        (target.write)(&of_target(target, calibration, &name)?, out)
     })
 }
 
 /// What is to be told before a calibration is written into this file; see [`Target::caution`](super::target::Target::caution).
 pub fn caution(calibration: &Calibration, path: &Path) -> Option<String> {
-    let left_out = target_for(path)?.caution(calibration)?;
+    let left_out = (target_for(path)?.caution)(calibration)?;
     Some(format!("{} leaves out {left_out}", path.display()))
 }
 
@@ -92,13 +87,14 @@ pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCa
     let io = |source| ReadCalibrationError::Io { path: at(), source };
     let content = read_small(path, "a calibration", LARGEST_FILE_BYTES).map_err(io)?;
     let target = target_for(path).unwrap_or(TARGETS[0]);
-    let Some(read) = target.reader() else {
+    let Some(read) = target.reader else {
         return Err(ReadCalibrationError::WriteOnly { path: at() });
     };
-    let (calibration, mut notes) =
-        read(&content).map_err(|source| ReadCalibrationError::Content { path: at(), source })?;
-    let unusable = |source| ReadCalibrationError::Calibration { path: at(), source };
-    calibration.validate().map_err(unusable)?;
+    let wrong = |source| ReadCalibrationError::Content { path: at(), source };
+    let (calibration, mut notes) = read(&content).map_err(wrong)?;
+    calibration
+        .validate()
+        .map_err(|error| wrong(error.into()))?;
     for note in &mut notes {
         note.insert_str(0, &format!("{}: ", path.display()));
     }

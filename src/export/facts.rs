@@ -4,7 +4,6 @@ use std::borrow::Cow;
 
 use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
 use crate::features::AuxiliaryChannel;
-use crate::recording::Role;
 use crate::scoring::numbers::significant;
 
 /// More recordings than this are counted, not named.
@@ -49,9 +48,8 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
 pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let axes = || calibration.axes.iter().zip(&calibration.units);
-    let units: Vec<String> = axes()
-        .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
-        .collect();
+    let units = calibration.axes.iter().map(|axis| axis.label());
+    let units: Vec<String> = units.collect();
     let full_scale: Vec<String> = (axes().zip(&calibration.full_scale).enumerate())
         .map(|(at, ((axis, unit), full))| {
             let rated = match calibration.rated.get(at) {
@@ -120,11 +118,7 @@ fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
     let files = sources.iter().enumerate().take(NAMED_RECORDINGS);
     let mut facts: Vec<Fact> = files
         .map(|(at, used)| {
-            let role = match used.role {
-                Role::Train => "train",
-                Role::Test => "test",
-                Role::Off => "off",
-            };
+            let role = used.role.label();
             let file = used.file.as_deref().unwrap_or("no file");
             let hash = used.sha256.as_deref().unwrap_or("not known");
             let text = format!("{} ({role}): {file}, SHA-256 {hash}", used.name);

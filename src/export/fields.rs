@@ -2,6 +2,7 @@
 //!
 //! Networks and kernels are not in it: only files of arrays have room for them.
 
+use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Table, Text, Texts};
 use crate::calibration::{Calibration, LinearMap, Scores};
 use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
@@ -43,113 +44,107 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         look_backs.map(number).collect()
     };
     let mut fields = vec![
-        field("", "gauges", Value::Texts(calibration.gauges.clone())),
-        field("", "axes", Value::Texts(symbols.collect())),
-        field("", "units", Value::Texts(calibration.units.clone())),
-        numbers("", "full_scale", &calibration.full_scale),
-        Field {
-            about: "whether each full scale is the rated load that somebody entered",
-            ..field("", "rated", Value::Flags(rated))
-        },
-        Field {
-            about: "beyond these nothing is known of the sensor; 0 where that is not known",
-            ..numbers("", "limits", &calibration.limits)
-        },
-        field("", "offset", Value::Flag(calibration.offset)),
+        field("", "gauges", "", Texts(calibration.gauges.clone())),
+        field("", "axes", "", Texts(symbols.collect())),
+        field("", "units", "", Texts(calibration.units.clone())),
+        field(
+            "",
+            "full_scale",
+            "",
+            Numbers(calibration.full_scale.clone()),
+        ),
+        field(
+            "",
+            "rated",
+            "whether each full scale is the rated load that somebody entered",
+            Flags(rated),
+        ),
+        field(
+            "",
+            "limits",
+            "beyond these nothing is known of the sensor; 0 where that is not known",
+            Numbers(calibration.limits.clone()),
+        ),
+        field("", "offset", "", Flag(calibration.offset)),
         field(
             "",
             "regressor",
-            Value::Text(calibration.regressor.key().to_owned()),
+            "",
+            Text(calibration.regressor.key().to_owned()),
         ),
-        Field {
-            about: "a longer step than this is a gap (s)",
-            ..field("", "gap_secs", Value::Number(calibration.gap_secs))
-        },
-        Field {
-            about: "look-backs and lags keep no samples closer to each other than this (s)",
-            ..field(
-                "",
-                "history_step_secs",
-                Value::Number(calibration.history_step_secs),
-            )
-        },
         field(
             "",
-            "decimation",
-            Value::Count(calibration.decimation as u64),
+            "gap_secs",
+            "a longer step than this is a gap (s)",
+            Number(calibration.gap_secs),
         ),
-        field("", "simulated", Value::Flag(calibration.simulated)),
         field(
             "",
-            "trained_on",
-            Value::Texts(calibration.trained_on.clone()),
+            "history_step_secs",
+            "look-backs and lags keep no samples closer to each other than this (s)",
+            Number(calibration.history_step_secs),
         ),
+        field("", "decimation", "", Count(calibration.decimation as u64)),
+        field("", "simulated", "", Flag(calibration.simulated)),
+        field("", "trained_on", "", Texts(calibration.trained_on.clone())),
     ];
     let clipped_at = calibration.clipped_at().into_iter().flatten();
     let names = ["gauge_low", "gauge_high"].into_iter();
-    fields.extend(names.zip(clipped_at).map(|(name, ends)| Field {
-        about: "a gauge that reaches this is clipped; 1e30 from zero where that is not known",
-        ..numbers("", name, &ends)
-    }));
+    let clipped = "a gauge that reaches this is clipped; 1e30 from zero where that is not known";
+    fields.extend(
+        names
+            .zip(clipped_at)
+            .map(|(name, ends)| field("", name, clipped, Numbers(ends))),
+    );
     let rate = calibration.rate_hz.into_iter();
-    fields.extend(rate.map(|rate| field("", "rate_hz", Value::Number(rate))));
+    fields.extend(rate.map(|rate| field("", "rate_hz", "", Number(rate))));
     let tare = calibration.tare.iter();
-    fields.extend(tare.map(|tare| field("", "tared", Value::Text(tare.to_string()))));
+    fields.extend(tare.map(|tare| field("", "tared", "", Text(tare.to_string()))));
     let identity = calibration.identity.entered();
-    fields.extend(identity.map(|(item, text)| Field {
-        about: item.label(),
-        ..field("identity", item.key(), Value::Text(text.to_owned()))
-    }));
+    fields
+        .extend(identity.map(|(item, text)| {
+            field("identity", item.key(), item.label(), Text(text.to_owned()))
+        }));
     fields.extend([
         field(
             "blocks",
             "look_backs",
-            Value::Table(vec![
+            "",
+            Table(vec![
                 ("f_th", look_backs(|look_back| look_back.f_th)),
                 ("t_th_secs", look_backs(|look_back| look_back.t_th_secs)),
             ]),
         ),
-        Field {
-            about: "d of the look-back: the norm of the conventional load's differences times these",
-            ..numbers(
-                "blocks",
-                "distance_weights",
-                &calibration.distance_weights(),
-            )
-        },
+        field(
+            "blocks",
+            "distance_weights",
+            "d of the look-back: the norm of the conventional load's differences times these",
+            Numbers(calibration.distance_weights()),
+        ),
     ]);
     fields.extend(features.blocks.stored().map(|(block, stored)| {
         let Setting { key, unit, .. } = block.setting();
         let value = match stored {
-            Stored::Number(number) => Value::Count(number.into()),
-            Stored::List(values) => Value::Numbers(values.to_vec()),
+            Stored::Number(number) => Count(number.into()),
+            Stored::List(values) => Numbers(values.to_vec()),
         };
-        Field {
-            about: unit.words,
-            ..field("blocks", key, value)
-        }
+        field("blocks", key, unit.words, value)
     }));
     if features.uses_auxiliary() {
-        let channels = &features.auxiliary;
-        let of = |name, about, pick: fn(&AuxiliaryChannel) -> f64| Field {
-            about,
-            ..field(
-                "auxiliary",
-                name,
-                Value::Numbers(channels.iter().map(pick).collect()),
-            )
+        let channels = features.auxiliary.iter();
+        let of = |name, about, pick: fn(&AuxiliaryChannel) -> f64| {
+            let numbers = channels.clone().map(pick);
+            field("auxiliary", name, about, Numbers(numbers.collect()))
         };
-        let units = channels
-            .iter()
-            .map(|channel| channel.unit.clone())
-            .collect();
+        let units = channels.clone().map(|channel| channel.unit.clone());
         fields.extend([
             field(
                 "auxiliary",
                 "channels",
-                Value::Texts(features.auxiliary_names()),
+                "",
+                Texts(features.auxiliary_names()),
             ),
-            field("auxiliary", "units", Value::Texts(units)),
+            field("auxiliary", "units", "", Texts(units.collect())),
             of("reference", "what the effect counts from", |own| {
                 own.reference
             }),
@@ -158,23 +153,23 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             of("max", "the greatest value that was trained", |own| own.max),
         ]);
     }
-    fields.extend([
-        numbers("gauge_scale", "shift", &scale.shift),
-        numbers("gauge_scale", "inverse_scale", &scale.inverse_scale),
-        numbers("gauge_scale", "deviation", &scale.deviation),
-    ]);
+    let scale = [
+        ("shift", &scale.shift),
+        ("inverse_scale", &scale.inverse_scale),
+        ("deviation", &scale.deviation),
+    ];
+    let scale = scale.into_iter();
+    fields.extend(
+        scale.map(|(name, numbers)| field("gauge_scale", name, "", Numbers(numbers.clone()))),
+    );
     let quality = &calibration.quality;
     if let Some(known) = &quality.coefficients {
+        let about = "of the coefficients of the compensated matrix, by a jackknife";
         let group = "coefficient_errors";
-        fields.push(field(
-            group,
-            "left_out",
-            Value::Text(known.left_out.to_string()),
-        ));
-        fields.push(Field {
-            about: "of the coefficients of the compensated matrix, by a jackknife",
-            ..field(group, "standard", Value::Matrix(known.standard.clone()))
-        });
+        fields.extend([
+            field(group, "left_out", "", Text(known.left_out.to_string())),
+            field(group, "standard", about, Matrix(known.standard.clone())),
+        ]);
     }
     let conventional = Some((&calibration.conventional, &quality.conventional));
     let compensated = calibration.compensated.as_ref();
@@ -193,27 +188,24 @@ fn of_map<'a>(
     scores: &'a Scores,
     gauges: &[String],
 ) -> impl Iterator<Item = Field> + 'a {
-    let names = field(group, "features", Value::Texts(map.names(gauges)));
-    let matrix = field(group, "matrix", Value::Matrix(map.matrix.clone()));
+    let names = field(group, "features", "", Texts(map.names(gauges)));
+    let matrix = field(group, "matrix", "", Matrix(map.matrix.clone()));
     let scores = [
         ("test_rmse", &scores.test_rmse),
         ("left_out_rmse", &scores.cv_rmse),
         ("train_rmse", &scores.train_rmse),
     ];
     let scores = scores.into_iter();
-    let scores = scores.filter_map(move |(name, rmse)| Some(numbers(group, name, rmse.as_ref()?)));
+    let scores =
+        scores.filter_map(move |(name, rmse)| Some(field(group, name, "", Numbers(rmse.clone()?))));
     [names, matrix].into_iter().chain(scores)
 }
 
-fn field(group: &'static str, name: &'static str, value: Value) -> Field {
+fn field(group: &'static str, name: &'static str, about: &'static str, value: Value) -> Field {
     Field {
         group,
         name,
-        about: "",
+        about,
         value,
     }
-}
-
-fn numbers(group: &'static str, name: &'static str, numbers: &[f64]) -> Field {
-    field(group, name, Value::Numbers(numbers.to_vec()))
 }

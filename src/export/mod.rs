@@ -9,12 +9,11 @@ mod facts;
 mod fields;
 mod format;
 mod hash;
-mod mat;
-mod npz;
 mod report;
 mod sources;
 mod target;
 mod targets;
+mod template;
 mod text;
 mod threshold_maps;
 mod traces;
@@ -24,8 +23,9 @@ pub use atomic::clean_up_when_asked_to_end;
 pub(crate) use atomic::{
     Together, WriteError, clean_up_in, interrupt_stops, interrupted_code, write_atomically,
 };
-pub(crate) use calibration_file::ReadCalibrationError;
-pub(crate) use calibration_file::{add_calibration, caution, read_with_notes};
+pub(crate) use calibration_file::{
+    ReadCalibrationError, add_calibration, caution, read_with_notes,
+};
 pub use calibration_file::{read_calibration, write_calibration};
 pub use code::Footprint;
 pub(crate) use code::bytes_in_float;

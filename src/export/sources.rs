@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::calibration::{Calibration, UsedRecording};
 use crate::export::hash::sha256;
-use crate::recording::{RecordingSet, Role, Source};
+use crate::recording::{RecordingSet, Role};
 
 /// Every recording of a set with its role, its file's name and what that file holds now, as a SHA-256.
 ///
@@ -15,10 +15,7 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
     let entries = recordings.entries().iter();
     entries
         .map(|entry| {
-            let path = match entry.recording.source() {
-                Source::File(path) => Some(path.as_path()),
-                Source::Simulated => None,
-            };
+            let path = entry.recording.source().path();
             UsedRecording {
                 name: entry.recording.name().to_owned(),
                 role: entry.role,
@@ -51,7 +48,7 @@ pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Cal
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Axis, Entry, Recording, simulated};
+    use crate::recording::{Axis, Entry, Recording, Source, simulated};
 
     fn entry(path: &Path, role: Role) -> Entry {
         let recording = Recording::new(

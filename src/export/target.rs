@@ -17,50 +17,41 @@ pub type Refusal = Box<dyn Error + Send + Sync>;
 pub type ReadBack = fn(&[u8]) -> Result<(Calibration, Vec<String>), Refusal>;
 
 /// A format that calibrations are written in. All of them stand in [`TARGETS`](super::TARGETS).
-pub trait Target: Sync {
+pub struct Target {
     /// What people call it.
-    fn name(&self) -> &'static str;
-
+    pub name: &'static str,
     /// The endings of its files, in small letters and without the dot; the usual one first.
-    fn endings(&self) -> &'static [&'static str];
-
+    pub endings: &'static [&'static str],
     /// What its files hold of a calibration.
-    fn holds(&self) -> &'static str;
-
-    /// What a file leaves out of this calibration.
-    fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
-        "nothing"
-    }
-
-    /// What is to be told before a file of this calibration is written: that whoever loads it gets other loads than this program
+    pub holds: &'static str,
+    /// What a file leaves out of a calibration.
+    pub leaves_out: fn(&Calibration) -> &'static str,
+    /// What is to be told before a file of a calibration is written: that whoever loads it gets other loads than this program
     /// shows. It follows "leaves out".
-    fn caution(&self, _calibration: &Calibration) -> Option<String> {
-        None
-    }
-
-    /// Checks whether the format can carry what is outlined.
-    ///
-    /// # Errors
-    /// [`Refusal`] if it cannot, with what to do instead.
-    fn check(&self, _outline: &Outline<'_>) -> Result<(), Refusal> {
-        Ok(())
-    }
-
+    pub caution: fn(&Calibration) -> Option<String>,
+    /// Checks whether the format can carry what is outlined; the refusal says what to do instead.
+    pub check: fn(&Outline<'_>) -> Result<(), Refusal>,
     /// Writes a calibration that was checked.
-    ///
-    /// # Errors
-    /// Whatever `out` fails with.
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()>;
-
+    pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
     /// What reads its files back, where something does.
-    fn reader(&self) -> Option<ReadBack> {
-        None
-    }
-
+    pub reader: Option<ReadBack>,
     /// Whether its files name the gauges; where they do not, gauges are known by their order.
-    fn names_gauges(&self) -> bool {
-        true
-    }
+    pub names_gauges: bool,
+}
+
+impl Target {
+    /// A format that leaves out nothing, carries every calibration and is not read back.
+    pub(super) const PLAIN: Self = Self {
+        name: "",
+        endings: &[],
+        holds: "",
+        leaves_out: |_| "nothing",
+        caution: |_| None,
+        check: |_| Ok(()),
+        write: |_, _| Ok(()),
+        reader: None,
+        names_gauges: true,
+    };
 }
 
 /// What a calibration is made of, as far as it is known before the fit.
@@ -104,14 +95,14 @@ pub struct Export<'a> {
 
 /// Checks the calibration for a format that is to write it; `name` is what names inside are made of.
 pub(super) fn of_target<'a>(
-    target: &dyn Target,
+    target: &Target,
     calibration: &'a Calibration,
     name: &'a str,
 ) -> io::Result<Export<'a>> {
     calibration.validate().map_err(io::Error::other)?;
     let outline = Outline::of(calibration);
-    target.check(&outline).map_err(io::Error::other)?;
-    let facts = facts(calibration, target.holds(), target.leaves_out(calibration));
+    (target.check)(&outline).map_err(io::Error::other)?;
+    let facts = facts(calibration, target.holds, (target.leaves_out)(calibration));
     Ok(Export {
         calibration,
         facts,

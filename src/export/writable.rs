@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::atomic::check_writable;
+use super::atomic::{check_writable, folder_of};
 use crate::export::atomic::WriteError;
 
 /// Why files cannot be written where they are to go.
@@ -63,10 +63,7 @@ pub fn check_targets<'a>(
 /// The folder of a file and its name there, through all links.
 fn place(path: &Path) -> (PathBuf, OsString) {
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let folder = match whole.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(&whole);
     (
         folder.canonicalize().unwrap_or_else(|_| folder.to_owned()),
         whole.file_name().unwrap_or_default().to_owned(),

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{Recording, span};
+use crate::recording::{Recording, range_of, span};
 
 /// A channel that moved by less than this share of its largest value is held for one that stands still.
 const STILL: f64 = 0.01;
@@ -58,9 +58,7 @@ impl AuxiliaryChannel {
             .sum::<f64>()
             / n)
             .sqrt();
-        let (min, max) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(*value), high.max(*value))
-        });
+        let (min, max) = range_of(values().copied());
         // A few faulty numbers are no movement.
         let moved = (max - min).min(4.0 * deviation);
         let least = match &*unit {
@@ -93,12 +91,17 @@ impl AuxiliaryChannel {
         (self.min - margin, self.max + margin)
     }
 
+    /// Whether a value is beyond the [limits](Self::limits).
+    pub fn is_beyond(&self, value: f64) -> bool {
+        let (low, high) = self.limits();
+        value < low || value > high
+    }
+
     /// That what its effect counts from was not trained, where it was not.
     pub fn reference_beyond(&self) -> Option<String> {
-        let (low, high) = self.limits();
-        let is_beyond = self.reference < low || self.reference > high;
         let range = span((self.min, self.max), &self.unit);
         let words = format!("{} counts from {} {}", self.name, self.reference, self.unit);
+        let is_beyond = self.is_beyond(self.reference);
         is_beyond.then(|| format!("{}, but was trained from {range}", words.trim_end()))
     }
 

@@ -90,13 +90,8 @@ impl Design {
             ..self.features.clone()
         };
         let is_look_back = |column| {
-            matches!(
-                column,
-                Column::Past {
-                    history: History::LookBack(_),
-                    ..
-                }
-            )
+            let is_past = |history| matches!(history, History::LookBack(_));
+            matches!(column, Column::Past { history, .. } if is_past(history))
         };
         let mut blocks = vec![(only(look_backs), self.where_column(is_look_back))];
         for (block, values) in self.features.blocks.used() {
@@ -180,12 +175,7 @@ impl Design {
         if self.offset
             && let (Some(last), Some(offset)) = (coefficients.last_mut(), raw.last())
         {
-            *last = offset
-                + raw
-                    .iter()
-                    .zip(&scale.shift)
-                    .map(|(b, s)| b * s)
-                    .sum::<f64>();
+            *last = offset + at_shift(raw, scale);
         }
         coefficients
     }
@@ -201,11 +191,7 @@ impl Design {
             *gauge *= factor;
         }
         if self.offset {
-            let moved: f64 = gauges
-                .iter()
-                .zip(&self.scale.shift)
-                .map(|(b, s)| b * s)
-                .sum();
+            let moved = at_shift(gauges, &self.scale);
             *rest.last_mut().expect("there is an offset column") -= moved;
         }
         for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
@@ -222,6 +208,12 @@ impl Design {
     }
 }
 
+/// What these coefficients, of the gauges first, make of gauges that stand at their shift.
+fn at_shift(coefficients: &[f64], scale: &GaugeScale) -> f64 {
+    let gauges = coefficients.iter().zip(&scale.shift);
+    gauges.map(|(coefficient, shift)| coefficient * shift).sum()
+}
+
 /// The blocks' memory of one recording.
 #[derive(Debug)]
 pub struct FeatureStream<'a> {
@@ -233,24 +225,21 @@ pub struct FeatureStream<'a> {
 impl<'a> FeatureStream<'a> {
     /// Before the first sample of a recording.
     pub fn new(design: &'a Design) -> Self {
-        let used = design.features.blocks.used();
-        let has_columns = |(block, values): &(&'static dyn Block, &[f64])| {
-            design
-                .features
-                .n_columns_of(*block, values, design.n_gauges())
-                > 0
-        };
-        let blocks = used.filter(has_columns).map(|(block, values)| {
-            let features = &design.features;
+        let (features, scale) = (&design.features, &design.scale);
+        let blocks = features.blocks.used().filter_map(|(block, values)| {
             let n_columns = features.n_columns_of(block, values, design.n_gauges());
-            let (scale, channels) = (&design.scale, &features.auxiliary);
-            let stream = block.stream(values, scale, channels, design.history_step_secs);
-            (n_columns, stream)
+            let step_secs = design.history_step_secs;
+            let stream = || block.stream(values, scale, &features.auxiliary, step_secs);
+            (n_columns > 0).then(|| (n_columns, stream()))
         });
         Self {
             design,
             blocks: blocks.collect(),
         }
+    }
+
+    pub fn design(&self) -> &'a Design {
+        self.design
     }
 
     /// Before the first sample of this recording: where it follows a gap, with what the sensor showed before that.

@@ -21,6 +21,17 @@ pub struct Rows<'a> {
     pub channels: &'a [AuxiliaryChannel],
 }
 
+impl Rows<'_> {
+    /// Factors and constants that standardise gauges, under these names.
+    pub fn standard(&self, [factor, constant]: [&'static str; 2]) -> [Constant; 2] {
+        let pairs = self.standardise.iter();
+        [
+            Constant::reals(factor, pairs.clone().map(|(factor, _)| *factor)),
+            Constant::reals(constant, pairs.map(|(_, constant)| *constant)),
+        ]
+    }
+}
+
 /// What a block contributes to a program.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Source {
@@ -96,12 +107,12 @@ pub struct Constant {
 }
 
 impl Constant {
-    /// A list of numbers.
-    pub fn list(name: &'static str, precision: Precision, values: &[f64]) -> Self {
+    /// A list of numbers of the program's own type.
+    pub fn reals(name: &'static str, values: impl Iterator<Item = f64>) -> Self {
         Self {
             name,
-            precision,
-            numbers: Numbers::List(values.to_vec()),
+            precision: Precision::Real,
+            numbers: Numbers::List(values.collect()),
         }
     }
 }
@@ -133,13 +144,25 @@ pub struct Memory {
 
 impl Memory {
     /// A set of gauges for each value.
-    pub fn of_gauges(name: &'static str, precision: Precision, sets: usize) -> Self {
+    pub fn of_gauges(name: &'static str, sets: usize) -> Self {
+        Self {
+            of_gauges: true,
+            ..Self::single(name, sets)
+        }
+    }
+
+    /// A number for each value.
+    pub fn single(name: &'static str, sets: usize) -> Self {
         Self {
             name,
-            precision,
+            precision: Precision::Real,
             sets,
-            of_gauges: true,
+            of_gauges: false,
             comment: "",
         }
+    }
+
+    pub fn about(self, comment: &'static str) -> Self {
+        Self { comment, ..self }
     }
 }

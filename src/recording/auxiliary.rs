@@ -2,8 +2,10 @@
 //!
 //! Guarantees: every number is finite; a segment shares the numbers of the recording that it was cut of.
 
+use std::ops::Range;
 use std::sync::Arc;
 
+use crate::recording::range::range_of;
 use crate::recording::shared::Shared;
 
 /// From when to when (s) a channel holds a value that is too old to be believed.
@@ -86,11 +88,7 @@ impl AuxiliaryTable {
     /// The least and the greatest value of each channel.
     pub fn ranges(&self) -> Vec<(f64, f64)> {
         let channel = |at: usize| self.values.iter().skip(at).step_by(self.len());
-        let ends = |at: usize| {
-            channel(at).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(*value), high.max(*value))
-            })
-        };
+        let ends = |at: usize| range_of(channel(at).copied());
         (0..self.len()).map(ends).collect()
     }
 
@@ -121,8 +119,9 @@ impl AuxiliaryTable {
         Self::new(of(&self.names), of(&self.units), values.collect()).with_held(held)
     }
 
-    pub(super) fn shared(&self) -> &Shared {
-        &self.values
+    /// These samples, one range after another.
+    pub(super) fn rows(&self, ranges: &[Range<usize>]) -> Self {
+        self.with_values(self.values.rows(ranges, self.len()))
     }
 
     pub(super) fn with_values(&self, values: Shared) -> Self {

@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::axis::Axis;
 use crate::recording::load_cases::load_cases;
-use crate::recording::recording::{Recording, Source};
+use crate::recording::range::{NO_RANGE, joined};
+use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
 
 /// Fewer groups than this are not taken from names: what is left to fit would be too little.
@@ -169,21 +170,14 @@ impl From<GroupPattern> for String {
 impl GroupPattern {
     /// The group of a recording; `None` where a word of the pattern is not in its name.
     pub fn group_of(&self, recording: &Recording) -> Option<String> {
-        let path = match recording.source() {
-            Source::File(path) => Some(path.as_path()),
-            Source::Simulated => None,
-        };
-        let last = |path: Option<&Path>| {
-            let name = path.and_then(Path::file_name)?;
-            Some(name.to_string_lossy().into_owned())
-        };
+        let path = recording.source().path();
         let mut pieces = self.0.split('{');
         let mut group = pieces.next().unwrap_or_default().to_owned();
         for piece in pieces {
             let (word, rest) = piece.split_once('}')?;
             group.push_str(&match word {
-                "file" => last(path)?,
-                "folder" => last(path.and_then(Path::parent))?,
+                "file" => last_name(path?)?,
+                "folder" => last_name(path?.parent()?)?,
                 "recording" => recording.name().to_owned(),
                 word => after(&words_of(recording), &word.to_lowercase())?.to_owned(),
             });
@@ -228,14 +222,15 @@ impl RecordingSet {
             let keys = training.iter().map(|&at| &keys[at]);
             keys.collect::<BTreeSet<_>>().len()
         };
+        let lone = |keys: &[Key]| lone(entries, &training, keys);
         let is_set = training.iter().any(|&at| entries[at].group.is_some());
         if !is_set
             && !training.is_empty()
             && training.iter().all(|&at| entries[at].recording.is_static())
         {
             let keys = cases(entries);
-            let lone = lone(entries, &training, &keys);
-            return named(LOAD_CASE, keys, None, lone);
+            let lone = lone(&keys);
+            return named(LOAD_CASE, keys, lone);
         }
         let n = training.len();
         let mut unused = None;
@@ -247,14 +242,14 @@ impl RecordingSet {
             }
             let lone = match n_groups {
                 1 => None,
-                _ => lone(entries, &training, &keys),
+                _ => lone(&keys),
             };
             let are_many = n_groups >= FEWEST_FOUND;
             if is_set && n_groups > 1 {
-                return named(GROUP, keys, None, lone);
+                return named(GROUP, keys, lone);
             }
             if are_many && lone.is_none() {
-                return named(way.by, keys, None, None);
+                return named(way.by, keys, None);
             }
             unused.get_or_insert(UnusedGroups {
                 by: way.by,
@@ -264,11 +259,11 @@ impl RecordingSet {
         }
         let keys = keyed(None);
         let n_groups = distinct(&keys);
-        if is_set && n_groups > 1 && n_groups < n && n > 2 {
-            let lone = lone(entries, &training, &keys);
-            return named(GROUP, keys, None, lone);
-        }
         if is_set && n_groups < n {
+            if n_groups > 1 && n > 2 {
+                let lone = lone(&keys);
+                return named(GROUP, keys, lone);
+            }
             unused = Some(UnusedGroups {
                 by: GROUP,
                 n: n_groups,
@@ -276,7 +271,10 @@ impl RecordingSet {
             });
         }
         let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
-        named(RECORDING, own.collect(), unused, None)
+        Groups {
+            unused,
+            ..named(RECORDING, own.collect(), None)
+        }
     }
 
     /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
@@ -366,12 +364,7 @@ fn first_part(entries: &[Entry], at: usize) -> usize {
     entries.iter().position(is_part).unwrap_or(at)
 }
 
-fn named(
-    by: &'static str,
-    keys: Vec<Key>,
-    unused: Option<UnusedGroups>,
-    lone: Option<LoneGroup>,
-) -> Groups {
+fn named(by: &'static str, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
     let mut names = Vec::new();
     let mut of = Vec::with_capacity(keys.len());
@@ -390,7 +383,7 @@ fn named(
         by,
         of,
         names,
-        unused,
+        unused: None,
         lone,
     }
 }
@@ -401,22 +394,14 @@ fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup
     let mut ranges: BTreeMap<&Key, Vec<(f64, f64)>> = BTreeMap::new();
     for &at in training {
         let ranges = ranges.entry(&keys[at]);
-        let ranges = ranges.or_insert_with(|| vec![(f64::INFINITY, f64::NEG_INFINITY); axes.len()]);
-        for load in entries[at]
-            .recording
-            .loads()
-            .chunks_exact(axes.len().max(1))
-        {
-            for (range, value) in ranges.iter_mut().zip(load) {
-                *range = (range.0.min(*value), range.1.max(*value));
-            }
+        let ranges = ranges.or_insert_with(|| vec![NO_RANGE; axes.len()]);
+        for (range, own) in ranges.iter_mut().zip(entries[at].recording.load_ranges()) {
+            *range = joined(*range, *own);
         }
     }
     let span = |axis: usize, left_out: Option<&Key>| {
         let kept = ranges.iter().filter(|(key, _)| Some(**key) != left_out);
-        let (low, high) = kept.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
-            (all.0.min(own[axis].0), all.1.max(own[axis].1))
-        });
+        let (low, high) = kept.fold(NO_RANGE, |all, (_, own)| joined(all, own[axis]));
         (high - low).max(0.0)
     };
     (0..axes.len()).find_map(|axis| {
@@ -442,11 +427,8 @@ fn words_of(recording: &Recording) -> Vec<String> {
         Some((stem, part)) if part.bytes().all(|b| b.is_ascii_digit()) => stem,
         _ => name,
     };
-    let folder = match recording.source() {
-        Source::File(path) => path.parent().and_then(Path::file_name),
-        Source::Simulated => None,
-    };
-    let folder = folder.unwrap_or_default().to_string_lossy();
+    let folder = recording.source().path().and_then(Path::parent);
+    let folder = folder.and_then(last_name).unwrap_or_default();
     let mut words = Vec::new();
     for text in [&*folder, name] {
         let mut before = None;
@@ -475,6 +457,16 @@ fn is_number(word: &str) -> bool {
     word.bytes().all(|byte| byte.is_ascii_digit())
 }
 
+/// Whether a word can number what stands before it.
+fn is_label(word: &str) -> bool {
+    is_number(word) || word.chars().count() == 1
+}
+
+/// What a path ends in.
+fn last_name(path: &Path) -> Option<String> {
+    Some(path.file_name()?.to_string_lossy().into_owned())
+}
+
 /// Its digits without zeros in front, so that 1 and 01 are one.
 fn plain(number: &str) -> &str {
     let digits = number.trim_start_matches('0');
@@ -488,17 +480,14 @@ fn plain(number: &str) -> &str {
 /// The number or letter after a word.
 fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
     let pairs = words.windows(2);
-    let mut named = pairs
-        .filter(|pair| pair[0] == word && (is_number(&pair[1]) || pair[1].chars().count() == 1));
+    let mut named = pairs.filter(|pair| pair[0] == word && is_label(&pair[1]));
     named.next().map(|pair| plain(&pair[1]))
 }
 
 /// Where a word that counts repetitions stands before its number or letter, the last one.
 fn repetition(words: &[String]) -> Option<usize> {
     let mut pairs = words.windows(2);
-    pairs.rposition(|pair| {
-        REPETITIONS.contains(&&*pair[0]) && (is_number(&pair[1]) || pair[1].chars().count() == 1)
-    })
+    pairs.rposition(|pair| REPETITIONS.contains(&&*pair[0]) && is_label(&pair[1]))
 }
 
 /// A date as 2024-05-01 or 20240501.
@@ -550,17 +539,9 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
 fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
     let parts: Vec<Option<&Path>> = entries
         .iter()
-        .map(|entry| match entry.recording.source() {
-            Source::File(path) => part(path),
-            Source::Simulated => None,
-        })
+        .map(|entry| entry.recording.source().path().and_then(part))
         .collect();
-    let last = |path: &Path| {
-        path.file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned()
-    };
+    let last = |path: &Path| last_name(path).unwrap_or_default();
     let mut called: HashMap<String, BTreeSet<&Path>> = HashMap::new();
     for path in parts.iter().flatten() {
         called.entry(last(path)).or_default().insert(path);
@@ -580,7 +561,7 @@ fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>
 mod tests {
     use super::*;
     use crate::recording::left_out::{Judged, LeftOut};
-    use crate::recording::recording::Recording;
+    use crate::recording::recording::{Recording, Source};
 
     /// Recordings of these files and names in the train role, all loaded from 0 to 1.
     fn set_of(names: &[(&str, &str)]) -> RecordingSet {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use strum::{EnumIter, IntoEnumIterator as _};
+use strum::{EnumIter, IntoEnumIterator as _, IntoStaticStr};
 
 use crate::recording::axis::Axis;
 use crate::small_file::read_small;
@@ -16,7 +16,8 @@ use crate::small_file::read_small;
 const BYTES_LIMIT: u64 = 1 << 20;
 
 /// One item of a sensor's identity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, EnumIter)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, EnumIter, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "their texts say what they are")]
 pub enum Item {
     Manufacturer,
@@ -36,50 +37,40 @@ impl Item {
         Self::iter()
     }
 
-    /// Returns the name in files, the label, and what to enter.
-    fn texts(self) -> [&'static str; 3] {
+    /// Returns the label, and what to enter.
+    fn texts(self) -> [&'static str; 2] {
         match self {
-            Self::Manufacturer => ["manufacturer", "Manufacturer", "who made the sensor"],
-            Self::Model => ["model", "Model", "its type or part number"],
-            Self::Serial => ["serial", "Serial number", "which one it is"],
-            Self::Date => ["date", "Date of calibration", "as 2026-03-31"],
-            Self::Operator => ["operator", "Calibrated by", "who measured"],
-            Self::Temperature => [
-                "temperature",
-                "Temperature",
-                "with its unit, as (23 ± 1) °C",
-            ],
+            Self::Manufacturer => ["Manufacturer", "who made the sensor"],
+            Self::Model => ["Model", "its type or part number"],
+            Self::Serial => ["Serial number", "which one it is"],
+            Self::Date => ["Date of calibration", "as 2026-03-31"],
+            Self::Operator => ["Calibrated by", "who measured"],
+            Self::Temperature => ["Temperature", "with its unit, as (23 ± 1) °C"],
             Self::Reference => [
-                "reference",
                 "Reference standard",
                 "what the loads were measured or made with, and its certificate",
             ],
             Self::ReferenceUncertainty => [
-                "reference_uncertainty",
                 "Its stated uncertainty",
                 "as its certificate states it, such as 0.05 % of full scale (k = 2)",
             ],
-            Self::Notes => [
-                "notes",
-                "Notes",
-                "anything else that belongs to the calibration",
-            ],
+            Self::Notes => ["Notes", "anything else that belongs to the calibration"],
         }
     }
 
     /// Returns the name in files.
     pub fn key(self) -> &'static str {
-        self.texts()[0]
+        self.into()
     }
 
     /// Returns the name for people.
     pub fn label(self) -> &'static str {
-        self.texts()[1]
+        self.texts()[0]
     }
 
     /// Returns what to enter.
     pub fn hint(self) -> &'static str {
-        self.texts()[2]
+        self.texts()[1]
     }
 
     fn named(key: &str) -> Option<Self> {

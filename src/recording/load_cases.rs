@@ -9,35 +9,33 @@ pub const SAME_LOAD_SHARE: f64 = 0.005;
 ///
 /// **Shapes** loads `n × n_axes` row-major.
 pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
-    let rows = || loads.chunks_exact(axes.len().max(1));
-    let largest = |is_force: bool| {
-        let of_kind = |row: &[f64]| {
-            let own = row
-                .iter()
-                .zip(axes)
-                .filter(|(_, axis)| axis.is_force() == is_force);
-            own.map(|(load, _)| load.abs()).fold(0.0, f64::max)
-        };
-        rows().map(of_kind).fold(0.0, f64::max)
-    };
-    let (force, moment) = (largest(true), largest(false));
-    let within: Vec<f64> = axes
-        .iter()
-        .map(|axis| SAME_LOAD_SHARE * if axis.is_force() { force } else { moment })
-        .collect();
+    let largest = largest_loads(loads, axes);
+    let within = |axis: &Axis| SAME_LOAD_SHARE * largest[usize::from(axis.is_force())];
+    let within: Vec<f64> = axes.iter().map(within).collect();
     let mut first: Vec<&[f64]> = Vec::new();
-    rows()
-        .map(|row| {
-            let is_same = |own: &&[f64]| {
-                let mut pairs = own.iter().zip(row).zip(&within);
-                pairs.all(|((a, b), within)| (a - b).abs() <= *within)
-            };
-            first.iter().position(is_same).unwrap_or_else(|| {
-                first.push(row);
-                first.len() - 1
-            })
+    let rows = loads.chunks_exact(axes.len().max(1));
+    rows.map(|row| {
+        let is_same = |own: &&[f64]| {
+            let mut pairs = own.iter().zip(row).zip(&within);
+            pairs.all(|((a, b), within)| (a - b).abs() <= *within)
+        };
+        first.iter().position(is_same).unwrap_or_else(|| {
+            first.push(row);
+            first.len() - 1
         })
-        .collect()
+    })
+    .collect()
+}
+
+/// The magnitudes of the largest moment and of the largest force.
+///
+/// **Shapes** loads `n × n_axes` row-major.
+pub(super) fn largest_loads(loads: &[f64], axes: &[Axis]) -> [f64; 2] {
+    [false, true].map(|is_force| {
+        let all = loads.iter().zip(axes.iter().cycle());
+        let of_kind = all.filter(|(_, axis)| axis.is_force() == is_force);
+        of_kind.map(|(load, _)| load.abs()).fold(0.0, f64::max)
+    })
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ pub mod kinetics;
 mod left_out;
 mod load_cases;
 mod median;
+mod range;
 #[expect(
     clippy::module_inception,
     reason = "the room's main thing has the room's name"
@@ -35,6 +36,7 @@ pub use identity::{Identity, Item};
 pub use left_out::{GaugeRange, Judged, LeftOut, ValidRange};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};
 pub(crate) use median::median;
+pub(crate) use range::range_of;
 pub(crate) use recording::load_ranges;
 pub use recording::{Recording, Sampling, Source};
 pub use set::{Entry, RecordingSet, Role};

@@ -16,7 +16,7 @@ use crate::recording::date::{DateSource, Dated, Day};
 use crate::recording::gap::{Earlier, gap_by_steps};
 use crate::recording::left_out::LeftOut;
 use crate::recording::median::median;
-use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, joined};
+use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, all_joined};
 use crate::recording::tare::Tare;
 
 /// Where a recording comes from.
@@ -26,6 +26,16 @@ pub enum Source {
     File(PathBuf),
     /// Made by the built-in simulated sensor.
     Simulated,
+}
+
+impl Source {
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Simulated => None,
+        }
+    }
 }
 
 /// Whether the samples of a recording follow one another in time.
@@ -143,18 +153,9 @@ impl Recording {
             ("gauge", gauge_names.len(), &gauges),
             ("load", axes.len(), &loads),
         ] {
-            let bad = |value: &f64| !value.is_finite();
-            let parts = values.par_chunks(SAMPLES_A_THREAD).enumerate();
-            let first = parts.find_map_first(|(part, values)| {
-                let at = values.iter().position(bad)?;
-                Some(part * SAMPLES_A_THREAD + at)
-            });
-            if let Some(at) = first {
-                return Err(RecordingError::NotFinite {
-                    name,
-                    what,
-                    sample: at / width,
-                });
+            if let Some(at) = first_not_finite(values) {
+                let sample = at / width;
+                return Err(RecordingError::NotFinite { name, what, sample });
             }
         }
         if let Some(at) = times.windows(2).position(|pair| pair[1] < pair[0]) {
@@ -218,7 +219,7 @@ impl Recording {
                 actual,
             });
         }
-        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        if let Some(at) = first_not_finite(&values) {
             let (name, sample) = (self.name, at / names.len());
             return Err(RecordingError::NotFinite { name, what, sample });
         }
@@ -285,13 +286,10 @@ impl Recording {
         let auxiliary = all(|case| case.auxiliary.values()).into();
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
         let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
-        let name = match &first.source {
-            Source::File(path) => path
-                .file_stem()
-                .map(|stem| stem.to_string_lossy().into_owned()),
-            Source::Simulated => None,
-        };
-        let name = name.unwrap_or_else(|| first.name.clone());
+        let stem = first.source.path().and_then(Path::file_stem);
+        let name = stem.map_or(first.name.clone(), |stem| {
+            stem.to_string_lossy().into_owned()
+        });
         let auxiliary = first.auxiliary.with_values(auxiliary);
         first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
@@ -335,14 +333,11 @@ impl Recording {
 
     /// The recording as that which follows another of its file after a gap: creep and play go on through it.
     pub(crate) fn after(mut self, before: &Self) -> Self {
-        let (times, gauges) = (&before.times, before.gauges.shared());
-        let earlier = before.earlier.as_ref();
-        let auxiliary = &before.auxiliary;
         self.earlier = Some(Earlier::new(
-            times,
-            gauges,
-            auxiliary,
-            earlier,
+            &before.times,
+            before.gauges.shared(),
+            &before.auxiliary,
+            before.earlier.as_ref(),
             before.n_gauges(),
         ));
         self
@@ -468,9 +463,7 @@ impl Recording {
     /// folder.
     pub fn dated(&self) -> Option<Dated> {
         let in_name = || {
-            let Source::File(path) = &self.source else {
-                return None;
-            };
+            let path = self.source.path()?;
             let day = |name: Option<&std::ffi::OsStr>| Day::in_text(&name?.to_string_lossy());
             day(path.file_stem()).or_else(|| day(path.parent().and_then(Path::file_name)))
         };
@@ -589,9 +582,7 @@ impl Recording {
     pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
         let times = self.times.rows(ranges, 1);
         let (gauges, loads) = (self.gauges.rows(ranges), self.loads.rows(ranges));
-        let auxiliary = self.auxiliary.shared().rows(ranges, self.auxiliary.len());
-        let auxiliary = self.auxiliary.with_values(auxiliary);
-        self.with_samples(name, times, gauges, loads, auxiliary)
+        self.with_samples(name, times, gauges, loads, self.auxiliary.rows(ranges))
     }
 
     /// Other samples of the same sensor, with no samples before them.
@@ -605,26 +596,24 @@ impl Recording {
     ) -> Self {
         Self {
             name,
-            source: self.source.clone(),
-            sampling: self.sampling,
             rate_hz: rate_hz(&times).filter(|_| !self.is_static()),
-            tare: self.tare,
-            zero_secs: self.zero_secs,
-            gap_secs: self.gap_secs,
             earlier: None,
-            offsets: self.offsets.clone(),
-            left_out: self.left_out.clone(),
-            file_day: self.file_day,
-            entered_day: self.entered_day,
             times,
-            gauge_names: self.gauge_names.clone(),
-            gauge_units: self.gauge_units.clone(),
             gauges,
-            axes: self.axes.clone(),
             loads,
             auxiliary,
+            ..self.clone()
         }
     }
+}
+
+/// Where the first number that is not finite stands.
+fn first_not_finite(values: &[f64]) -> Option<usize> {
+    let parts = values.par_chunks(SAMPLES_A_THREAD).enumerate();
+    parts.find_map_first(|(part, values)| {
+        let at = values.iter().position(|value| !value.is_finite())?;
+        Some(part * SAMPLES_A_THREAD + at)
+    })
 }
 
 /// Of more steps than these some say how fast samples come, in runs that are spread evenly.
@@ -650,7 +639,7 @@ pub(crate) fn load_ranges<'a>(
 ) -> Vec<(f64, f64)> {
     let first = recordings.next().map(Recording::load_ranges);
     let first = first.unwrap_or_default().to_vec();
-    recordings.fold(first, |all, own| joined(&all, own.load_ranges()))
+    recordings.fold(first, |all, own| all_joined(&all, own.load_ranges()))
 }
 
 #[cfg(test)]

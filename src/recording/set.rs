@@ -145,12 +145,10 @@ impl RecordingSet {
 
     /// The unit of a gauge as the first recording has it; `raw` where it says none.
     pub fn gauge_unit(&self, gauge: usize) -> &str {
-        let units = self
-            .entries
-            .first()
-            .map(|entry| entry.recording.gauge_units());
-        let unit = units.and_then(|units| units.get(gauge)).map(String::as_str);
-        unit.filter(|unit| !unit.is_empty()).unwrap_or("raw")
+        let first = self.entries.first();
+        let unit = first.and_then(|entry| entry.recording.gauge_units().get(gauge));
+        unit.filter(|unit| !unit.is_empty())
+            .map_or("raw", String::as_str)
     }
 
     /// The recordings in the order of loading.
@@ -160,33 +158,30 @@ impl RecordingSet {
 
     /// Whether every recording comes from the built-in simulated sensor.
     pub fn is_simulated(&self) -> bool {
-        !self.entries.is_empty()
-            && self
-                .entries
-                .iter()
-                .all(|entry| *entry.recording.source() == crate::recording::Source::Simulated)
+        let mut entries = self.entries.iter();
+        let is_read = |entry: &Entry| entry.recording.source().path().is_some();
+        !self.entries.is_empty() && !entries.any(is_read)
+    }
+
+    fn in_role(&self, role: Role) -> impl Iterator<Item = &Recording> {
+        let entries = self.entries.iter().filter(move |entry| entry.role == role);
+        entries.map(|entry| &*entry.recording)
     }
 
     /// The median rate of the recordings in a role (Hz), of two the higher; `None` where none has a rate.
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
-        let entries = self.entries.iter().filter(|entry| entry.role == role);
-        median(entries.filter_map(|entry| entry.recording.rate_hz()))
+        median(self.in_role(role).filter_map(Recording::rate_hz))
     }
 
     /// Whether recordings that train or test have no times, so that nothing of the past can be known.
     pub fn is_static(&self) -> bool {
-        let used = self.entries.iter().filter(|entry| entry.role != Role::Off);
-        used.into_iter().any(|entry| entry.recording.is_static())
+        let mut used = self.entries.iter().filter(|entry| entry.role != Role::Off);
+        used.any(|entry| entry.recording.is_static())
     }
 
     /// How the first of the recordings that are fitted was tared, where all of them were.
     pub fn tare(&self) -> Option<Tare> {
-        let is_fitted = |entry: &&Entry| entry.role == Role::Train;
-        let mut tares = self
-            .entries
-            .iter()
-            .filter(is_fitted)
-            .map(|entry| entry.recording.tare());
+        let mut tares = self.in_role(Role::Train).map(Recording::tare);
         let first = tares.next()??;
         tares.all(|tare| tare.is_some()).then_some(first)
     }
@@ -197,30 +192,27 @@ impl RecordingSet {
     /// [`LayoutError`] if its columns differ from those that are loaded; the set stays as it was.
     pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
         let recording = &entry.recording;
+        let (name, axes) = (|| recording.name().to_owned(), recording.axes());
+        let layout = &mut self.layout;
         if self.entries.is_empty() {
-            self.layout = Layout {
-                gauge_names: recording.gauge_names().to_vec(),
-                axes: recording.axes().to_vec(),
-            };
-        } else {
-            if recording.gauge_names() != self.layout.gauge_names {
-                return Err(LayoutError::Gauges {
-                    name: recording.name().to_owned(),
-                    expected: self.layout.gauge_names.clone(),
-                    actual: recording.gauge_names().to_vec(),
-                });
-            }
-            if recording.has_reference() {
-                if self.layout.axes.is_empty() {
-                    self.layout.axes = recording.axes().to_vec();
-                } else if recording.axes() != self.layout.axes {
-                    return Err(LayoutError::Axes {
-                        name: recording.name().to_owned(),
-                        expected: self.layout.axes.clone(),
-                        actual: recording.axes().to_vec(),
-                    });
-                }
-            }
+            layout.gauge_names = recording.gauge_names().to_vec();
+            layout.axes.clear();
+        }
+        if recording.gauge_names() != layout.gauge_names {
+            return Err(LayoutError::Gauges {
+                name: name(),
+                expected: layout.gauge_names.clone(),
+                actual: recording.gauge_names().to_vec(),
+            });
+        }
+        if layout.axes.is_empty() {
+            layout.axes = axes.to_vec();
+        } else if recording.has_reference() && axes != layout.axes {
+            return Err(LayoutError::Axes {
+                name: name(),
+                expected: layout.axes.clone(),
+                actual: axes.to_vec(),
+            });
         }
         self.entries.push(entry);
         Ok(())
@@ -267,11 +259,8 @@ impl RecordingSet {
         if index < self.entries.len() {
             self.entries.remove(index);
         }
-        if !self
-            .entries
-            .iter()
-            .any(|entry| entry.recording.has_reference())
-        {
+        let mut entries = self.entries.iter();
+        if !entries.any(|entry| entry.recording.has_reference()) {
             self.layout.axes.clear();
         }
     }

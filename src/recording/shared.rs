@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use super::range::{NO_RANGE, including, joined};
+
 /// So many samples, or numbers, are looked through by one thread at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 
@@ -100,7 +102,7 @@ impl Ranged {
         Self {
             ranges: runs
                 .iter()
-                .fold(ranges(&[], width), |all, run| joined(&all, run)),
+                .fold(ranges(&[], width), |all, run| all_joined(&all, run)),
             runs: Arc::new(runs),
             values,
             width,
@@ -143,12 +145,12 @@ impl Ranged {
         let ranges = match whole.is_empty() || self.width == 0 {
             true => of(start..end),
             false => {
-                let beside = joined(
+                let beside = all_joined(
                     &of(start..whole.start * SAMPLES_A_THREAD),
                     &of(whole.end * SAMPLES_A_THREAD..end),
                 );
                 let runs = self.runs[whole].iter();
-                runs.fold(beside, |all, run| joined(&all, run))
+                runs.fold(beside, |all, run| all_joined(&all, run))
             }
         };
         Self {
@@ -174,17 +176,17 @@ impl PartialEq for Ranged {
     }
 }
 
-/// What both reach.
-pub(super) fn joined(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<(f64, f64)> {
+/// What both reach, column by column.
+pub(super) fn all_joined(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let both = a.iter().zip(b);
-    both.map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect()
+    both.map(|(a, b)| joined(*a, *b)).collect()
 }
 
 fn ranges(rows: &[f64], width: usize) -> Vec<(f64, f64)> {
-    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); width];
+    let mut ranges = vec![NO_RANGE; width];
     for row in rows.chunks_exact(width.max(1)) {
-        for ((low, high), value) in ranges.iter_mut().zip(row) {
-            (*low, *high) = (low.min(*value), high.max(*value));
+        for (range, value) in ranges.iter_mut().zip(row) {
+            *range = including(*range, *value);
         }
     }
     ranges

@@ -9,7 +9,9 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::load_cases::largest_loads;
 use crate::recording::axis::Axis;
+use crate::recording::range::range_of;
 use crate::recording::recording::Recording;
 
 /// How long a quiet interval is (s); shorter ones say little about the mean.
@@ -178,12 +180,7 @@ fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
 fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     let (axes, loads) = (recording.axes(), recording.loads());
     let n_axes = axes.len();
-    let largest = |is_force: bool| {
-        let of_kind = loads.iter().zip(axes.iter().cycle());
-        let of_kind = of_kind.filter(|(_, axis)| axis.is_force() == is_force);
-        of_kind.map(|(load, _)| load.abs()).fold(0.0, f64::max)
-    };
-    let largest = [false, true].map(largest);
+    let largest = largest_loads(loads, axes);
     let is_near_zero = |(at, axis): (usize, &Axis)| {
         let (low, width) = range(loads, n_axes, at, samples.clone());
         let own = loads[samples.start * n_axes + at..].iter().step_by(n_axes);
@@ -197,11 +194,7 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
 /// The smallest value of a column among these rows, and how far above it the largest is.
 fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
     let own = values[rows.start * width + column..].iter().step_by(width);
-    let (low, high) = own
-        .take(rows.len())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-            (low.min(value), high.max(value))
-        });
+    let (low, high) = range_of(own.take(rows.len()).copied());
     (low, high - low)
 }
 

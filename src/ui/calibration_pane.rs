@@ -159,7 +159,7 @@ fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut V
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
             let held = TARGETS.iter();
-            let held = held.map(|target| format!(".{}: {}", target.endings()[0], target.holds()));
+            let held = held.map(|target| format!(".{}: {}", target.endings[0], target.holds));
             let export = ui
                 .button("Export")
                 .on_hover_text(held.collect::<Vec<_>>().join("\n"));

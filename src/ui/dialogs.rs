@@ -82,8 +82,8 @@ pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
     fn open_files(&mut self, reply: Reply) {
-        let calibrations = TARGETS.iter().filter(|target| target.reader().is_some());
-        let calibrations = calibrations.flat_map(|target| target.endings().iter().copied());
+        let calibrations = TARGETS.iter().filter(|target| target.reader.is_some());
+        let calibrations = calibrations.flat_map(|target| target.endings.iter().copied());
         let endings: Vec<&str> = formats::endings().chain(calibrations).collect();
         let dialog = rfd::AsyncFileDialog::new()
             .set_title("Open recordings, a calibration or a session")

@@ -217,11 +217,11 @@ fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
     let directory = tempfile::tempdir().unwrap();
     let network = calibration(every_block(), Regressor::Network);
     for target in TARGETS {
-        for ending in target.endings() {
+        for ending in target.endings {
             let path = directory
                 .path()
                 .join(format!("c.{}", ending.to_ascii_uppercase()));
-            assert_eq!(target_for(&path).unwrap().name(), target.name());
+            assert_eq!(target_for(&path).unwrap().name, target.name);
             write_calibration(&network, &path).unwrap();
             let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).into_owned();
             let says = [
@@ -236,7 +236,7 @@ fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
             );
             assert_eq!(
                 read_calibration(&path).is_ok(),
-                target.reader().is_some(),
+                target.reader.is_some(),
                 "{ending}"
             );
         }

@@ -6,7 +6,10 @@ use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
-use super::model::{Band, GridEdge, Kernel, KernelError, KernelSettings, square_distance};
+use super::model::{
+    Band, GridEdge, Kernel, KernelError, KernelSettings, similarities_to, square_distance,
+    standardise,
+};
 use crate::calibration::linear::{Ridge, Terms, fit, fit_targets};
 use crate::calibration::normal_equations::NormalEquations;
 use crate::calibration::one_standard_error::{SHARES, best_share, simplest_good};
@@ -193,9 +196,7 @@ impl Standardised {
     }
 
     fn apply(&self, row: &[f64], out: &mut Vec<f64>) {
-        out.clear();
-        let columns = row.iter().zip(&self.shift).zip(&self.scale);
-        out.extend(columns.map(|((value, shift), scale)| (value - shift) * scale));
+        standardise(row, &self.shift, &self.scale, out);
     }
 
     /// Picks samples far from each other: the one nearest the mean, then always the one farthest from those picked.
@@ -287,7 +288,6 @@ impl<'a> Whitened<'a> {
         let m = self.landmarks.len();
         let n_linear = rows.linear_stage().map_or(0, |stage| stage.kinds.len());
         let n_columns = m + 1 + n_linear;
-        let factor = -0.5 / (self.length_scale * self.length_scale);
         let of_runs = (0..rows.n_runs())
             .into_par_iter()
             .map(|run| {
@@ -306,9 +306,9 @@ impl<'a> Whitened<'a> {
                     let mut similarities = Mat::zeros(m, taken.len());
                     for (column, k) in taken.iter().enumerate() {
                         self.standardised.apply(&block.inputs[k * d..][..d], &mut x);
-                        for (i, landmark) in self.landmarks.iter().enumerate() {
-                            similarities[(i, column)] =
-                                (factor * square_distance(landmark, &x)).exp();
+                        let of_row = similarities_to(self.landmarks, self.length_scale, &x);
+                        for (i, similarity) in of_row.enumerate() {
+                            similarities[(i, column)] = similarity;
                         }
                     }
                     let phi = &self.whitening * similarities;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::calibration::length::{WrongLength, check_length};
 use crate::calibration::linear_map::is_usable;
 use crate::features::{OutOfRange, Range, Setting, Unit};
 use crate::progress::Cancelled;
@@ -70,12 +71,8 @@ pub enum KernelError {
         "{landmarks} landmarks are more than the {samples} training samples; take fewer landmarks"
     )]
     FewSamples { landmarks: usize, samples: usize },
-    #[error("the kernel's {field} has {actual} entries where {expected} are needed")]
-    Length {
-        field: &'static str,
-        expected: usize,
-        actual: usize,
-    },
+    #[error("the kernel's {0}")]
+    Length(#[from] WrongLength),
     #[error("the kernel's {field} holds a number that is not finite")]
     NotFinite { field: &'static str },
     #[error(
@@ -140,58 +137,27 @@ impl Kernel {
     /// [`KernelError`] with the first thing found.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
         let m = self.landmarks.len();
-        let triangle = |rows: &[Vec<f64>]| {
-            rows.iter()
-                .enumerate()
-                .find(|(at, row)| row.len() != at + 1)
-                .map(|(at, row)| (at + 1, row.len()))
-        };
-        let of_width = |rows: &[Vec<f64>], width: usize| {
-            let row = rows.iter().find(|row| row.len() != width)?;
-            Some((width, row.len()))
-        };
-        let exactly =
-            |expected: usize, actual: usize| (expected != actual).then_some((expected, actual));
-        for (field, wrong) in [
-            ("input_shift", exactly(n_columns, self.input_shift.len())),
-            ("input_scale", exactly(n_columns, self.input_scale.len())),
-            ("landmarks", of_width(&self.landmarks, n_columns)),
-            ("weights", exactly(n_axes, self.weights.len())),
-            ("weights", of_width(&self.weights, m)),
-            ("offset", exactly(n_axes, self.offset.len())),
-            (
-                "noise_variance",
-                exactly(n_axes, self.band.noise_variance.len()),
-            ),
-            ("whitening", exactly(m, self.band.whitening.len())),
-            ("whitening", triangle(&self.band.whitening)),
-            ("posterior", exactly(m, self.band.posterior.len())),
-            ("posterior", triangle(&self.band.posterior)),
-        ] {
-            if let Some((expected, actual)) = wrong {
-                return Err(KernelError::Length {
-                    field,
-                    expected,
-                    actual,
-                });
+        let vector = |field: &'static str, n: usize, numbers: &[f64]| {
+            check_length(field, n, numbers.len())?;
+            match numbers.iter().all(|number| is_usable(*number)) {
+                true => Ok(()),
+                false => Err(KernelError::NotFinite { field }),
             }
-        }
-        let finite = |rows: &[Vec<f64>]| rows.iter().flatten().copied().all(is_usable);
-        let all = |values: &[f64]| values.iter().copied().all(is_usable);
-        for (field, is_finite) in [
-            ("input_shift", all(&self.input_shift)),
-            ("input_scale", all(&self.input_scale)),
-            ("landmarks", finite(&self.landmarks)),
-            ("weights", finite(&self.weights)),
-            ("offset", all(&self.offset)),
-            ("noise_variance", all(&self.band.noise_variance)),
-            ("whitening", finite(&self.band.whitening)),
-            ("posterior", finite(&self.band.posterior)),
-        ] {
-            if !is_finite {
-                return Err(KernelError::NotFinite { field });
-            }
-        }
+        };
+        let rows = |field, n, rows: &[Vec<f64>], width: &dyn Fn(usize) -> usize| {
+            check_length(field, n, rows.len())?;
+            let mut rows = rows.iter().enumerate();
+            rows.try_for_each(|(at, row)| vector(field, width(at), row))
+        };
+        let triangle = |at| at + 1;
+        vector("input_shift", n_columns, &self.input_shift)?;
+        vector("input_scale", n_columns, &self.input_scale)?;
+        rows("landmarks", m, &self.landmarks, &|_| n_columns)?;
+        rows("weights", n_axes, &self.weights, &|_| m)?;
+        vector("offset", n_axes, &self.offset)?;
+        vector("noise_variance", n_axes, &self.band.noise_variance)?;
+        rows("whitening", m, &self.band.whitening, &triangle)?;
+        rows("posterior", m, &self.band.posterior, &triangle)?;
         for scale in [self.length_scale, self.band.strength] {
             LENGTH_SCALE.check(scale)?;
         }
@@ -238,20 +204,12 @@ impl Kernel {
     }
 
     fn similarities(&self, row: &[f64], scratch: &mut KernelScratch) {
-        scratch.x.clear();
-        let standardised = row
-            .iter()
-            .zip(&self.input_shift)
-            .zip(&self.input_scale)
-            .map(|((value, shift), scale)| (value - shift) * scale);
-        scratch.x.extend(standardised);
-        let factor = -0.5 / (self.length_scale * self.length_scale);
-        scratch.similarities.clear();
-        scratch.similarities.extend(
-            self.landmarks
-                .iter()
-                .map(|landmark| (factor * square_distance(landmark, &scratch.x)).exp()),
-        );
+        let KernelScratch {
+            x, similarities, ..
+        } = scratch;
+        standardise(row, &self.input_shift, &self.input_scale, x);
+        similarities.clear();
+        similarities.extend(similarities_to(&self.landmarks, self.length_scale, x));
     }
 }
 
@@ -266,6 +224,24 @@ pub struct KernelScratch {
 /// The dot product of as many entries as the shorter one has: rows of a triangle end on the diagonal.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Writes a standardised row.
+pub(super) fn standardise(row: &[f64], shift: &[f64], scale: &[f64], out: &mut Vec<f64>) {
+    out.clear();
+    let columns = row.iter().zip(shift).zip(scale);
+    out.extend(columns.map(|((value, shift), scale)| (value - shift) * scale));
+}
+
+/// How similar a standardised row is to each landmark.
+pub(super) fn similarities_to(
+    landmarks: &[Vec<f64>],
+    length_scale: f64,
+    x: &[f64],
+) -> impl Iterator<Item = f64> {
+    let factor = -0.5 / (length_scale * length_scale);
+    let landmarks = landmarks.iter();
+    landmarks.map(move |landmark| (factor * square_distance(landmark, x)).exp())
 }
 
 pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {

@@ -33,48 +33,29 @@ impl Adam {
     pub(super) fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64) {
         self.n_steps = self.n_steps.saturating_add(1);
         let unbiased = |decay: f64| 1.0 - decay.powi(self.n_steps);
-        pulp::Arch::new().dispatch(Step {
-            parameters,
-            gradient,
-            first: &mut self.first,
-            second: &mut self.second,
-            rate: (learning_rate / unbiased(FIRST_DECAY)) as f32,
-            second_factor: (1.0 / unbiased(SECOND_DECAY)).sqrt() as f32,
-        });
-    }
-}
-
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct Step<'a> {
-    parameters: &'a mut [f32],
-    gradient: &'a [f32],
-    first: &'a mut [f32],
-    second: &'a mut [f32],
-    /// The learning rate over the first moment's bias.
-    rate: f32,
-    /// One over the root of the second moment's bias.
-    second_factor: f32,
-}
-
-impl pulp::WithSimd for Step<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        const B1: f32 = FIRST_DECAY as f32;
-        const B2: f32 = SECOND_DECAY as f32;
-        // Subtracted in double precision: `1 − B2` would keep four digits only.
-        const NEW1: f32 = (1.0 - FIRST_DECAY) as f32;
-        const NEW2: f32 = (1.0 - SECOND_DECAY) as f32;
-        let moments = self.first.iter_mut().zip(self.second);
-        let parameters = self.parameters.iter_mut().zip(self.gradient);
-        for ((parameter, &slope), (first, second)) in parameters.zip(moments) {
-            let m = flushed(B1 * *first + NEW1 * slope);
-            let v = flushed(B2 * *second + NEW2 * slope * slope);
-            *first = m;
-            *second = v;
-            *parameter -= self.rate * m / (v.sqrt() * self.second_factor + EPSILON);
-        }
+        // The learning rate over the first moment's bias, and one over the root of the second's.
+        let rate = (learning_rate / unbiased(FIRST_DECAY)) as f32;
+        let second_factor = (1.0 / unbiased(SECOND_DECAY)).sqrt() as f32;
+        let moments = self.first.iter_mut().zip(&mut self.second);
+        let parameters = parameters.iter_mut().zip(gradient);
+        let all = parameters.zip(moments);
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            move || {
+                const B1: f32 = FIRST_DECAY as f32;
+                const B2: f32 = SECOND_DECAY as f32;
+                // Subtracted in double precision: `1 − B2` would keep four digits only.
+                const NEW1: f32 = (1.0 - FIRST_DECAY) as f32;
+                const NEW2: f32 = (1.0 - SECOND_DECAY) as f32;
+                for ((parameter, &slope), (first, second)) in all {
+                    let m = flushed(B1 * *first + NEW1 * slope);
+                    let v = flushed(B2 * *second + NEW2 * slope * slope);
+                    *first = m;
+                    *second = v;
+                    *parameter -= rate * m / (v.sqrt() * second_factor + EPSILON);
+                }
+            },
+        );
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::calibration::length::WrongLength;
 use crate::features::OutOfRange;
 use crate::progress::Cancelled;
 
@@ -66,14 +67,8 @@ pub enum NetworkError {
     },
     #[error("the training was cancelled before its first epoch was done")]
     Cancelled,
-    #[error(
-        "the network's {field} has {actual} entries where {expected} are needed; train it anew or restore the file"
-    )]
-    Length {
-        field: String,
-        expected: usize,
-        actual: usize,
-    },
+    #[error("the network's {0}; train it anew or restore the file")]
+    Length(#[from] WrongLength),
     #[error(
         "the network's {field} holds a number that is not finite, or is negative where it must not be; train it anew or restore the file"
     )]

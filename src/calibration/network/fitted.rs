@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::passes::Shape;
 use super::product::Real;
 use super::samples::Scale;
+use crate::calibration::length::check_length;
 use crate::calibration::linear_map::is_usable;
 use crate::calibration::network::error::NetworkError;
 
@@ -77,7 +78,7 @@ impl Network {
             return Err(NetworkError::NoColumns);
         }
         if self.layers.is_empty() {
-            return length("layers", 1, 0);
+            return Ok(check_length("layers", 1, 0)?);
         }
         for (field, expected, numbers, least) in [
             ("input_shift", n_inputs, &self.input_shift, f64::MIN),
@@ -90,7 +91,7 @@ impl Network {
             ("target_shift", n_targets, &self.target_shift, f64::MIN),
             ("target_scale", n_targets, &self.target_scale, 0.0),
         ] {
-            length(field, expected, numbers.len())?;
+            check_length(field, expected, numbers.len())?;
             finite(field, numbers.iter().all(|x| *x >= least && is_usable(*x)))?;
         }
         let mut fan_in = n_inputs;
@@ -102,14 +103,14 @@ impl Network {
                 layer.biases.len()
             };
             if fan_out == 0 {
-                return length(&of("biases"), 1, 0);
+                return Ok(check_length(&of("biases"), 1, 0)?);
             }
-            length(&of("biases"), fan_out, layer.biases.len())?;
-            length(&of("weights"), fan_out, layer.weights.len())?;
+            check_length(&of("biases"), fan_out, layer.biases.len())?;
+            check_length(&of("weights"), fan_out, layer.weights.len())?;
             finite(&of("biases"), layer.biases.iter().all(|x| x.is_finite()))?;
             for (unit, row) in layer.weights.iter().enumerate() {
                 let field = of(&format!("weights[{unit}]"));
-                length(&field, fan_in, row.len())?;
+                check_length(&field, fan_in, row.len())?;
                 finite(&field, row.iter().all(|x| x.is_finite()))?;
             }
             fan_in = fan_out;
@@ -165,18 +166,6 @@ impl Network {
     }
 }
 
-fn length(field: &str, expected: usize, actual: usize) -> Result<(), NetworkError> {
-    if expected == actual {
-        Ok(())
-    } else {
-        Err(NetworkError::Length {
-            field: field.to_owned(),
-            expected,
-            actual,
-        })
-    }
-}
-
 fn finite(field: &str, all: bool) -> Result<(), NetworkError> {
     if all {
         Ok(())
@@ -190,6 +179,7 @@ fn finite(field: &str, all: bool) -> Result<(), NetworkError> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::calibration::length::WrongLength;
     use crate::random::Random;
 
     /// A network of random numbers with two inputs and two targets.
@@ -243,7 +233,10 @@ pub(super) mod tests {
             let mut network = any_network(&[3, 4]);
             change(&mut network);
             match network.validate(2, 2) {
-                Err(NetworkError::Length { field, .. } | NetworkError::Number { field }) => field,
+                Err(
+                    NetworkError::Length(WrongLength { field, .. })
+                    | NetworkError::Number { field },
+                ) => field,
                 other => panic!("{other:?}"),
             }
         };

@@ -14,9 +14,9 @@
 //!     train.push_rows(&[x], &[x * x])?;
 //! }
 //! let settings = NetworkSettings { hidden: vec![16], epochs: 40, ..NetworkSettings::default() };
-//! let trained = Network::train(&train, None, &settings, &Progress::default(), &mut |_| {})?;
+//! let network = Network::train(&train, None, &settings, &Progress::default(), &mut |_| {})?;
 //! let mut load = [0.0];
-//! trained.network.predict_rows(&[0.5], &mut load);
+//! network.predict_rows(&[0.5], &mut load);
 //! assert!((load[0] - 0.25).abs() < 0.03);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

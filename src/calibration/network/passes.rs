@@ -106,7 +106,7 @@ impl<T: Real> Forward<T> {
                 View::new(&before[layer], fan_in + 1, n_samples, fan_in + 1),
             );
             if layer + 1 < shape.n_layers() {
-                pulp::Arch::new().dispatch(Rectify(out));
+                rectify(out);
             }
         }
         &self.blocks[shape.n_layers()][..n_samples * shape.n_outputs()]
@@ -162,13 +162,30 @@ impl<T: Real> Backward<T> {
                     View::new(weights, fan_out, fan_in, fan_out).transpose(),
                     slopes,
                 );
-                pulp::Arch::new().dispatch(Gate {
-                    slopes: earlier,
-                    values,
-                });
+                // Units at rest have no slopes: a rectifier blocks them.
+                pulp::Arch::new().dispatch(
+                    #[inline(always)]
+                    move || {
+                        for (slope, value) in earlier.iter_mut().zip(values) {
+                            *slope *= switch(*value);
+                        }
+                    },
+                );
             }
         }
     }
+}
+
+/// Sets what is below zero to zero.
+fn rectify<T: Real>(values: &mut [T]) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        move || {
+            for value in values {
+                *value *= switch(*value);
+            }
+        },
+    );
 }
 
 /// One for a unit at work, zero for one at rest.
@@ -178,37 +195,6 @@ impl<T: Real> Backward<T> {
 #[inline(always)]
 fn switch<T: Real>(value: T) -> T {
     T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })
-}
-
-/// Sets what is below zero to zero.
-struct Rectify<'a, T>(&'a mut [T]);
-
-impl<T: Real> pulp::WithSimd for Rectify<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        for value in self.0 {
-            *value *= switch(*value);
-        }
-    }
-}
-
-/// Sets the slopes of units at rest to zero: a rectifier blocks them.
-struct Gate<'a, T> {
-    slopes: &'a mut [T],
-    values: &'a [T],
-}
-
-impl<T: Real> pulp::WithSimd for Gate<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        for (slope, value) in self.slopes.iter_mut().zip(self.values) {
-            *slope *= switch(*value);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -328,7 +314,7 @@ mod tests {
     #[test]
     fn what_is_no_number_passes_the_rectifier() {
         let mut values = [-1.0, f32::NAN, 2.0];
-        pulp::Arch::new().dispatch(Rectify(&mut values));
+        rectify(&mut values);
         assert_eq!((values[0], values[2]), (0.0, 2.0));
         assert!(values[1].is_nan());
     }

@@ -33,12 +33,16 @@ impl Real for f32 {
         if bulk > 0 {
             by_faer(out.first_rows(bulk), left.first_rows(bulk), right);
         }
-        pulp::Arch::new().dispatch(Edge {
+        let mut edge = Edge {
             out,
             left,
             right,
             first_row: bulk,
-        });
+        };
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            move || edge.write(),
+        );
     }
 }
 
@@ -148,11 +152,9 @@ struct Edge<'a> {
     first_row: usize,
 }
 
-impl pulp::WithSimd for Edge<'_> {
-    type Output = ();
-
+impl Edge<'_> {
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(mut self, _: S) {
+    fn write(&mut self) {
         let mut panel = [[0.0; LANES]; DEPTH];
         let depth = self.left.n_columns;
         for start in (0..depth).step_by(DEPTH) {
@@ -168,9 +170,7 @@ impl pulp::WithSimd for Edge<'_> {
             }
         }
     }
-}
 
-impl Edge<'_> {
     /// Writes the left matrix' columns from `start` on, one after another; lanes beyond the last row hold anything.
     #[inline(always)]
     fn lay_out(&self, start: usize, panel: &mut [Lanes]) {

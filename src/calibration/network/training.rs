@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::epochs::{Losses, Training};
+use super::epochs::Training;
 use crate::calibration::network::error::NetworkError;
 use crate::calibration::network::fitted::Network;
 use crate::calibration::network::samples::Samples;
@@ -43,39 +43,15 @@ impl EpochReport {
     }
 }
 
-/// Why a training ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stopped {
-    /// Every epoch is done.
-    Finished,
-    /// Somebody asked for it; the network is the best of the epochs that were done.
-    Cancelled,
-}
-
-/// What a training leaves behind.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Trained {
-    /// The network of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss; without
-    /// early stopping that of the last.
-    pub network: Network,
-    /// Why the training ended.
-    pub stopped: Stopped,
-    /// How many epochs were done.
-    pub epochs_done: usize,
-    /// The epoch that `network` comes from, counted from one.
-    pub best_epoch: usize,
-    /// The training loss of that epoch, see [`EpochReport`].
-    pub train_loss: f64,
-    /// The held-out loss of that epoch.
-    pub held_out_loss: Option<f64>,
-}
-
 impl Network {
     /// Trains a network on one thread.
     ///
     /// He's first weights, rectified hidden units, a linear output, the squared error of the standardised targets,
     /// Adam under a rate that falls along half a cosine, or stays. `on_epoch` is called after every epoch; `progress` counts
     /// batches.
+    ///
+    /// The network is that of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss;
+    /// without early stopping that of the last. Once somebody has asked to stop, it is that of the epochs that were done.
     ///
     /// **Source** section 4.2.1; He et al. 2015; Kingma and Ba 2015; Loshchilov and Hutter 2017 without restarts.
     ///
@@ -89,47 +65,44 @@ impl Network {
         settings: &NetworkSettings,
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
-    ) -> Result<Trained, NetworkError> {
+    ) -> Result<Self, NetworkError> {
         let start = Instant::now();
         settings.validate()?;
         check_samples(train, held_out)?;
         let inputs = train.inputs.measure(progress)?;
         let targets = train.targets.measure(progress)?;
         let mut training = Training::new(train, held_out, &inputs, &targets, settings, progress);
-        let mut best = None;
-        let mut epochs_done = 0;
-        while epochs_done < settings.epochs {
-            let Ok(losses) = training.epoch(epochs_done) else {
+        let mut best: Option<Best> = None;
+        for epoch in 1..=settings.epochs {
+            let Ok(losses) = training.epoch(epoch - 1) else {
                 break;
             };
-            epochs_done += 1;
-            training.check(losses, epochs_done)?;
-            match settings.early_stopping {
-                true => Best::update(&mut best, losses, epochs_done, &training.parameters),
-                false => best = Some(Best::new(losses, epochs_done, &training.parameters)),
+            training.check(losses, epoch)?;
+            let loss = losses.held_out.unwrap_or(losses.train);
+            let is_better = |best: &Best| !settings.early_stopping || loss < best.loss;
+            if best.as_ref().is_none_or(is_better) {
+                best = Some(Best {
+                    epoch,
+                    loss,
+                    parameters: training.parameters.clone(),
+                });
             }
             on_epoch(EpochReport {
-                epoch: epochs_done,
+                epoch,
                 epochs: settings.epochs,
                 train_loss: losses.train,
                 held_out_loss: losses.held_out,
-                best_epoch: best.as_ref().map_or(0, |best: &Best| best.epoch),
+                best_epoch: best.as_ref().map_or(0, |best| best.epoch),
                 elapsed: start.elapsed(),
             });
         }
-        let best = best.ok_or(NetworkError::Cancelled)?;
-        Ok(Trained {
-            network: Self::from_parameters(&training.shape, &best.parameters, &inputs, &targets),
-            stopped: if epochs_done < settings.epochs {
-                Stopped::Cancelled
-            } else {
-                Stopped::Finished
-            },
-            epochs_done,
-            best_epoch: best.epoch,
-            train_loss: best.losses.train,
-            held_out_loss: best.losses.held_out,
-        })
+        let parameters = best.ok_or(NetworkError::Cancelled)?.parameters;
+        Ok(Self::from_parameters(
+            &training.shape,
+            &parameters,
+            &inputs,
+            &targets,
+        ))
     }
 }
 
@@ -164,30 +137,8 @@ fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), Netw
 /// The best network so far.
 struct Best {
     epoch: usize,
-    losses: Losses,
+    loss: f64,
     parameters: Vec<f32>,
-}
-
-impl Best {
-    fn new(losses: Losses, epoch: usize, parameters: &[f32]) -> Self {
-        Self {
-            epoch,
-            losses,
-            parameters: parameters.to_vec(),
-        }
-    }
-
-    fn update(best: &mut Option<Self>, losses: Losses, epoch: usize, parameters: &[f32]) {
-        let judged = |losses: Losses| losses.held_out.unwrap_or(losses.train);
-        match best {
-            Some(best) if judged(losses) < judged(best.losses) => {
-                (best.epoch, best.losses) = (epoch, losses);
-                best.parameters.copy_from_slice(parameters);
-            }
-            Some(_) => {}
-            None => *best = Some(Self::new(losses, epoch, parameters)),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -223,8 +174,50 @@ mod tests {
         }
     }
 
+    /// A network, and what was reported of its epochs.
+    #[derive(Debug, PartialEq)]
+    struct Trained {
+        network: Network,
+        /// Of training and held-out samples, epoch by epoch.
+        losses: Vec<(f64, Option<f64>)>,
+        best_epoch: usize,
+    }
+
+    impl Trained {
+        fn held_out_loss(&self) -> Option<f64> {
+            self.losses[self.best_epoch - 1].1
+        }
+    }
+
     fn train(train: &Samples, held_out: Option<&Samples>, settings: &NetworkSettings) -> Trained {
-        Network::train(train, held_out, settings, &Progress::default(), &mut |_| {}).unwrap()
+        trained(train, held_out, settings, &Progress::default(), usize::MAX).unwrap()
+    }
+
+    /// Trains, and asks to stop after an epoch.
+    fn trained(
+        train: &Samples,
+        held_out: Option<&Samples>,
+        settings: &NetworkSettings,
+        progress: &Progress,
+        last: usize,
+    ) -> Result<Trained, NetworkError> {
+        let (mut losses, mut best_epoch) = (Vec::new(), 0);
+        let network = Network::train(train, held_out, settings, progress, &mut |report| {
+            losses.push((report.train_loss, report.held_out_loss));
+            best_epoch = report.best_epoch;
+            assert_eq!(
+                (losses.len(), settings.epochs),
+                (report.epoch, report.epochs)
+            );
+            if report.epoch == last {
+                progress.cancel();
+            }
+        })?;
+        Ok(Trained {
+            network,
+            losses,
+            best_epoch,
+        })
     }
 
     /// Root mean squared error over a grid, of each target.
@@ -253,10 +246,7 @@ mod tests {
         let trained = train(&samples(2000, 1, curved), None, &settings(60));
         let [rmse] = grid_rmse(&trained.network, curved);
         assert!(rmse < 0.012, "{rmse}");
-        assert_eq!(
-            (trained.stopped, trained.epochs_done),
-            (Stopped::Finished, 60)
-        );
+        assert_eq!(trained.losses.len(), 60);
         assert_eq!(trained.network.validate(2, 1), Ok(()));
     }
 
@@ -292,17 +282,11 @@ mod tests {
             2,
             |a, b| [1.5 * curved(a, b)[0] + 0.4 * (9.0 * a).sin()],
         );
-        let mut losses = Vec::new();
-        let trained = Network::train(
-            &learned,
-            Some(&held_out),
-            &settings(40),
-            &Progress::default(),
-            &mut |report| losses.push(report.held_out_loss.unwrap()),
-        )
-        .unwrap();
+        let trained = train(&learned, Some(&held_out), &settings(40));
+        let losses = trained.losses.iter();
+        let losses: Vec<f64> = losses.map(|(_, held_out)| held_out.unwrap()).collect();
         let lowest = losses.iter().copied().fold(f64::INFINITY, f64::min);
-        assert_eq!(trained.held_out_loss, Some(lowest));
+        assert_eq!(trained.held_out_loss(), Some(lowest));
         assert_eq!(losses[trained.best_epoch - 1], lowest);
         assert!(trained.best_epoch < 40, "the test must be able to fail");
         let again = train(&learned, Some(&held_out), &settings(40));
@@ -313,7 +297,7 @@ mod tests {
         };
         let last = train(&learned, Some(&held_out), &to_the_end);
         assert_eq!(
-            (last.best_epoch, last.held_out_loss),
+            (last.best_epoch, last.held_out_loss()),
             (40, losses.last().copied())
         );
     }
@@ -331,7 +315,7 @@ mod tests {
             trained.network.predict_rows(&[a, b], &mut out);
             loss += ((out[0] - curved(a, b)[0]) / trained.network.target_scale[0]).powi(2) / 333.0;
         }
-        let reported = trained.held_out_loss.unwrap();
+        let reported = trained.held_out_loss().unwrap();
         assert!((loss - reported).abs() < 1e-4 * loss, "{loss} {reported}");
     }
 
@@ -354,18 +338,8 @@ mod tests {
     fn a_cancelled_training_returns_the_best_so_far() {
         let samples = samples(300, 1, curved);
         let progress = Progress::default();
-        let mut seen = 0;
-        let trained = Network::train(&samples, None, &settings(50), &progress, &mut |report| {
-            seen = report.epoch;
-            if seen == 4 {
-                progress.cancel();
-            }
-        })
-        .unwrap();
-        assert_eq!(
-            (trained.stopped, trained.epochs_done, seen),
-            (Stopped::Cancelled, 4, 4)
-        );
+        let trained = trained(&samples, None, &settings(50), &progress, 4).unwrap();
+        assert_eq!(trained.losses.len(), 4);
         assert!(trained.best_epoch >= 1 && trained.best_epoch <= 4);
         assert_eq!(trained.network.validate(2, 1), Ok(()));
         let again = Network::train(&samples, None, &settings(50), &progress, &mut |_| {});
@@ -392,7 +366,7 @@ mod tests {
         let progress = Progress::default();
         match Network::train(train, held_out, settings, &progress, &mut |_| {}) {
             Err(NetworkError::Diverged { which, .. }) => which,
-            other => panic!("{:?}", other.map(|trained| trained.train_loss)),
+            other => panic!("{:?}", other.map(|network| network.n_parameters())),
         }
     }
 

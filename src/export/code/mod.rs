@@ -8,17 +8,18 @@ mod program;
 use std::fmt;
 use std::io;
 
-use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Serde, merge_maps};
-use minijinja::{Environment, State, UndefinedBehavior, Value, context};
+use minijinja::{State, Value, context};
 
 pub(in crate::export) use self::program::Program;
 use crate::calibration::network::Layer;
 use crate::calibration::{Calibration, Learned, STRAYS, Status};
-use crate::export::target::{Export, Outline, Refusal, Target};
+use crate::export::target::{Export, Target};
+use crate::export::template::environment;
 use crate::export::text::identifier;
 use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
+use crate::shown::printable;
 
 /// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
@@ -46,59 +47,22 @@ pub(in crate::export) struct Language {
     pub is_taken: fn(&str, &str) -> bool,
 }
 
-/// A format that is source code in a language.
-pub(in crate::export) struct Code {
-    pub name: &'static str,
-    pub endings: &'static [&'static str],
-    pub language: Language,
-}
-
-impl Target for Code {
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn endings(&self) -> &'static [&'static str] {
-        self.endings
-    }
-
-    fn holds(&self) -> &'static str {
-        "conventional and compensated load with all blocks"
-    }
-
-    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
-        match calibration.learned {
-            Some(Learned::Kernel(_)) => "the kernel's band",
-            _ => "nothing",
-        }
-    }
-
-    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
+/// What formats that are source code have in common.
+pub(in crate::export) const CODE: Target = Target {
+    holds: "conventional and compensated load with all blocks",
+    leaves_out: |calibration| match calibration.learned {
+        Some(Learned::Kernel(_)) => "the kernel's band",
+        _ => "nothing",
+    },
+    check: |outline| {
         let window_secs = outline.features.window_secs();
         match window_secs > LONGEST_WINDOW_SECS {
             true => Err(Box::new(LongWindow { window_secs })),
             false => Ok(()),
         }
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        out.write_all(self.source(export).1.as_bytes())
-    }
-}
-
-impl Code {
-    /// The name that the code goes by, and the code.
-    pub fn source(&self, export: &Export<'_>) -> (String, String) {
-        let name = identifier(export.name);
-        let code = named_code(export, self.language, &name);
-        if !(self.language.is_taken)(&name, &code) {
-            return (name, code);
-        }
-        let name = format!("cal_{name}");
-        let code = named_code(export, self.language, &name);
-        (name, code)
-    }
-}
+    },
+    ..Target::PLAIN
+};
 
 /// A past that fills the memory of what runs the code.
 #[derive(Debug, thiserror::Error)]
@@ -111,6 +75,33 @@ struct LongWindow {
 }
 
 impl Language {
+    /// A language in which numbers are written as this program writes them, and what is made of a name never needs it otherwise.
+    pub const PLAIN: Self = Self {
+        template: "",
+        comment: |text| printable(text).into_owned(),
+        brackets: ('[', ']'),
+        breaks: (",\n    ", ",\n    "),
+        number: plain,
+        time: plain,
+        weight: |weight| format!("{:?}", f64::from(weight)),
+        is_taken: |_, _| false,
+    };
+
+    pub fn write(self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+        out.write_all(self.source(export).1.as_bytes())
+    }
+
+    /// The name that the code goes by, and the code.
+    pub fn source(self, export: &Export<'_>) -> (String, String) {
+        let mut name = identifier(export.name);
+        let mut code = named_code(export, self, &name);
+        if (self.is_taken)(&name, &code) {
+            name = format!("cal_{name}");
+            code = named_code(export, self, &name);
+        }
+        (name, code)
+    }
+
     /// A list of literals, cut into lines.
     fn list(self, items: impl IntoIterator<Item = String>) -> String {
         const PER_LINE: usize = 6;
@@ -141,11 +132,7 @@ impl Language {
 
     /// The template with everything filled in.
     fn fill(self, values: Value) -> Result<String, minijinja::Error> {
-        let mut templates = Environment::new();
-        let mut syntax = SyntaxConfig::builder();
-        syntax.trim_blocks(true).lstrip_blocks(true);
-        templates.set_syntax(syntax.keep_trailing_newline(true).build()?);
-        templates.set_undefined_behavior(UndefinedBehavior::Strict);
+        let mut templates = environment(true);
         templates.add_filter("comment", move |text: String| (self.comment)(&text));
         templates.add_filter("plain", plain);
         templates.add_filter("number", move |value: f64| (self.number)(value));
@@ -180,11 +167,8 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
     state.env().render_str(text.trim_matches('\n'), names)
 }
 
-/// [`Language::breaks`] where only commas separate.
-pub(in crate::export) const COMMAS: (&str, &str) = (",\n    ", ",\n    ");
-
 /// A number with all its digits, and with a point or an exponent.
-pub(in crate::export) fn plain(value: f64) -> String {
+fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 

@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
+use crate::features::look_back::measured;
 use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 
 /// A history of every sample, as an old file may ask for, keeps no more than this (s).
@@ -96,12 +97,7 @@ impl Program {
             source: block.source(values, &rows),
         });
         let blocks: Vec<_> = blocks.collect();
-        let mut measured: Vec<(usize, f64)> = calibration
-            .distance_weights()
-            .into_iter()
-            .enumerate()
-            .filter(|(_, weight)| *weight != 0.0)
-            .collect();
+        let mut measured = measured(&calibration.distance_weights());
         if measured.is_empty() {
             measured.push((0, 0.0)); // nothing ever differs, and no array is empty
         }

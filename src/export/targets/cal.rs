@@ -6,66 +6,37 @@
 use std::collections::BTreeMap;
 use std::io;
 
+use minijinja::{Value, context};
 use quick_xml::Reader;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 
-use super::matrix;
+use super::matrix::{self, MATRIX};
 use crate::calibration::{
     Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
 };
-use crate::export::facts::Fact;
-use crate::export::target::{Export, Outline, ReadBack, Refusal, Target};
+use crate::export::target::{Export, Target};
+use crate::export::template::filled_markup;
 use crate::export::text::for_xml_comment;
 use crate::features::{FeatureSettings, GaugeScale};
 use crate::recording::gap::gap_by_rate;
 use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::recording::{Axis, Identity, Item};
-use crate::shown::for_xml;
 
 /// `.cal`.
-pub(super) struct Cal;
-
-impl Target for Cal {
-    fn name(&self) -> &'static str {
-        "ATI-style calibration (XML)"
-    }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["cal"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "the conventional matrix of up to eight gauges and six axes"
-    }
-
-    fn leaves_out(&self, _calibration: &Calibration) -> &'static str {
-        matrix::LEFT_OUT
-    }
-
-    fn caution(&self, calibration: &Calibration) -> Option<String> {
-        matrix::leaves_out(calibration)
-    }
-
-    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
-        matrix::check("a .cal file", (1, MOST_GAUGES), outline)
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        write(export.calibration, &export.facts, out)
-    }
-
-    fn reader(&self) -> Option<ReadBack> {
-        Some(|content| {
-            let note = "such a file holds the conventional load alone: no compensation, and no offset, so tare the gauges";
-            Ok((read(content)?, vec![note.to_owned()]))
-        })
-    }
-
-    fn names_gauges(&self) -> bool {
-        false
-    }
-}
+pub(super) static CAL: Target = Target {
+    name: "ATI-style calibration (XML)",
+    endings: &["cal"],
+    holds: "the conventional matrix of up to eight gauges and six axes",
+    check: |outline| matrix::check("a .cal file", (1, MOST_GAUGES), outline),
+    write,
+    reader: Some(|content| {
+        let note = "such a file holds the conventional load alone: no compensation, and no offset, so tare the gauges";
+        Ok((read(content)?, vec![note.to_owned()]))
+    }),
+    names_gauges: false,
+    ..MATRIX
+};
 
 /// ATI's library has room for these.
 const MOST_GAUGES: usize = 8;
@@ -103,58 +74,28 @@ fn spelled(axis: Axis) -> String {
 }
 
 /// Writes the conventional matrix. `Axis` rows are the same with a scale of 1, for readers that look there.
-fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
-    writeln!(out, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<!--")?;
-    for (name, text) in facts {
-        writeln!(out, "  {name}: {}", for_xml_comment(text))?;
-    }
-    let n_gauges = calibration.gauges.len();
-    if let Some(offsets) = matrix::offsets(calibration) {
-        writeln!(
-            out,
-            "  offset left out, in N and N-m: {}",
-            for_xml_comment(&offsets)
-        )?;
-    }
-    writeln!(out, "-->")?;
+fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+    let calibration = export.calibration;
+    let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();
     let entered = |item| calibration.identity.get(item).trim();
-    let [serial, model] = [Item::Serial, Item::Model].map(|item| for_xml(entered(item)));
     let date = in_order(entered(Item::Date), ["%Y-%m-%d", "%-m/%-d/%Y"]);
-    let date = for_xml(&date);
-    writeln!(
-        out,
-        "<FTSensor Serial=\"{serial}\" BodyStyle=\"{model}\" Family=\"DAQ\" NumGages=\"{n_gauges}\" CalFileVersion=\"1.1\">"
-    )?;
-    writeln!(
-        out,
-        "  <Calibration PartNumber=\"{}\" CalDate=\"{date}\" ForceUnits=\"N\" TorqueUnits=\"N-m\" DistUnits=\"m\" OutputMode=\"\" \
-         OutputRange=\"\" HWTempComp=\"False\" GainMultiplier=\"1\" CableLossDetection=\"False\" OutputBipolar=\"True\">",
-        for_xml(&calibration.program)
-    )?;
-    for (element, scale) in [("Axis", " scale=\"1\""), ("UserAxis", "")] {
-        if element == "UserAxis" {
-            writeln!(
-                out,
-                "    <BasicTransform Dx=\"0\" Dy=\"0\" Dz=\"0\" Rx=\"0\" Ry=\"0\" Rz=\"0\"/>"
-            )?;
-        }
-        let rows = matrix::rows(calibration);
-        for ((axis, row), full_scale) in calibration
-            .axes
-            .iter()
-            .zip(rows)
-            .zip(&calibration.full_scale)
-        {
-            let values: Vec<String> = row.iter().map(f64::to_string).collect();
-            writeln!(
-                out,
-                "    <{element} Name=\"{}\" values=\"{}\" max=\"{full_scale}\"{scale}/>",
-                spelled(*axis),
-                values.join(" ")
-            )?;
-        }
-    }
-    writeln!(out, "  </Calibration>\n</FTSensor>")
+    let rows = matrix::rows(calibration).zip(&calibration.full_scale);
+    let axes = calibration.axes.iter().zip(rows);
+    let axes = axes.map(|(axis, (row, full_scale))| {
+        let values: Vec<String> = row.iter().map(f64::to_string).collect();
+        (spelled(*axis), values.join(" "), full_scale.to_string())
+    });
+    let values = context! {
+        facts => facts.map(Value::from_safe_string).collect::<Vec<_>>(),
+        serial => entered(Item::Serial),
+        model => entered(Item::Model),
+        date,
+        n_gauges => calibration.gauges.len(),
+        program => &*calibration.program,
+        axes => axes.collect::<Vec<_>>(),
+    };
+    let text = filled_markup(include_str!("../templates/calibration.cal"), values);
+    out.write_all(text.as_bytes())
 }
 
 /// A day of the first form in the second; any other text as it is.

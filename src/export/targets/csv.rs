@@ -2,47 +2,31 @@
 
 use std::io;
 
-use crate::calibration::Calibration;
-use crate::export::facts::Fact;
 use crate::export::target::{Export, Target};
 use crate::features::Column;
 use crate::formats::csv::CsvWriter;
 use crate::shown::printable;
 
 /// `.csv`.
-pub(super) struct Csv;
-
-impl Target for Csv {
-    fn name(&self) -> &'static str {
-        "Matrices (CSV)"
-    }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["csv"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "matrices"
-    }
-
-    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
-        match calibration.learned {
-            Some(_) => {
-                "the network or kernel, without which the compensated load is not whole; choices of the blocks but in words, \
-                 scales"
-            }
-            None => "choices of the blocks but in words, scales",
+pub(super) static CSV: Target = Target {
+    name: "Matrices (CSV)",
+    endings: &["csv"],
+    holds: "matrices",
+    leaves_out: |calibration| match calibration.learned {
+        Some(_) => {
+            "the network or kernel, without which the compensated load is not whole; choices of the blocks but in words, \
+             scales"
         }
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        write(export.calibration, &export.facts, out)
-    }
-}
+        None => "choices of the blocks but in words, scales",
+    },
+    write,
+    ..Target::PLAIN
+};
 
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
-fn write(calibration: &Calibration, facts: &[Fact], out: &mut dyn io::Write) -> io::Result<()> {
-    for (name, text) in facts {
+fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+    let calibration = export.calibration;
+    for (name, text) in &export.facts {
         writeln!(out, "# {name}: {}", printable(text))?;
     }
     let mut csv = CsvWriter::new(out);

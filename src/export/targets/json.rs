@@ -1,43 +1,28 @@
 //! The complete calibration, as this program reads it back.
 
-use std::io;
-
 use crate::calibration::Calibration;
-use crate::export::target::{Export, ReadBack, Target};
+use crate::export::target::Target;
 
 /// `.json`.
-pub(super) struct Json;
-
-impl Target for Json {
-    fn name(&self) -> &'static str {
-        "Complete calibration (JSON)"
-    }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["json"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "everything"
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+pub(super) static JSON: Target = Target {
+    name: "Complete calibration (JSON)",
+    endings: &["json"],
+    holds: "everything",
+    write: |export, out| {
         serde_json::to_writer_pretty(&mut *out, &export.calibration.in_file())?;
         writeln!(out)
-    }
-
-    fn reader(&self) -> Option<ReadBack> {
-        Some(|content| {
-            let calibration = Calibration::from_json(content)?;
-            let unknown = calibration.unknown_keys(content)?;
-            let note = |keys: &[String]| {
-                let keys = keys.join(", ");
-                format!(
-                    "not known and not used: {keys}; see the guide's page on the calibration file"
-                )
-            };
-            let notes = (!unknown.is_empty()).then(|| note(&unknown));
-            Ok((calibration, notes.into_iter().collect()))
-        })
-    }
-}
+    },
+    reader: Some(|content| {
+        let calibration = Calibration::from_json(content)?;
+        let unknown = calibration.unknown_keys(content)?;
+        let mut notes = Vec::new();
+        if !unknown.is_empty() {
+            let keys = unknown.join(", ");
+            notes.push(format!(
+                "not known and not used: {keys}; see the guide's page on the calibration file"
+            ));
+        }
+        Ok((calibration, notes))
+    }),
+    ..Target::PLAIN
+};

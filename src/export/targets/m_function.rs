@@ -1,23 +1,24 @@
 //! One MATLAB function, without cells and of fixed sizes, so that Simulink takes it, too.
 
-use crate::export::code::{Code, Language, plain};
+use crate::export::code::{CODE, Language};
+use crate::export::target::Target;
 use crate::export::text::ascii;
 
 /// `.m`.
-pub(super) static M_FUNCTION: Code = Code {
+pub(super) static M_FUNCTION: Target = Target {
     name: "MATLAB function",
     endings: &["m"],
-    language: Language {
-        template: include_str!("../templates/calibration.m"),
-        // Which letters a file has beside those of ASCII depends on the machine that reads it.
-        comment: ascii,
-        brackets: ('[', ']'),
-        breaks: (", ...\n    ", ";\n    "),
-        number: plain,
-        time: plain,
-        weight: |weight| format!("{:?}", f64::from(weight)),
-        is_taken,
-    },
+    write: |export, out| MATLAB.write(export, out),
+    ..CODE
+};
+
+pub(super) static MATLAB: Language = Language {
+    template: include_str!("../templates/calibration.m"),
+    // Which letters a file has beside those of ASCII depends on the machine that reads it.
+    comment: ascii,
+    breaks: (", ...\n    ", ";\n    "),
+    is_taken,
+    ..Language::PLAIN
 };
 
 /// What no function may be called in MATLAB or Octave.

@@ -1,27 +1,35 @@
 //! Every array of a calibration for MATLAB (version 5).
 
-use std::io;
+use super::numpy::NUMPY;
+use crate::export::arrays::arrays;
+use crate::export::target::Target;
+use crate::formats::{Entry, mat};
 
-use crate::export::mat;
-use crate::export::target::{Export, Target};
+/// `.mat`; lists of texts are matrices of characters, one row each, padded with blanks. Octave reads no character beyond ASCII:
+/// the dot of a product becomes a point, any other its code.
+pub(super) static MATLAB: Target = Target {
+    name: "MATLAB arrays",
+    endings: &["mat"],
+    write: |export, out| {
+        let mut arrays = arrays(export);
+        for array in &mut arrays {
+            if let Entry::Texts { texts, .. } = array {
+                texts.iter_mut().for_each(|text| *text = in_ascii(text));
+            }
+        }
+        mat::write(&arrays, out)
+    },
+    ..NUMPY
+};
 
-/// `.mat`.
-pub(super) struct Matlab;
-
-impl Target for Matlab {
-    fn name(&self) -> &'static str {
-        "MATLAB arrays"
+fn in_ascii(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '·' => out.push('.'),
+            c if c.is_ascii() => out.push(c),
+            c => out.extend(c.escape_unicode()),
+        }
     }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["mat"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "matrices, choices of the blocks, scales, rule for gaps, network or kernel"
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        mat::write(export.calibration, &export.facts, out)
-    }
+    out
 }

@@ -1,14 +1,18 @@
 //! The conventional matrix alone, for carriers that have room for nothing else; what that leaves out is told before it is written.
 
 use crate::calibration::Calibration;
-use crate::export::target::{Outline, Refusal};
+use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::recording::Axis;
 
-/// What every such file leaves out, in its own comment.
-pub(super) const LEFT_OUT: &str = "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges";
+/// What such formats have in common.
+pub(super) const MATRIX: Target = Target {
+    leaves_out: |_| "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges",
+    caution,
+    ..Target::PLAIN
+};
 
 /// What whoever loads such a file must know: nothing where the matrix is the whole calibration.
-pub(super) fn leaves_out(calibration: &Calibration) -> Option<String> {
+fn caution(calibration: &Calibration) -> Option<String> {
     let is_more = calibration.learned.is_some()
         || calibration.columns().len() > calibration.conventional.columns.len();
     let compensation = is_more.then(|| {
@@ -31,13 +35,17 @@ pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
     rows.map(move |row| &row[..n_gauges])
 }
 
-/// The offsets of all axes, as a comment tells them; `None` without any.
-pub(super) fn offsets(calibration: &Calibration) -> Option<String> {
-    let offsets = calibration.conventional.matrix.iter();
+/// What the file says of itself, as it stands in a `comment`; `how` says in which units or order offsets are that are left out.
+pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
+    let facts = export.facts.iter();
+    let facts = facts.map(|(name, text)| format!("{name}: {}", comment(text)));
+    let offsets = export.calibration.conventional.matrix.iter();
     let offsets = offsets.filter_map(|row| Some(row.last()?.to_string()));
-    calibration
-        .offset
-        .then(|| offsets.collect::<Vec<_>>().join(" "))
+    let offsets = export.calibration.offset.then(|| {
+        let offsets = offsets.collect::<Vec<_>>().join(" ");
+        format!("offset left out, {how}: {}", comment(&offsets))
+    });
+    facts.chain(offsets).collect()
 }
 
 /// Checks that there are all six axes, and no more gauges than `most`, no fewer than `least`.

@@ -21,29 +21,29 @@ pub(super) use self::package::files;
 use super::target::Target;
 
 /// All formats, the complete one first.
-pub static TARGETS: &[&dyn Target] = &[
-    &json::Json,
+pub static TARGETS: &[&Target] = &[
+    &json::JSON,
     &c_header::C_HEADER,
     &rust::RUST,
     &python::PYTHON,
     &m_function::M_FUNCTION,
-    &package::Package,
-    &yaml::Yaml,
-    &cal::Cal,
-    &c_array::CArray,
-    &csv::Csv,
-    &numpy::NumPy,
-    &matlab::Matlab,
+    &package::PACKAGE,
+    &yaml::YAML,
+    &cal::CAL,
+    &c_array::C_ARRAY,
+    &csv::CSV,
+    &numpy::NUMPY,
+    &matlab::MATLAB,
 ];
 
 /// The format that a file's ending asks for, or a path that is to be a folder.
-pub fn target_for(path: &Path) -> Option<&'static dyn Target> {
+pub fn target_for(path: &Path) -> Option<&'static Target> {
     if asks_for_folder(path) {
-        return Some(&package::Package);
+        return Some(&package::PACKAGE);
     }
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     let mut targets = TARGETS.iter().copied();
-    targets.find(|target| target.endings().contains(&&*ending))
+    targets.find(|target| target.endings.contains(&&*ending))
 }
 
 /// Whether a path ends as one of a folder.
@@ -54,22 +54,21 @@ pub(super) fn asks_for_folder(path: &Path) -> bool {
 
 /// Whether a calibration of this file knows its gauges by name rather than by their order.
 pub fn names_gauges(path: &Path) -> bool {
-    target_for(path).is_none_or(Target::names_gauges)
+    target_for(path).is_none_or(|target| target.names_gauges)
 }
 
 /// The usual endings of all formats with their dots, as messages list them.
 pub fn target_endings() -> String {
     let endings = TARGETS.iter();
-    let endings = endings.map(|target| format!(".{}", target.endings()[0]));
+    let endings = endings.map(|target| format!(".{}", target.endings[0]));
     endings.collect::<Vec<_>>().join(" ")
 }
 
 /// All formats with what they are, one after the other, as help lists them.
 pub fn listed_targets() -> String {
-    let listed = TARGETS.iter().map(|target| {
-        let endings = target.endings().join(" .");
-        format!(".{endings} {}", target.name())
-    });
+    let listed = TARGETS
+        .iter()
+        .map(|target| format!(".{} {}", target.endings.join(" ."), target.name));
     listed.collect::<Vec<_>>().join(", ")
 }
 
@@ -81,8 +80,8 @@ mod tests {
     #[test]
     fn the_guide_lists_every_format() {
         let rows = TARGETS.iter().map(|target| {
-            let endings = target.endings().iter().map(|ending| format!("`.{ending}`"));
-            let reads_back = match (target.reader(), target.names_gauges()) {
+            let endings = target.endings.iter().map(|ending| format!("`.{ending}`"));
+            let reads_back = match (target.reader, target.names_gauges) {
                 (None, _) => "no",
                 (Some(_), true) => "yes",
                 (Some(_), false) => "yes, gauges in file order",
@@ -90,8 +89,7 @@ mod tests {
             let endings = endings.collect::<Vec<_>>().join(", ");
             format!(
                 "| {endings} | {} | {} | {reads_back} |\n",
-                target.name(),
-                target.holds()
+                target.name, target.holds
             )
         });
         let table = format!(

@@ -1,27 +1,14 @@
 //! Every array of a calibration for NumPy.
 
-use std::io;
+use crate::export::arrays::arrays;
+use crate::export::target::Target;
+use crate::formats::npz;
 
-use crate::export::npz;
-use crate::export::target::{Export, Target};
-
-/// `.npz`.
-pub(super) struct NumPy;
-
-impl Target for NumPy {
-    fn name(&self) -> &'static str {
-        "NumPy arrays"
-    }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["npz"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "matrices, choices of the blocks, scales, rule for gaps, network or kernel"
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        npz::write(export.calibration, &export.facts, out)
-    }
-}
+/// `.npz`; vectors have one dimension.
+pub(super) const NUMPY: Target = Target {
+    name: "NumPy arrays",
+    endings: &["npz"],
+    holds: "matrices, choices of the blocks, scales, rule for gaps, network or kernel",
+    write: |export, out| npz::write(&arrays(export), out),
+    ..Target::PLAIN
+};

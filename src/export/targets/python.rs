@@ -1,20 +1,17 @@
 //! One Python file on NumPy.
 
-use crate::export::code::{COMMAS, Code, Language, plain};
-use crate::shown::printable;
+use crate::export::code::{CODE, Language};
+use crate::export::target::Target;
 
 /// `.py`.
-pub(super) static PYTHON: Code = Code {
+pub(super) static PYTHON: Target = Target {
     name: "Python source",
     endings: &["py"],
-    language: Language {
-        template: include_str!("../templates/calibration.py"),
-        comment: |text| printable(text).into_owned(),
-        brackets: ('[', ']'),
-        breaks: COMMAS,
-        number: plain,
-        time: plain,
-        weight: |weight| format!("{:?}", f64::from(weight)),
-        is_taken: |_, _| false, // names are made of it, or it is not used
-    },
+    write: |export, out| LANGUAGE.write(export, out),
+    ..CODE
+};
+
+pub(super) static LANGUAGE: Language = Language {
+    template: include_str!("../templates/calibration.py"),
+    ..Language::PLAIN
 };

@@ -1,20 +1,18 @@
 //! One Rust file on the standard library.
 
-use crate::export::code::{COMMAS, Code, Language, plain};
-use crate::shown::printable;
+use crate::export::code::{CODE, Language};
+use crate::export::target::Target;
 
 /// `.rs`.
-pub(super) static RUST: Code = Code {
+pub(super) static RUST: Target = Target {
     name: "Rust source",
     endings: &["rs"],
-    language: Language {
-        template: include_str!("../templates/calibration.rs.in"),
-        comment: |text| printable(text).into_owned(),
-        brackets: ('[', ']'),
-        breaks: COMMAS,
-        number: plain,
-        time: plain,
-        weight: |weight| format!("{weight:?}"),
-        is_taken: |_, _| false, // names are made of it, or it is not used
-    },
+    write: |export, out| LANGUAGE.write(export, out),
+    ..CODE
+};
+
+pub(super) static LANGUAGE: Language = Language {
+    template: include_str!("../templates/calibration.rs.in"),
+    weight: |weight| format!("{weight:?}"),
+    ..Language::PLAIN
 };

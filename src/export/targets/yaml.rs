@@ -6,59 +6,47 @@
 
 use std::io;
 
-use crate::calibration::Calibration;
 use crate::export::fields::{Field, Value, fields};
 use crate::export::target::{Export, Target};
 use crate::export::text::for_yaml;
 
 /// `.yaml`.
-pub(super) struct Yaml;
+pub(super) static YAML: Target = Target {
+    name: "ROS 2 parameters (YAML)",
+    endings: &["yaml", "yml"],
+    holds: "matrices, choices of the blocks, scales, rule for gaps",
+    leaves_out: |calibration| match calibration.learned {
+        Some(_) => "the network or kernel, without which the compensated load is not whole",
+        None => "nothing",
+    },
+    write,
+    ..Target::PLAIN
+};
 
-impl Target for Yaml {
-    fn name(&self) -> &'static str {
-        "ROS 2 parameters (YAML)"
+fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+    writeln!(out, "/**:\n  ros__parameters:\n    about:")?;
+    for (name, text) in &export.facts {
+        writeln!(out, "      {}: {}", key(name), for_yaml(text))?;
     }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["yaml", "yml"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "matrices, choices of the blocks, scales, rule for gaps"
-    }
-
-    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
-        match calibration.learned {
-            Some(_) => "the network or kernel, without which the compensated load is not whole",
-            None => "nothing",
+    let mut open = "";
+    for field in fields(export.calibration) {
+        let entries = entries(&field);
+        if entries.is_empty() {
+            continue;
+        }
+        if field.group != open {
+            open = field.group;
+            writeln!(out, "    {open}:")?;
+        }
+        let indent = if open.is_empty() { "    " } else { "      " };
+        if !field.about.is_empty() {
+            writeln!(out, "{indent}# {}", field.about)?;
+        }
+        for (name, value) in entries {
+            writeln!(out, "{indent}{name}: {value}")?;
         }
     }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-        writeln!(out, "/**:\n  ros__parameters:\n    about:")?;
-        for (name, text) in &export.facts {
-            writeln!(out, "      {}: {}", key(name), for_yaml(text))?;
-        }
-        let mut open = "";
-        for field in fields(export.calibration) {
-            let entries = entries(&field);
-            if entries.is_empty() {
-                continue;
-            }
-            if field.group != open {
-                open = field.group;
-                writeln!(out, "    {open}:")?;
-            }
-            let indent = if open.is_empty() { "    " } else { "      " };
-            if !field.about.is_empty() {
-                writeln!(out, "{indent}# {}", field.about)?;
-            }
-            for (name, value) in entries {
-                writeln!(out, "{indent}{name}: {value}")?;
-            }
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// A parameter's name, of letters, digits and underscores.

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::MapWriter;
+use super::writer::MapWriter;
 use crate::calibration::Scores;
 use crate::export::format::FileFormat;
 use crate::formats::csv::CsvWriter;

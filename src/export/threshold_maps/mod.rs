@@ -2,22 +2,14 @@
 
 mod csv;
 mod svg;
+mod writer;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
+use self::writer::MapWriter;
 use super::format::FileFormat;
-use crate::export::atomic::{Together, WriteError};
-use crate::questions::thresholds::{Measure, ThresholdMap};
-
-/// What writes a map.
-pub struct MapWriter {
-    /// The files that are written with one of this name.
-    pub files: fn(&Path) -> Vec<PathBuf>,
-    /// Writes them.
-    pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
-}
 
 /// All formats of maps.
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::MapWriter;
+use super::writer::MapWriter;
 use crate::export::atomic::{Together, WriteError};
 use crate::export::format::FileFormat;
 use crate::features::{Distance, Thresholds};

@@ -6,36 +6,20 @@
 mod csv;
 #[cfg(feature = "parquet")]
 mod parquet;
+mod table;
 
+use std::borrow::Cow;
 use std::io;
 use std::ops::Range;
 use std::path::Path;
 
+use self::table::BeginTraces;
 use super::format::FileFormat;
-use crate::calibration::{AppliedLoads, Calibration, Estimator, Status};
+use crate::calibration::{Calibration, Estimator, Status};
 use crate::export::atomic::{Together, WriteError};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
-
-/// A table of traces that is being written.
-pub trait TraceTable {
-    /// Writes a row: the recording, and the numbers that are there.
-    ///
-    /// # Errors
-    /// Whatever the file fails with.
-    fn row(&mut self, recording: &str, row: &[Option<f64>]) -> io::Result<()>;
-
-    /// Writes what is still to be written.
-    ///
-    /// # Errors
-    /// Whatever the file fails with.
-    fn finish(self: Box<Self>) -> io::Result<()>;
-}
-
-/// Begins a table whose first column is of recordings, and whose others are of numbers with these heads.
-pub type BeginTraces =
-    for<'o> fn(&[String], &'o mut dyn io::Write) -> io::Result<Box<dyn TraceTable + 'o>>;
 
 /// All formats of traces, one file each.
 pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
@@ -76,65 +60,36 @@ pub fn write_traces(
     files.write(path, |out| {
         let mut table = (format.write)(&columns.head(), out)?;
         let mut row = Vec::new();
-        for_each(calibration, intervals, progress, |part| {
-            let (recording, n_axes) = (part.recording, part.recording.axes().len());
-            let reference = &recording.loads()[part.sample * n_axes..][..n_axes];
-            let own =
-                part.sample * calibration.axes.len()..(part.sample + 1) * calibration.axes.len();
-            let loads = (
-                &part.loads.conventional[own.clone()],
-                &part.loads.compensated[own],
-            );
-            let reference = (recording.axes(), reference);
-            columns.fill(
-                recording.clock_time(part.sample),
-                reference,
-                loads,
-                &mut row,
-            );
-            table.row(part.recording.name(), &row)
-        })?;
+        let n_axes = calibration.axes.len();
+        progress.add_total(intervals.len() as u64);
+        for interval in intervals {
+            let recording = match interval.decimation {
+                0 | 1 => Cow::Borrowed(interval.recording),
+                step => Cow::Owned(interval.recording.decimated(step)),
+            };
+            progress.check().map_err(io::Error::other)?;
+            let loads = calibration.apply(&recording).map_err(io::Error::other)?;
+            for k in interval.samples.start..interval.samples.end.min(recording.n_samples()) {
+                let own = k * n_axes..(k + 1) * n_axes;
+                let loads = (&loads.conventional[own.clone()], &loads.compensated[own]);
+                columns.fill(
+                    recording.clock_time(k),
+                    reference_at(&recording, k),
+                    loads,
+                    &mut row,
+                );
+                table.row(recording.name(), &row)?;
+            }
+            progress.advance(1);
+        }
         table.finish()
     })
 }
 
-/// One sample that is to be written.
-struct Part<'a> {
-    recording: &'a Recording,
-    loads: &'a AppliedLoads,
-    sample: usize,
-}
-
-/// Applies the calibration to one recording after the other and hands over each sample.
-fn for_each(
-    calibration: &Calibration,
-    intervals: &[Interval<'_>],
-    progress: &Progress,
-    mut write: impl FnMut(Part<'_>) -> io::Result<()>,
-) -> io::Result<()> {
-    progress.add_total(intervals.len() as u64);
-    for interval in intervals {
-        let decimated;
-        let recording = match interval.decimation {
-            0 | 1 => interval.recording,
-            step => {
-                decimated = interval.recording.decimated(step);
-                &decimated
-            }
-        };
-        progress.check().map_err(io::Error::other)?;
-        let loads = calibration.apply(recording).map_err(io::Error::other)?;
-        for sample in interval.samples.start..interval.samples.end.min(recording.n_samples()) {
-            let loads = &loads;
-            write(Part {
-                recording,
-                loads,
-                sample,
-            })?;
-        }
-        progress.advance(1);
-    }
-    Ok(())
+/// What was really applied at sample `k`, where that is known.
+fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
+    let axes = recording.axes();
+    (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
 /// Writes what a calibration makes, sample by sample, of the recordings of one file, one after another, as comma-separated text:
@@ -155,20 +110,17 @@ pub fn write_loads_csv(
     let mut loads = LoadRows::new(calibration, axes.collect(), with_status, out)?;
     for recording in recordings {
         let recording = &*calibration.prepared(recording).map_err(io::Error::other)?;
-        let n_axes = recording.axes().len();
         estimator.come_less((0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)));
         for (k, time) in recording.times().iter().enumerate() {
-            let clock_secs = recording.clock_time(k);
-            let reference = &recording.loads()[k * n_axes..][..n_axes];
             let sample = LiveSample {
                 time: *time,
-                clock_secs,
+                clock_secs: recording.clock_time(k),
                 gauges: recording.gauges_at(k),
                 auxiliary: match calibration.features.auxiliary.is_empty() {
                     true => &[],
                     false => recording.auxiliary().at(k),
                 },
-                reference: (recording.axes(), reference),
+                reference: reference_at(recording, k),
                 is_held: recording.auxiliary().is_held_at(*time),
             };
             loads.write(&mut estimator, sample)?;
@@ -234,7 +186,7 @@ impl<W: io::Write> LoadRows<W> {
         estimator: &mut Estimator<'_>,
         sample: LiveSample<'_>,
     ) -> io::Result<()> {
-        let nothing = [f64::NAN; Axis::ALL.len()];
+        let n_axes = estimator.conventional().len();
         let updated = estimator.update_with(sample.time, sample.gauges, sample.auxiliary);
         let (status, compensated) = match updated {
             Ok((mut status, loads)) => {
@@ -243,10 +195,7 @@ impl<W: io::Write> LoadRows<W> {
                 }
                 (status, loads.to_vec())
             }
-            Err(error) => {
-                let nothing = &nothing[..estimator.conventional().len()];
-                (error.status(), nothing.to_vec())
-            }
+            Err(error) => (error.status(), vec![f64::NAN; n_axes]),
         };
         let loads = (estimator.conventional(), &compensated[..]);
         (self.columns).fill(sample.clock_secs, sample.reference, loads, &mut self.row);

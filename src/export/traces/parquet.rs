@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{BeginTraces, TraceTable};
+use super::table::{BeginTraces, TraceTable};
 use crate::export::format::FileFormat;
 use crate::formats::parquet::ParquetTable;
 

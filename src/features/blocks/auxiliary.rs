@@ -7,7 +7,7 @@ use crate::features::block::{Appends, Block, Stream};
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
-use crate::features::source::{Constant, Memory, Precision, Rows, Source};
+use crate::features::source::{Constant, Memory, Rows, Source};
 
 /// The block; its values are time constants, zero for the present value.
 #[derive(Clone, Copy, Debug)]
@@ -69,37 +69,25 @@ impl Block for Auxiliary {
     }
 
     fn source(&self, taus_secs: &[f64], rows: &Rows<'_>) -> Source {
-        let of = |name, pick: &dyn Fn(&AuxiliaryChannel) -> f64| {
-            let values: Vec<f64> = rows.channels.iter().map(pick).collect();
-            Constant::list(name, Precision::Real, &values)
+        let of = |name, pick: fn(&AuxiliaryChannel) -> f64| {
+            Constant::reals(name, rows.channels.iter().map(pick))
         };
-        let standard = |name, pick: fn(&(f64, f64)) -> f64| {
-            let values: Vec<f64> = rows.standardise.iter().map(pick).collect();
-            Constant::list(name, Precision::Real, &values)
-        };
-        let memory = |name, comment| Memory {
-            name,
-            precision: Precision::Real,
-            sets: taus_secs.len() * rows.channels.len(),
-            of_gauges: false,
-            comment,
-        };
+        let mut constants = vec![
+            Constant::reals("auxiliary_tau_secs", taus_secs.iter().copied()),
+            of("auxiliary_reference", |channel| channel.reference),
+            of("auxiliary_factor", |channel| channel.inverse_scale),
+            of("auxiliary_low", |channel| channel.limits().0),
+            of("auxiliary_high", |channel| channel.limits().1),
+        ];
+        let names = ["auxiliary_gauge_factor", "auxiliary_gauge_constant"];
+        constants.extend(rows.standard(names));
+        let sets = taus_secs.len() * rows.channels.len();
         Source::new(
+            constants,
             vec![
-                Constant::list("auxiliary_tau_secs", Precision::Real, taus_secs),
-                of("auxiliary_reference", &|channel| channel.reference),
-                of("auxiliary_factor", &|channel| channel.inverse_scale),
-                of("auxiliary_low", &|channel| channel.limits().0),
-                of("auxiliary_high", &|channel| channel.limits().1),
-                standard("auxiliary_gauge_factor", |(factor, _)| *factor),
-                standard("auxiliary_gauge_constant", |(_, constant)| *constant),
-            ],
-            vec![
-                memory("auxiliary_state", ""),
-                memory(
-                    "auxiliary_rest",
-                    "what the last step was too small for in single precision",
-                ),
+                Memory::single("auxiliary_state", sets),
+                Memory::single("auxiliary_rest", sets)
+                    .about("what the last step was too small for in single precision"),
             ],
             [C, RUST, PYTHON, MATLAB],
         )

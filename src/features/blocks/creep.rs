@@ -7,7 +7,7 @@ use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
-use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
+use crate::features::source::{Constant, Memory, Rows, Source};
 
 /// The block; its values are time constants.
 #[derive(Clone, Copy, Debug)]
@@ -64,32 +64,18 @@ impl Block for Creep {
 
     fn source(&self, taus_secs: &[f64], _rows: &Rows<'_>) -> Source {
         let sets = taus_secs.len();
-        let shares = |name, comment| Memory {
-            name,
-            precision: Precision::Real,
-            sets,
-            of_gauges: false,
-            comment,
-        };
-        Source {
-            constants: vec![Constant::list("tau_secs", Precision::Real, taus_secs)],
-            memory: vec![
-                Memory::of_gauges("creep", Precision::Real, sets),
-                Memory {
-                    comment: "what the last step was too small for in single precision",
-                    ..Memory::of_gauges("creep_rest", Precision::Real, sets)
-                },
-                shares(
-                    "creep_share",
-                    "of a step like the last, which is that long:",
-                ),
-                shares("creep_step", ""),
+        Source::new(
+            vec![Constant::reals("tau_secs", taus_secs.iter().copied())],
+            vec![
+                Memory::of_gauges("creep", sets),
+                Memory::of_gauges("creep_rest", sets)
+                    .about("what the last step was too small for in single precision"),
+                Memory::single("creep_share", sets)
+                    .about("of a step like the last, which is that long:"),
+                Memory::single("creep_step", sets),
             ],
-            c: Code::update(C),
-            rust: Code::update(RUST),
-            python: Code::update(PYTHON),
-            matlab: Code::update(MATLAB),
-        }
+            [C, RUST, PYTHON, MATLAB],
+        )
     }
 
     fn search(&self) -> Option<Search> {

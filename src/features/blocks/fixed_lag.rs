@@ -79,13 +79,14 @@ impl Block for FixedLag {
             ..Code::update(update)
         };
         Source {
-            constants: vec![Constant::list("lag_secs", Precision::Clock, lags_secs)],
+            constants: vec![Constant {
+                precision: Precision::Clock,
+                ..Constant::reals("lag_secs", lags_secs.iter().copied())
+            }],
             memory: vec![Memory {
-                name: "behind",
                 precision: Precision::Index,
-                sets: lags_secs.len(),
-                of_gauges: false,
                 comment: "how far back the first sample younger than the lag is",
+                ..Memory::single("behind", lags_secs.len())
             }],
             c: code(C_FUNCTIONS, C),
             rust: code(RUST_FUNCTIONS, RUST),

@@ -73,7 +73,7 @@ impl Block for Play {
                 precision: Precision::Real,
                 numbers: Numbers::Rows(radii.iter().map(in_units_of_gauges).collect()),
             }],
-            vec![Memory::of_gauges("play", Precision::Real, radii.len())],
+            vec![Memory::of_gauges("play", radii.len())],
             [C, RUST, PYTHON, MATLAB],
         )
     }

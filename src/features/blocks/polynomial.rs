@@ -9,7 +9,7 @@ use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::monomial::Monomial;
 use crate::features::setting::{Choice, Range, Setting, Unit};
-use crate::features::source::{Code, Constant, Precision, Rows, Source};
+use crate::features::source::{Code, Rows, Source};
 
 /// The block; its one value is the degree.
 #[derive(Clone, Copy, Debug)]
@@ -81,10 +81,6 @@ impl Block for Polynomial {
     }
 
     fn source(&self, degree: &[f64], rows: &Rows<'_>) -> Source {
-        let constant = |name, pick: fn(&(f64, f64)) -> f64| {
-            let values: Vec<f64> = rows.standardise.iter().map(pick).collect();
-            Constant::list(name, Precision::Real, &values)
-        };
         let with_cubes = degree_of(degree) > 2;
         let code = |squares: &str, cubes: &str| {
             let cubes = if with_cubes {
@@ -95,10 +91,9 @@ impl Block for Polynomial {
             Code::update([squares, cubes].concat())
         };
         Source {
-            constants: vec![
-                constant("standard_factor", |(factor, _)| *factor),
-                constant("standard_constant", |(_, constant)| *constant),
-            ],
+            constants: rows
+                .standard(["standard_factor", "standard_constant"])
+                .to_vec(),
             memory: Vec::new(),
             c: code(C_SQUARES, C_CUBES),
             rust: code(RUST_SQUARES, RUST_CUBES),

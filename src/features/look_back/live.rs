@@ -3,7 +3,7 @@
 //! Guarantees: finds the very sample that [`LoadPath`](super::LoadPath) finds, to the last bit; keeps no more than twice
 //! the samples of the longest t_th; a step costs the logarithm of the window, unless the load wanders along F_th.
 
-use super::Thresholds;
+use super::thresholds::{Thresholds, measured};
 use crate::features::kept::Kept;
 
 /// Samples under the smallest box, and boxes under the next larger one.
@@ -34,12 +34,7 @@ impl LiveLookBack {
     /// than `longest_secs`. Of samples closer than `step_secs` only the first is kept.
     pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize, step_secs: f64) -> Self {
         Self {
-            used: weights
-                .iter()
-                .copied()
-                .enumerate()
-                .filter(|(_, weight)| *weight != 0.0)
-                .collect(),
+            used: measured(weights),
             longest_secs,
             n_gauges,
             times: Vec::new(),

@@ -13,166 +13,20 @@
 //! boxes larger ones. A box whose farthest corner is nearer than F_th holds no answer and is skipped whole.
 
 mod live;
+mod thresholds;
+
+use std::fmt;
+use std::sync::Arc;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use crate::features::kept::Kept;
-use crate::features::setting::{Range, Setting, Unit};
 use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
-use crate::recording::Axis;
 
 pub(crate) use live::LiveLookBack;
-
-/// How much the load must have differed; the paper's choice (section 4.2).
-pub const F_TH: Setting = Setting {
-    key: "f_th",
-    option: "f-th",
-    label: "F_th",
-    what: "F_th",
-    unit: Unit::NEWTONS,
-    default: &[3.0],
-    range: Range::NotNegative,
-    step: 0.1,
-    explanation: "How much the load must have differed: the gauges at the last moment when the conventional load differed by \
-                  this much are appended to the present ones. With 0 Comp. equals Conv.; near the mean hysteresis (2.64 N in \
-                  the paper) it helps most",
-    source: "Eq. 9-12, Fig. 2",
-};
-
-/// How old the past sample may be; the paper's choice (section 4.2).
-pub const T_TH: Setting = Setting {
-    key: "t_th_secs",
-    option: "t-th",
-    label: "t_th",
-    what: "t_th",
-    unit: Unit::SECONDS,
-    default: &[15.0],
-    range: Range::NotNegative,
-    step: 0.1,
-    explanation: "How old the past sample may be. With 0 s there is no past, and Comp. equals Conv.",
-    source: "Eq. 12",
-};
-
-/// How often a sample is kept to be looked back at.
-pub const HISTORY_RATE: Setting = Setting {
-    key: "history_rate_hz",
-    option: "history-rate",
-    label: "History rate",
-    what: "the history rate",
-    unit: Unit::new("Hz", "hertz", ["HZ"; 2]),
-    default: &[0.0],
-    range: Range::NotNegative,
-    step: 1.0,
-    explanation: "How many samples a second are kept for look-backs and lags, in the fit as on the robot: fewer take less memory \
-                  and time there. 0 keeps all samples of the training recordings' rate",
-    source: "",
-};
-
-/// The two thresholds of the look-back: [`F_TH`] and [`T_TH`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Thresholds {
-    /// F_th: (N), or a share of full scale (1 = full scale) for [`Distance::FullScale`].
-    pub f_th: f64,
-    /// t_th (s).
-    pub t_th_secs: f64,
-}
-
-impl Default for Thresholds {
-    /// The paper's choice (section 4.2): 3 N and 15 s.
-    fn default() -> Self {
-        Self::default_for(Distance::Force)
-    }
-}
-
-impl Thresholds {
-    /// The paper's choice, 3 N and 15 s; over full scale the same 3 N of its sensor's rated 12 N.
-    pub fn default_for(distance: Distance) -> Self {
-        Self {
-            f_th: match distance {
-                Distance::Force => F_TH.number(),
-                Distance::FullScale => 0.25,
-            },
-            t_th_secs: T_TH.number(),
-        }
-    }
-}
-
-/// What "different by F_th" is measured in: always on the *conventional* load, the only one known at run time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Distance {
-    /// Euclidean norm over the force axes (N), as in the paper.
-    #[default]
-    Force,
-    /// Euclidean norm over all axes, each divided by its full scale (1).
-    FullScale,
-}
-
-impl Distance {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
-
-    /// Its name on the command line.
-    pub fn option(self) -> &'static str {
-        match self {
-            Self::Force => "force",
-            Self::FullScale => "full-scale",
-        }
-    }
-
-    /// Its title.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Force => "forces [N]",
-            Self::FullScale => "all axes [% FS]",
-        }
-    }
-
-    /// What it is.
-    pub fn explanation(self) -> &'static str {
-        match self {
-            Self::Force => "Norm of the force difference in newtons, as in the paper",
-            Self::FullScale => {
-                "Norm over all axes, each divided by its full scale: for sensors whose moments move on their own"
-            }
-        }
-    }
-
-    /// An F_th with its unit.
-    pub fn in_words(self, f_th: f64) -> String {
-        match self {
-            Self::Force => format!("F_th {f_th} N"),
-            Self::FullScale => format!("F_th {} % of full scale", 100.0 * f_th),
-        }
-    }
-
-    /// The factor for each axis: d is the norm of the differences times these.
-    ///
-    /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
-    pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
-        match self.effective(axes) {
-            Self::Force => axes
-                .iter()
-                .map(|axis| f64::from(u8::from(axis.is_force())))
-                .collect(),
-            Self::FullScale => full_scale
-                .iter()
-                .map(|&scale| if scale > 0.0 { 1.0 / scale } else { 0.0 })
-                .collect(),
-        }
-    }
-
-    /// The kind that is really used with these axes: [`Distance::FullScale`] where there is no force axis.
-    pub fn effective(self, axes: &[Axis]) -> Self {
-        if axes.iter().any(|axis| axis.is_force()) {
-            self
-        } else {
-            Self::FullScale
-        }
-    }
-}
+pub(crate) use thresholds::measured;
+pub use thresholds::{Distance, F_TH, HISTORY_RATE, T_TH, Thresholds};
 
 /// Samples measured at once.
 const LANES: usize = 8;
@@ -186,18 +40,11 @@ type Lanes = [f64; LANES];
 
 /// The conventional load of one recording, laid out for the search.
 #[derive(Clone, Debug)]
-pub struct LoadPath(PathKind);
+pub struct LoadPath(Arc<dyn Search>);
 
-/// The number of compared axes is a constant inside the search.
-#[derive(Clone, Debug)]
-enum PathKind {
-    D0(usize),
-    D1(Path<1>),
-    D2(Path<2>),
-    D3(Path<3>),
-    D4(Path<4>),
-    D5(Path<5>),
-    D6(Path<6>),
+/// A [`Path`] in some number of dimensions, which is a constant inside the search.
+trait Search: fmt::Debug + Send + Sync {
+    fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32>;
 }
 
 impl LoadPath {
@@ -233,24 +80,19 @@ impl LoadPath {
         weights: &[f64],
         kept: Option<Vec<u32>>,
     ) -> Self {
-        let used: Vec<(usize, f64)> = weights
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, weight)| *weight != 0.0)
-            .collect();
+        let used = measured(weights);
         let row = |k: usize, dimension: usize| {
             let (axis, weight) = used[dimension];
             load(k, axis) * weight
         };
         Self(match used.len() {
-            0 => PathKind::D0(n),
-            1 => PathKind::D1(Path::new(n, row, kept)),
-            2 => PathKind::D2(Path::new(n, row, kept)),
-            3 => PathKind::D3(Path::new(n, row, kept)),
-            4 => PathKind::D4(Path::new(n, row, kept)),
-            5 => PathKind::D5(Path::new(n, row, kept)),
-            6 => PathKind::D6(Path::new(n, row, kept)),
+            0 => Arc::new(Path::<0>::new(n, row, kept)),
+            1 => Arc::new(Path::<1>::new(n, row, kept)),
+            2 => Arc::new(Path::<2>::new(n, row, kept)),
+            3 => Arc::new(Path::<3>::new(n, row, kept)),
+            4 => Arc::new(Path::<4>::new(n, row, kept)),
+            5 => Arc::new(Path::<5>::new(n, row, kept)),
+            6 => Arc::new(Path::<6>::new(n, row, kept)),
             more => panic!("a load has at most six axes, not {more}"),
         })
     }
@@ -277,18 +119,7 @@ impl LoadPath {
         thresholds: Thresholds,
         progress: &Progress,
     ) -> Vec<u32> {
-        match &self.0 {
-            PathKind::D0(n) => {
-                assert_eq!(times.len(), *n, "one time per sample");
-                (0..times.len() as u32).collect()
-            }
-            PathKind::D1(path) => path.past_samples(times, thresholds, progress),
-            PathKind::D2(path) => path.past_samples(times, thresholds, progress),
-            PathKind::D3(path) => path.past_samples(times, thresholds, progress),
-            PathKind::D4(path) => path.past_samples(times, thresholds, progress),
-            PathKind::D5(path) => path.past_samples(times, thresholds, progress),
-            PathKind::D6(path) => path.past_samples(times, thresholds, progress),
-        }
+        self.0.past_samples(times, thresholds, progress)
     }
 }
 
@@ -316,6 +147,25 @@ struct Path<const D: usize> {
 struct Bounds<const D: usize> {
     low: [f32; D],
     high: [f32; D],
+}
+
+impl<const D: usize> Search for Path<D> {
+    fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
+        assert_eq!(times.len(), self.n, "one time per sample");
+        let mut past: Vec<u32> = (0..self.n as u32).collect();
+        if thresholds.f_th <= 0.0 || D == 0 {
+            return past; // the search starts at the sample itself, and without axes nothing differs
+        }
+        let runs = past.par_chunks_mut(RUN).enumerate();
+        let wanted = runs.filter(|_| !progress.is_cancelled());
+        wanted.for_each(|(run, past)| {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                move || self.search(times, thresholds, run * RUN, past),
+            );
+        });
+        past
+    }
 }
 
 impl<const D: usize> Path<D> {
@@ -350,26 +200,6 @@ impl<const D: usize> Path<D> {
             groups,
             levels,
         }
-    }
-
-    fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32> {
-        assert_eq!(times.len(), self.n, "one time per sample");
-        let mut past: Vec<u32> = (0..self.n as u32).collect();
-        if thresholds.f_th <= 0.0 {
-            return past; // the search starts at the sample itself
-        }
-        let runs = past.par_chunks_mut(RUN).enumerate();
-        let wanted = runs.filter(|_| !progress.is_cancelled());
-        wanted.for_each(|(run, past)| {
-            pulp::Arch::new().dispatch(Search {
-                path: self,
-                times,
-                thresholds,
-                first: run * RUN,
-                past,
-            });
-        });
-        past
     }
 
     /// The search where not all samples are kept: one sample after another, since none is a point of its own group.
@@ -502,26 +332,6 @@ impl<const D: usize> Path<D> {
     }
 }
 
-/// Compiled for each instruction set; which one is decided when the program runs.
-struct Search<'a, const D: usize> {
-    path: &'a Path<D>,
-    times: &'a [f64],
-    thresholds: Thresholds,
-    /// The first sample to search for.
-    first: usize,
-    past: &'a mut [u32],
-}
-
-impl<const D: usize> pulp::WithSimd for Search<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
-        self.path
-            .search(self.times, self.thresholds, self.first, self.past);
-    }
-}
-
 impl<const D: usize> Bounds<D> {
     fn of_group(group: &[Lanes; D]) -> Self {
         let fold = |start: f64, pick: fn(f64, f64) -> f64| {
@@ -554,9 +364,7 @@ impl<const D: usize> Bounds<D> {
         }
         sum
     }
-}
 
-impl<const D: usize> Bounds<D> {
     /// Squared distance between the farthest corners of two boxes; no sample of one is farther from one of the other.
     #[inline(always)]
     fn farthest_of(&self, other: &Self) -> f64 {
@@ -591,6 +399,7 @@ fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::Axis;
 
     #[test]
     fn a_search_that_is_stopped_leaves_samples_without_a_past() {

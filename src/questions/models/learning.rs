@@ -175,7 +175,7 @@ pub(crate) fn fit_all(
                 let kept_back = (kept_back.n_samples() > 0).then_some(&kept_back);
                 let trained =
                     Network::train(&train, kept_back, &settings.network, progress, on_epoch);
-                let network = trained.map_err(LearnedError::from)?.network;
+                let network = trained.map_err(LearnedError::from)?;
                 held_out = rows.moments_held_out(&network);
                 Learned::Network(network)
             }

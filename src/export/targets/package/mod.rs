@@ -7,19 +7,18 @@ mod test_vector;
 
 use std::io::{self, Cursor, Write as _};
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::{Environment, UndefinedBehavior, Value, context};
+use minijinja::{Value, context};
 use zip::write::SimpleFileOptions;
 use zip::{DateTime, ZipWriter};
 
 use self::test_vector::{Answered, test_vector};
-use super::c_header::C_HEADER;
-use super::m_function::M_FUNCTION;
-use super::python::PYTHON;
-use super::rust::RUST;
+use super::c_header::C;
+use super::m_function::MATLAB;
+use super::{python, rust};
 use crate::calibration::{Calibration, Learned, Status};
-use crate::export::code::Code;
-use crate::export::target::{Export, Outline, Refusal, Target, of_target};
+use crate::export::code::CODE;
+use crate::export::target::{Target, of_target};
+use crate::export::template::environment;
 use crate::export::text::{for_block_comment, identifier, library_name};
 use crate::features::AuxiliaryChannel;
 
@@ -78,34 +77,15 @@ const TEMPLATES: [(&str, &str); 9] = [
 ];
 
 /// `.zip`, and folders.
-pub(super) struct Package;
-
-impl Target for Package {
-    fn name(&self) -> &'static str {
-        "Library with self-tests (C, Arduino, Rust, Python, MATLAB)"
-    }
-
-    fn endings(&self) -> &'static [&'static str] {
-        &["zip"]
-    }
-
-    fn holds(&self) -> &'static str {
-        "conventional and compensated load with all blocks"
-    }
-
-    fn leaves_out(&self, calibration: &Calibration) -> &'static str {
-        C_HEADER.leaves_out(calibration)
-    }
-
-    fn check(&self, outline: &Outline<'_>) -> Result<(), Refusal> {
-        C_HEADER.check(outline)
-    }
-
-    fn write(&self, export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
+pub(super) static PACKAGE: Target = Target {
+    name: "Library with self-tests (C, Arduino, Rust, Python, MATLAB)",
+    endings: &["zip"],
+    write: |export, out| {
         let files = files(export.calibration, export.name)?;
         out.write_all(&zipped(&files, &identifier(export.name))?)
-    }
-}
+    },
+    ..CODE
+};
 
 /// The files of a library: their paths in it and their content.
 pub(in crate::export) type Files = Vec<(String, String)>;
@@ -113,24 +93,26 @@ pub(in crate::export) type Files = Vec<(String, String)>;
 /// All files; `name` is what names inside are made of.
 pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Result<Files> {
     let name = library_name(name);
-    let source = |code: &Code| {
-        let export = of_target(code, calibration, &name)?;
-        io::Result::Ok(code.source(&export))
-    };
-    let (name, header) = source(&C_HEADER)?;
-    let (m_name, m_function) = source(&M_FUNCTION)?;
+    let export = of_target(&CODE, calibration, &name)?;
+    let (name, header) = C.source(&export);
+    let (m_name, m_function) = MATLAB.source(&export);
     let rows = test_vector(calibration).map_err(io::Error::other)?;
     let expected = as_csv(calibration, &rows);
     let values = values(calibration, &name, &m_name, rows.len(), &expected);
     let mut files = vec![
         (format!("src/{name}.h"), header),
         ("expected.csv".to_owned(), expected),
-        (format!("python/{name}.py"), source(&PYTHON)?.1),
-        (format!("rust/{name}.rs"), source(&RUST)?.1),
+        (
+            format!("python/{name}.py"),
+            python::LANGUAGE.source(&export).1,
+        ),
+        (format!("rust/{name}.rs"), rust::LANGUAGE.source(&export).1),
         (format!("matlab/{m_name}.m"), m_function),
     ];
+    let templates = environment(false);
     for (path, template) in TEMPLATES {
-        let filled = filled(template, &values).expect("the templates are this program's own");
+        let filled = templates.render_str(template, &values);
+        let filled = filled.expect("the templates are this program's own");
         files.push((path.to_owned(), filled));
     }
     Ok(files)
@@ -155,10 +137,8 @@ fn values(
     n_rows: usize,
     expected: &str,
 ) -> Value {
-    let axes = calibration.axes.iter().zip(&calibration.units);
-    let axes: Vec<String> = axes
-        .map(|(axis, unit)| format!("{} [{unit}]", axis.symbol()))
-        .collect();
+    let axes = calibration.axes.iter().map(|axis| axis.label());
+    let axes: Vec<String> = axes.collect();
     let scale = test_vector::full_scale(calibration);
     let longest_line = expected.lines().map(str::len).max().unwrap_or(0);
     context! {
@@ -183,14 +163,6 @@ fn values(
         allowed_double => format!("{:?}", ALLOWED.0),
         allowed_float => format!("{:.1e}", allowed_in_float(calibration)),
     }
-}
-
-fn filled(template: &str, values: &Value) -> Result<String, minijinja::Error> {
-    let mut templates = Environment::new();
-    let mut syntax = SyntaxConfig::builder();
-    templates.set_syntax(syntax.keep_trailing_newline(true).build()?);
-    templates.set_undefined_behavior(UndefinedBehavior::Strict);
-    templates.render_str(template, values)
 }
 
 /// Names that no program need read, then a line for each sample: time, gauges, auxiliary channels, load, conventional load, status, whether it is

@@ -104,7 +104,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     let gap_secs = calibration.gap_secs;
     let slow_secs = calibration.features.window_secs() / SLOW_PER_WINDOW;
     let slow_secs = slow_secs.min(0.4 * gap_secs).max(fast_secs);
-    let motion = Motion::new(calibration);
+    let gauges_at = motion(calibration);
     let mut samples: Vec<Sample> = Vec::new();
     let (mut time, mut fast) = (12.5, 0.0);
     for k in 0..FAST + SLOW + FAST {
@@ -124,7 +124,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
             let moved = 0.65 * (channel.max - channel.min) * (TAU * 1.7 * slow).sin();
             f64::from((middle + moved) as f32)
         });
-        samples.push((time, motion.gauges(slow, fast), auxiliary.collect()));
+        samples.push((time, gauges_at(slow, fast), auxiliary.collect()));
     }
     let set_anew = samples[samples.len() - 60..].to_vec();
     let start = set_anew[0].0 - 3.0;
@@ -150,49 +150,32 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     samples
 }
 
-/// Gauges as loads move them.
-struct Motion<'a> {
-    calibration: &'a Calibration,
-    /// For each gauge, in its deviations: at full scale of each axis.
-    slopes: Vec<Vec<f64>>,
-    factor: f64,
-}
-
-impl<'a> Motion<'a> {
-    fn new(calibration: &'a Calibration) -> Self {
-        let n_gauges = calibration.gauges.len();
-        let full_scale = full_scale(calibration);
-        let slopes = calibration.gauges_per_load().map_or_else(
-            // Nothing tells loads from gauges: each gauge moves on its own.
-            || {
-                (0..n_gauges)
-                    .map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3); 1])
+/// Gauges as loads move them: every axis at a pace of its own; the phases are those of a slow and of a fast motion.
+fn motion(calibration: &Calibration) -> impl Fn(f64, f64) -> Vec<f64> {
+    let full_scale = full_scale(calibration);
+    let gauges = 0..calibration.gauges.len();
+    // In deviations of each gauge: at full scale of each axis.
+    let slopes: Vec<Vec<f64>> = match calibration.gauges_per_load() {
+        // Nothing tells loads from gauges: each gauge moves on its own.
+        None => gauges
+            .map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3)])
+            .collect(),
+        Some(slopes) => gauges
+            .map(|gauge| {
+                let axes = full_scale.iter().enumerate();
+                axes.map(|(axis, scale)| slopes[(gauge, axis)] * scale)
                     .collect()
-            },
-            |slopes| {
-                let rows = (0..n_gauges).map(|gauge| {
-                    let axes = full_scale.iter().enumerate();
-                    axes.map(|(axis, scale)| slopes[(gauge, axis)] * scale)
-                        .collect()
-                });
-                rows.collect::<Vec<Vec<f64>>>()
-            },
-        );
-        let reach = slopes
-            .iter()
-            .map(|row| row.iter().map(|slope| slope.abs()).sum());
-        let reach: f64 = reach.fold(f64::MIN_POSITIVE, f64::max);
-        Self {
-            calibration,
-            slopes,
-            factor: SHARE_OF_FULL_SCALE.min(DEVIATIONS / reach),
-        }
-    }
-
-    /// Every axis moves at a pace of its own; the phases are those of a slow and of a fast motion.
-    fn gauges(&self, slow: f64, fast: f64) -> Vec<f64> {
-        let scale = &self.calibration.gauge_scale;
-        let gauges = self.slopes.iter().zip(&scale.shift).zip(&scale.deviation);
+            })
+            .collect(),
+    };
+    let reach = slopes
+        .iter()
+        .map(|row| row.iter().map(|slope| slope.abs()).sum());
+    let reach: f64 = reach.fold(f64::MIN_POSITIVE, f64::max);
+    let factor = SHARE_OF_FULL_SCALE.min(DEVIATIONS / reach);
+    let scale = &calibration.gauge_scale;
+    move |slow, fast| {
+        let gauges = slopes.iter().zip(&scale.shift).zip(&scale.deviation);
         gauges
             .map(|((slopes, shift), deviation)| {
                 let moved = slopes.iter().enumerate().map(|(axis, slope)| {
@@ -200,7 +183,7 @@ impl<'a> Motion<'a> {
                     let load = 0.7 * (TAU * pace * slow).sin() + 0.3 * (TAU * pace * fast).sin();
                     slope * load
                 });
-                let moved = self.factor * moved.sum::<f64>();
+                let moved = factor * moved.sum::<f64>();
                 f64::from((shift + deviation * moved) as f32)
             })
             .collect()

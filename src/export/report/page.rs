@@ -1,0 +1,164 @@
+//! The page of a report: the values of its template, tables and pictures among them.
+
+use minijinja::{Value, context};
+
+use super::data::{ReportData, utc};
+use super::tables;
+use crate::export::template::filled_markup;
+use crate::questions::check::sufficiency_tables;
+use crate::questions::errors::{Shown, errors, factory_note};
+use crate::questions::expected_error::{expected_error_table, limits_table};
+use crate::questions::metrology::{axis_figures, crosstalk};
+use crate::questions::thresholds::ScoreSet;
+use crate::recording::Role;
+use crate::report::figure::Figure;
+use crate::report::{Align, Cell, Column, Table, Value as CellValue};
+
+const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
+const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
+const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
+
+/// The whole page.
+pub(super) fn html_of(report: &ReportData) -> String {
+    let calibration = &report.calibration;
+    let count = |role: Role| {
+        let roles = report.recordings.iter();
+        let roles = roles.map(|recording| recording.used.role);
+        roles.filter(|own| *own == role).count()
+    };
+    let notes = report.notes.lines().map(|line| line.trim().to_owned());
+    let scores = [ScoreSet::Test, ScoreSet::LeftOut, ScoreSet::Train].map(|set| {
+        let found = errors(calibration, report.factory.as_ref(), set, Shown::All);
+        (set.label(), or_reason(&found, table))
+    });
+    let loops = report.loops.iter().zip(&calibration.axes);
+    let loops = loops.map(|(found, axis)| {
+        let shown = or_reason(found, |figure| picture(figure, LOOP_SIZE));
+        (axis.symbol(), shown)
+    });
+    let values = context! {
+        style => Value::from_safe_string(include_str!("style.css").to_owned()),
+        version => env!("CARGO_PKG_VERSION"),
+        made => utc(report.made),
+        program => &*calibration.program,
+        kind => if report.fitted { "fitted to" } else { "applied to" },
+        n_recordings => report.recordings.len(),
+        n_train => count(Role::Train),
+        n_test => count(Role::Test),
+        sensor => tables::sensor(calibration),
+        notes => notes.filter(|line| !line.is_empty()).collect::<Vec<_>>(),
+        warnings => report.warnings.clone(),
+        check => or_reason(&report.check, |found| context! {
+            verdict => found.verdict.words(),
+            sentences => found.sentences().map(str::to_owned).collect::<Vec<_>>(),
+            rank => found.rank_in_words(),
+            tables => all(&sufficiency_tables(found)),
+        }),
+        scores,
+        factory => report.factory.as_ref().map(|factory| factory_note(calibration, factory)),
+        expected_error => or_reason(&report.expected_error, |found| table(&Table {
+            title: String::new(),
+            ..expected_error_table(found)
+        })),
+        limits => (!report.limits.is_empty()).then(|| table(&limits_table(&report.limits))),
+        settings => table(&tables::settings(calibration)),
+        thresholds => or_reason(&report.thresholds, |curves| context! {
+            about => &*curves.about,
+            pictures => pictures(&curves.plots, CURVES_SIZE),
+        }),
+        measured => &*report.measured,
+        loops => loops.collect::<Vec<_>>(),
+        errors => report.errors.as_ref().map(|errors| context! {
+            recording => &*errors.recording,
+            chosen => errors.chosen,
+            pictures => pictures(&errors.figures, TRACE_SIZE),
+        }),
+        metrology => or_reason(&report.metrology, |found| {
+            let axes = (0..found.axes.len()).map(|at| axis_figures(found, at, Shown::All));
+            let definitions = found.definitions();
+            let definitions = definitions.map(|(name, about)| (name.to_owned(), about.sentences()));
+            context! {
+                n_recordings => found.n_recordings,
+                n_samples => found.n_samples,
+                notes => found.notes.iter().map(|note| note.to_string()).collect::<Vec<_>>(),
+                tables => all(&axes.chain(crosstalk(found)).collect::<Vec<_>>()),
+                definitions => definitions.collect::<Vec<_>>(),
+            }
+        }),
+        matrices => all(&tables::matrices(calibration)),
+        is_learned => calibration.learned.is_some(),
+        recordings => all(&tables::recordings(report)),
+    };
+    filled_markup(include_str!("../templates/report.html"), values)
+}
+
+/// What was found, as it is shown, or why there is nothing.
+fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> Value {
+    match found {
+        Ok(found) => shown(found),
+        Err(reason) => context! { reason => &**reason },
+    }
+}
+
+fn pictures(figures: &[Figure<'_>], size: (f64, f64)) -> Vec<Value> {
+    let pictures = figures.iter().map(|figure| picture(figure, size));
+    pictures.collect()
+}
+
+fn picture(figure: &Figure<'_>, size: (f64, f64)) -> Value {
+    Value::from_safe_string(figure.svg(size))
+}
+
+fn all(tables: &[Table]) -> Vec<Value> {
+    tables.iter().map(table).collect()
+}
+
+/// A table below its title, its note below it. Its rows are as wide as its head.
+fn table(table: &Table) -> Value {
+    let titles = table.columns.iter();
+    let titles: Vec<Cell> = titles.map(|column| Cell::words(column.title())).collect();
+    let mut notes = Vec::new();
+    let mut row = |cells: &[Cell]| row(&table.columns, cells, &mut notes);
+    let head = row(&titles);
+    let rows: Vec<_> = table.rows.iter().map(|cells| row(cells)).collect();
+    let values = context! { title => &*table.title, head, rows, notes, note => &*table.note };
+    let markup = filled_markup(include_str!("../templates/table.html"), values);
+    Value::from_safe_string(markup.trim_end().to_owned())
+}
+
+/// The attributes and the text of each cell; where a reason has no room it is a number of those that stand below the table.
+fn row(columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) -> Vec<(Value, String)> {
+    let mut row = Vec::new();
+    let mut cells = columns.iter().zip(cells).peekable();
+    while let Some((column, cell)) = cells.next() {
+        let mut span = 1;
+        while cells
+            .next_if(|(_, next)| next.value == CellValue::Continued)
+            .is_some()
+        {
+            span += 1;
+        }
+        let Some(reason) = cell.reason() else {
+            let attributes = match column.align {
+                Align::Left => "",
+                Align::Right => " class=\"number\"",
+                Align::Anywhere => " class=\"hash\"",
+            };
+            let attributes = Value::from_safe_string(attributes.to_owned());
+            row.push((attributes, cell.text.clone()));
+            continue;
+        };
+        let mut text = reason.to_owned();
+        if span == 1 && columns.len() > 3 {
+            let known = notes.iter().position(|own| own == reason);
+            let at = known.unwrap_or_else(|| {
+                notes.push(text);
+                notes.len() - 1
+            });
+            text = format!("({})", at + 1);
+        }
+        let attributes = format!(" class=\"reason\" colspan=\"{span}\"");
+        row.push((Value::from_safe_string(attributes), text));
+    }
+    row
+}

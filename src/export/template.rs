@@ -1,0 +1,40 @@
+//! This program's own templates, filled.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value};
+
+use crate::shown::for_xml;
+
+/// Returns what templates are filled in: a name that is not given is an error. Where `trims`, lines of nothing but a block leave
+/// nothing behind.
+pub(super) fn environment(trims: bool) -> Environment<'static> {
+    let mut templates = Environment::new();
+    let mut syntax = SyntaxConfig::builder();
+    syntax.trim_blocks(trims).lstrip_blocks(trims);
+    let syntax = syntax.keep_trailing_newline(true).build();
+    templates.set_syntax(syntax.expect("the usual delimiters differ"));
+    templates.set_undefined_behavior(UndefinedBehavior::Strict);
+    templates
+}
+
+/// Fills a template of text.
+pub(super) fn filled(template: &str, values: Value) -> String {
+    let filled = environment(true).render_str(template, values);
+    filled.expect("the templates are this program's own")
+}
+
+/// Fills a template of markup: every text is escaped that is not [safe](Value::from_safe_string).
+pub(super) fn filled_markup(template: &str, values: Value) -> String {
+    let mut templates = environment(true);
+    templates.set_formatter(|out, _, value| {
+        let text = value.to_string();
+        let text = if value.is_safe() {
+            text
+        } else {
+            for_xml(&text)
+        };
+        Ok(out.write_str(&text)?)
+    });
+    let filled = templates.render_str(template, values);
+    filled.expect("the templates are this program's own")
+}
