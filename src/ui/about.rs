@@ -3,6 +3,7 @@
 use egui::{RichText, ScrollArea, TextStyle};
 
 use crate::about::{LICENCES_OF_CRATES, OWN_LICENCES, built};
+use crate::ui::controls::Controls as _;
 
 /// The page; it remembers whose licences are on screen.
 #[derive(Debug, Default)]
@@ -41,9 +42,7 @@ impl About {
                     ui.end_row();
                 }
             });
-        let copy = ui.button("Copy these");
-        let copy = copy.on_hover_text("To the clipboard, for a report of a fault");
-        if copy.clicked() {
+        if ui.press("Copy these", "To the clipboard, for a report of a fault") {
             let lines = built().map(|(name, value)| format!("{name}: {value}"));
             ui.ctx().copy_text(lines.join("\n"));
         }
@@ -52,8 +51,7 @@ impl About {
         ui.horizontal(|ui| {
             ui.label("Licence: MIT or Apache-2.0, at your choice");
             for (at, (name, _, explanation)) in texts.iter().enumerate() {
-                ui.selectable_value(&mut self.shown, at, *name)
-                    .on_hover_text(*explanation);
+                ui.select(&mut self.shown, at, *name, *explanation);
             }
         });
         let (name, text, _) = texts[self.shown];

@@ -13,6 +13,7 @@ use crate::recording::Axis;
 use crate::report;
 use crate::report::{Cell, Table};
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
@@ -63,13 +64,13 @@ impl View {
         if let Some(analysis) = engine.analysis() {
             let calibration = &analysis.calibration;
             if calibration.simulated {
-                ui.colored_label(ui.visuals().warn_fg_color, "of the simulated sensor");
+                ui.warn("of the simulated sensor");
             }
             ui.weak(calibration.describe());
             let footprint = Footprint::of(calibration);
             let text = footprint.to_string();
             let label = match footprint.is_large() {
-                true => ui.colored_label(ui.visuals().warn_fg_color, text),
+                true => ui.warn(text),
                 false => ui.weak(text),
             };
             label.on_hover_text(
@@ -82,92 +83,87 @@ impl View {
             return;
         };
         if let Some(caution) = caution(&analysis.calibration, Path::new(path.trim())) {
-            ui.colored_label(ui.visuals().warn_fg_color, caution);
+            ui.warn(caution);
         }
         let calibration = &analysis.calibration;
-        egui::ScrollArea::both()
-            .auto_shrink([false, false])
-            .show(ui, |ui| {
-                if let Some(learned) = &calibration.learned {
-                    let linear = match calibration.compensated {
-                        Some(_) => "matrix × features + ",
-                        None => "",
-                    };
-                    let text = format!("Comp. = {linear}{}", learned.describe());
-                    ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
-                        .on_hover_text(
-                            "Too much to show as a matrix; the .json file has all of it",
-                        );
-                    ui.add_space(6.0);
-                }
-                let compensated = calibration.compensated.as_ref();
-                let maps = compensated.map(|map| (Trace::Compensated, map));
-                let conventional = (Trace::Conventional, &calibration.conventional);
-                for (trace, map) in maps.into_iter().chain([conventional]) {
-                    let blocks = blocks(&map.columns);
-                    let names = map.names(&calibration.gauges);
-                    let known = calibration.quality.coefficients.as_ref();
-                    let known = known.filter(|_| trace == Trace::Compensated);
-                    ui.horizontal(|ui| {
-                        let color = trace.color(ui.visuals());
-                        ui.colored_label(color, trace.label())
-                            .on_hover_text(trace.explanation());
-                        let copy = ui.small_button(format!("Copy {}", trace.label()));
-                        if copy
-                            .on_hover_text("The matrix as tab-separated text")
-                            .clicked()
-                        {
-                            ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
-                        }
-                        if let Some(known) = known {
-                            ui.checkbox(uncertain, "± u").on_hover_text(format!(
-                                "The standard error of each coefficient: a jackknife, {}",
-                                known.left_out
-                            ));
-                        }
-                        ui.label(laid_out(ui, &equation(&blocks), color))
-                            .on_hover_text(trace.explanation());
-                    });
-                    let known = known
-                        .filter(|_| *uncertain)
-                        .map(|known| &known.standard[..]);
-                    matrix(
-                        ui,
-                        trace.label(),
-                        map,
-                        known,
-                        &names,
-                        &blocks,
-                        &calibration.axes,
-                    );
-                    ui.add_space(6.0);
-                }
-            });
+        ui.scrolled(|ui| {
+            if let Some(learned) = &calibration.learned {
+                let linear = match calibration.compensated {
+                    Some(_) => "matrix × features + ",
+                    None => "",
+                };
+                let text = format!("Comp. = {linear}{}", learned.describe());
+                ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
+                    .on_hover_text("Too much to show as a matrix; the .json file has all of it");
+                ui.add_space(6.0);
+            }
+            let compensated = calibration.compensated.as_ref();
+            let maps = compensated.map(|map| (Trace::Compensated, map));
+            let conventional = (Trace::Conventional, &calibration.conventional);
+            for (trace, map) in maps.into_iter().chain([conventional]) {
+                let blocks = blocks(&map.columns);
+                let names = map.names(&calibration.gauges);
+                let known = calibration.quality.coefficients.as_ref();
+                let known = known.filter(|_| trace == Trace::Compensated);
+                ui.horizontal(|ui| {
+                    let color = trace.color(ui.visuals());
+                    ui.colored_label(color, trace.label())
+                        .on_hover_text(trace.explanation());
+                    if ui.press_small(
+                        format!("Copy {}", trace.label()),
+                        "The matrix as tab-separated text",
+                    ) {
+                        ui.copy_text(as_table(map, &names, &calibration.axes).tab_separated());
+                    }
+                    if let Some(known) = known {
+                        ui.checkbox(uncertain, "± u").on_hover_text(format!(
+                            "The standard error of each coefficient: a jackknife, {}",
+                            known.left_out
+                        ));
+                    }
+                    ui.label(laid_out(ui, &equation(&blocks), color))
+                        .on_hover_text(trace.explanation());
+                });
+                let known = known
+                    .filter(|_| *uncertain)
+                    .map(|known| &known.standard[..]);
+                matrix(
+                    ui,
+                    trace.label(),
+                    map,
+                    known,
+                    &names,
+                    &blocks,
+                    &calibration.axes,
+                );
+                ui.add_space(6.0);
+            }
+        });
     }
 }
 
 fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        let label = ui.label("Export to");
         let buttons = 118.0;
         let field = egui::TextEdit::singleline(path)
             .hint_text(format!("path ending in one of {}", target_endings()))
             .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
-        let field = ui.add(field).labelled_by(label.id).on_hover_text(
+        let field = ui.field(
+            "Export to",
+            field,
             "Where the calibration is written; its ending says as what, Enter writes it",
         );
-        let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let entered = ui.entered(&field);
         ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
             let held = TARGETS.iter();
             let held = held.map(|target| format!(".{}: {}", target.endings[0], target.holds));
-            let export = ui
-                .button("Export")
-                .on_hover_text(held.collect::<Vec<_>>().join("\n"));
+            let export = ui.press("Export", held.collect::<Vec<_>>().join("
+"));
             let path = path.trim();
-            if (export.clicked() || entered) && !path.is_empty() {
+            if (export || entered) && !path.is_empty() {
                 out.push(Action::Export(path.into(), Existing::Ask).into());
             }
-            if ui.button("…").on_hover_text("Choose a file").clicked() {
+            if ui.press("…", "Choose a file") {
                 out.push(Command::ChooseExport);
             }
         });

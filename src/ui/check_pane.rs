@@ -11,6 +11,7 @@ use crate::report::Table;
 use crate::report::figure::color;
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
@@ -89,27 +90,25 @@ impl View {
         });
         ui.separator();
         if let Some(problem) = engine.check.problem() {
-            ui.colored_label(ui.visuals().warn_fg_color, problem);
+            ui.warn(problem);
         }
         let Some(found) = found else {
             ui.weak("Nothing to check yet.");
             return;
         };
         let width = ui.available_width();
-        egui::ScrollArea::both()
-            .auto_shrink([false, false])
-            .show(ui, |ui| {
-                ui.vertical(|ui| {
-                    ui.set_max_width(width);
-                    verdict(ui, found, engine.check.is_current());
-                });
-                ui.add_space(8.0);
-                for shown in &tables {
-                    table::show(ui, shown);
-                    ui.add_space(8.0);
-                }
-                self.figure(ui, found, out);
+        ui.scrolled(|ui| {
+            ui.vertical(|ui| {
+                ui.set_max_width(width);
+                verdict(ui, found, engine.check.is_current());
             });
+            ui.add_space(8.0);
+            for shown in &tables {
+                table::show(ui, shown);
+                ui.add_space(8.0);
+            }
+            self.figure(ui, found, out);
+        });
     }
 
     /// The loads of two axes.

@@ -4,6 +4,7 @@ use egui::{DragValue, Ui};
 
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::Axis;
+use crate::ui::controls::Controls as _;
 
 const EXPLANATION: &str = "A reversal counts once the load has come back by more than this, in the loops, the table of figures \
                            and the report alike; from data: ten times the noise of the load, and at least 5 % of its range, over \
@@ -23,21 +24,18 @@ pub fn dead_band(
 ) {
     let mut chosen = measuring.dead_bands.get(at).copied().flatten();
     let before = chosen;
-    let label = ui.label(name).on_hover_text(EXPLANATION);
     let mut value = chosen.or(used).unwrap_or_default();
     let field = DragValue::new(&mut value)
         .range(0.0..=f64::MAX)
         .speed(0.01)
         .max_decimals(4)
         .suffix(format!(" {}", axes[at].unit()));
-    let field = ui.add(field).labelled_by(label.id);
-    if field.on_hover_text(EXPLANATION).changed() {
+    if ui.explained_field(name, field, EXPLANATION).changed() {
         chosen = Some(value);
     }
     let mut from_data = chosen.is_none();
     // "auto" alone is the ridge's.
-    let tick = ui.checkbox(&mut from_data, "from data");
-    if tick.on_hover_text(EXPLANATION).changed() {
+    if ui.tick(&mut from_data, "from data", EXPLANATION) {
         chosen = (!from_data).then_some(value);
     }
     if chosen != before {
@@ -50,11 +48,9 @@ pub fn dead_band(
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
     let explanation = "A load that stands still for so long is a dwell: creep and zero return are read there. Still: every axis \
                        within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";
-    let label = ui.label(name).on_hover_text(explanation);
     let field = DragValue::new(&mut measuring.hold_secs)
         .range(0.1..=LONGEST_DWELL_SECS)
         .speed(0.1)
         .suffix(" s");
-    let field = ui.add(field).labelled_by(label.id);
-    field.on_hover_text(explanation);
+    ui.explained_field(name, field, explanation);
 }

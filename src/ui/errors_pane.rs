@@ -7,6 +7,7 @@ use crate::questions::expected_error::{expected_error_column, expected_error_tab
 use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
 use crate::ui::command::{Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
 use crate::ui::table;
@@ -36,10 +37,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     ui.horizontal_wrapped(|ui| {
         ui.strong("RMSE");
         if let Some(analysis) = engine.analysis()
-            && ui
-                .small_button("Copy table")
-                .on_hover_text("As tab-separated text")
-                .clicked()
+            && ui.press_small("Copy table", "As tab-separated text")
         {
             ui.copy_text(all_errors(analysis, engine).tab_separated());
         }
@@ -51,7 +49,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             return;
         }
         if let Some(each) = analysis.preview_of {
-            ui.colored_label(ui.visuals().warn_fg_color, preview_of(each));
+            ui.warn(preview_of(each));
         }
         let quality = &analysis.calibration.quality;
         if let Some(how) = &quality.cross_validation
@@ -60,21 +58,18 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
             ui.weak(format!("CV {how}"));
         }
         for caution in &analysis.cautions {
-            ui.colored_label(ui.visuals().warn_fg_color, caution.short())
-                .on_hover_text(caution.to_string());
+            ui.warn(caution.short()).on_hover_text(caution.to_string());
         }
     });
     let Some(analysis) = engine.analysis() else {
         ui.weak("Nothing is fitted yet.");
         return;
     };
-    egui::ScrollArea::both()
-        .auto_shrink([false, false])
-        .show(ui, |ui| {
-            table::show(ui, &all_errors(analysis, engine));
-            ui.add_space(8.0);
-            expected(ui, engine);
-        });
+    ui.scrolled(|ui| {
+        table::show(ui, &all_errors(analysis, engine));
+        ui.add_space(8.0);
+        expected(ui, engine);
+    });
 }
 
 /// Draws the expected error, or says why there is none.

@@ -6,6 +6,7 @@ use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 use crate::features::BLOCKS;
 use crate::ui::about::About;
 use crate::ui::actions::Action;
+use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
 
 /// The window with the help texts.
@@ -196,15 +197,13 @@ impl Help {
             .show(context, |ui| {
                 ui.horizontal(|ui| {
                     for (page, label, explanation) in PAGES {
-                        ui.selectable_value(&mut self.page, page, label)
-                            .on_hover_text(explanation);
+                        ui.select(&mut self.page, page, label, explanation);
                     }
                 });
                 if self.page == Page::Guide {
                     ui.horizontal_wrapped(|ui| {
                         for (at, (title, _)) in GUIDE.iter().enumerate() {
-                            ui.selectable_value(&mut self.guide, at, *title)
-                                .on_hover_text("A page of the guide");
+                            ui.select(&mut self.guide, at, *title, "A page of the guide");
                         }
                     });
                 }
@@ -252,11 +251,7 @@ fn code_block(ui: &mut egui::Ui, code: &str) {
     let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
     frame.show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(code).monospace()).extend());
-        let copy = ui.small_button("Copy");
-        if copy
-            .on_hover_text("These lines, to the clipboard")
-            .clicked()
-        {
+        if ui.press_small("Copy", "These lines, to the clipboard") {
             ui.ctx().copy_text(code.to_owned());
         }
     });

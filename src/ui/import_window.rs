@@ -14,6 +14,7 @@ use crate::engine::{Engine, ImportCommand, Importing};
 use crate::formats;
 use crate::import::inspect::{Inspection, TableReport};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::status_line::busy;
 
 /// What stands in the window's text fields.
@@ -67,7 +68,7 @@ pub fn import_window(
         .default_pos(screen.center() - 0.5 * size)
         .show(context, |ui| {
             if let Some(problem) = &importing.problem {
-                ui.colored_label(ui.visuals().error_fg_color, problem);
+                ui.fail(problem);
             }
             let Some(inspection) = importing.inspection.as_deref() else {
                 if importing.problem.is_none() {
@@ -169,16 +170,11 @@ fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &m
         .map(|(at, _)| at)
         .collect();
     ui.horizontal_wrapped(|ui| {
-        if ui
-            .button("Detect again")
-            .on_hover_text("Take what is found by looking at the file")
-            .clicked()
-        {
+        if ui.press("Detect again", "Take what is found by looking at the file") {
             send(out, ImportCommand::Begin);
         }
         for at in fitting {
-            let button = ui.button("As the last file of this shape");
-            if button.on_hover_text("Take the remembered map").clicked() {
+            if ui.press("As the last file of this shape", "Take the remembered map") {
                 send(out, ImportCommand::TakeMap(at));
             }
         }
@@ -188,8 +184,7 @@ fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &m
 fn preview(ui: &mut egui::Ui, table: &TableReport) {
     ui.horizontal(|ui| {
         ui.strong("First rows");
-        let copy = ui.small_button("Copy rows");
-        if copy.on_hover_text("As tab-separated text").clicked() {
+        if ui.press_small("Copy rows", "As tab-separated text") {
             let rows = table.preview.iter().map(|row| row.join("\t"));
             ui.copy_text(rows.collect::<Vec<_>>().join("\n"));
         }

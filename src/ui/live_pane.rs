@@ -6,6 +6,7 @@ use crate::engine::{Action, Followed, LiveTraces};
 use crate::recording::Axis;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::ui::command::{Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
@@ -33,16 +34,15 @@ impl PaneView for View {
         let Some(path) = cx.engine.followed_file() else {
             ui.weak("No file is followed. Name a log that is being written, CSV with a header or JSON lines, or choose File > Follow a growing file…");
             ui.horizontal(|ui| {
-                let label = ui.label("File");
-                let field = ui
-                    .text_edit_singleline(&mut self.path)
-                    .labelled_by(label.id);
-                let asked =
-                    field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                let follow = ui
-                    .button("Follow")
-                    .on_hover_text("Read it from its beginning, and then what is written to it");
-                if (follow.clicked() || asked) && !self.path.trim().is_empty() {
+                let path = egui::TextEdit::singleline(&mut self.path);
+                let field = ui.labelled("File", path);
+                let asked = ui.entered(&field);
+                if (ui.press(
+                    "Follow",
+                    "Read it from its beginning, and then what is written to it",
+                ) || asked)
+                    && !self.path.trim().is_empty()
+                {
                     cx.out.push(Action::Follow(self.path.trim().into()).into());
                 }
             });
@@ -52,10 +52,7 @@ impl PaneView for View {
         let followed = cx.engine.followed().cloned().unwrap_or_default();
         self.axis = self.axis.min(followed.axes.len().saturating_sub(1));
         ui.horizontal_wrapped(|ui| {
-            let stop = ui
-                .button("Stop")
-                .on_hover_text("Do not follow the file any more");
-            if stop.clicked() {
+            if ui.press("Stop", "Do not follow the file any more") {
                 cx.out.push(Action::StopFollowing.into());
             }
             for (at, (axis, _)) in followed.axes.iter().enumerate() {
@@ -73,7 +70,7 @@ impl PaneView for View {
             ui.weak(name);
         });
         if let Some(problem) = cx.engine.following_problem() {
-            ui.colored_label(ui.visuals().error_fg_color, problem);
+            ui.fail(problem);
         }
         for note in &followed.notes {
             ui.weak(note);

@@ -18,6 +18,7 @@ use crate::recording::Axis;
 use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
@@ -150,7 +151,7 @@ impl PaneView for LoopsPane {
         }
         ui.separator();
         if let Some(problem) = engine.loops.problem() {
-            ui.colored_label(ui.visuals().warn_fg_color, problem);
+            ui.warn(problem);
         }
         let on_screen = ui.pixels_per_point() * plot_size(ui);
         self.pixels = [
@@ -242,8 +243,7 @@ impl LoopsPane {
 
     fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         for (mode, label, explanation) in Mode::ALL {
-            ui.selectable_value(&mut self.mode, mode, label)
-                .on_hover_text(explanation);
+            ui.select(&mut self.mode, mode, label, explanation);
         }
         ui.separator();
         let before = (
@@ -318,8 +318,7 @@ impl LoopsPane {
 
     fn axis_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         for axis in engine.project().axes() {
-            ui.selectable_value(&mut self.axis, *axis, axis.symbol())
-                .on_hover_text("Take this axis");
+            ui.select(&mut self.axis, *axis, axis.symbol(), "Take this axis");
         }
         ui.separator();
     }

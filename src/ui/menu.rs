@@ -6,6 +6,7 @@ use crate::engine::{Action as Do, Engine, Preferences, Theme};
 use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::panes;
 use crate::ui::workspace::Workspace;
 
@@ -58,9 +59,7 @@ fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         ui.menu_button("Recent", |ui| {
             items(ui, actions::recent(engine), out);
             ui.separator();
-            let forget = ui.button("Forget all of these");
-            let forget = forget.on_hover_text("Empties this list; the files stay");
-            if forget.clicked() {
+            if ui.press("Forget all of these", "Empties this list; the files stay") {
                 ui.close();
                 out.push(prefer(Preferences {
                     recent: Vec::new(),
@@ -76,11 +75,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspace: &Workspace, out: &mut Vec
     ui.separator();
     for pane in panes::all() {
         let mut open = workspace.is_open(pane);
-        if ui
-            .checkbox(&mut open, pane.title())
-            .on_hover_text(pane.explanation())
-            .changed()
-        {
+        if ui.tick(&mut open, pane.title(), pane.explanation()) {
             out.push(match open {
                 true => Command::ShowPane(pane),
                 false => Command::ClosePane(pane),

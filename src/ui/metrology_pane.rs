@@ -10,6 +10,7 @@ use crate::questions::metrology::{crosstalk, overview};
 use crate::recording::Axis;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
@@ -100,26 +101,24 @@ impl MetrologyPane {
         });
         ui.separator();
         if let Some(problem) = engine.figures.problem() {
-            ui.colored_label(ui.visuals().warn_fg_color, problem);
+            ui.warn(problem);
         }
         let Some(table) = table else {
             ui.weak("No table yet.");
             return;
         };
         let width = ui.available_width();
-        egui::ScrollArea::both()
-            .auto_shrink([false, false])
-            .show(ui, |ui| {
-                for shown in &tables {
-                    table::show(ui, shown);
-                    ui.add_space(8.0);
-                }
-                // Sentences are read without scrolling, however wide the table is.
-                ui.vertical(|ui| {
-                    ui.set_max_width(width);
-                    notes(ui, table);
-                });
+        ui.scrolled(|ui| {
+            for shown in &tables {
+                table::show(ui, shown);
+                ui.add_space(8.0);
+            }
+            // Sentences are read without scrolling, however wide the table is.
+            ui.vertical(|ui| {
+                ui.set_max_width(width);
+                notes(ui, table);
             });
+        });
     }
 
     fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
@@ -134,17 +133,24 @@ impl MetrologyPane {
             (TableOf::Train, "Train", "The training recordings"),
             (TableOf::All, "All", "All recordings"),
         ] {
-            ui.selectable_value(&mut of, one, label)
-                .on_hover_text(explanation);
+            ui.select(&mut of, one, label, explanation);
         }
         if of != self.of(engine) {
             self.of = Some(of);
         }
         ui.separator();
-        ui.selectable_value(&mut self.shown, Shown::PercentFs, "% FS")
-            .on_hover_text("In percent of full scale");
-        ui.selectable_value(&mut self.shown, Shown::Units, "N, N·m")
-            .on_hover_text("In the unit of the axis");
+        ui.select(
+            &mut self.shown,
+            Shown::PercentFs,
+            "% FS",
+            "In percent of full scale",
+        );
+        ui.select(
+            &mut self.shown,
+            Shown::Units,
+            "N, N·m",
+            "In the unit of the axis",
+        );
         ui.separator();
         dwell_secs(ui, "Dwell", measuring);
     }
@@ -160,10 +166,8 @@ fn definitions(
     axes: &[Axis],
     settings: &mut MetrologySettings,
 ) {
-    let keep_open = egui::containers::menu::MenuConfig::new()
-        .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-    let button = egui::containers::menu::MenuButton::new("Definitions…").config(keep_open);
-    let (response, _) = button.ui(ui, |ui| {
+    let button = egui::Button::new("Definitions…");
+    let response = ui.menu_of_fields(button, |ui| {
         ui.reset_style(); // fields, not menu items
         ui.set_min_width(300.0);
         egui::Grid::new("definitions")
@@ -199,14 +203,12 @@ fn definitions(
                     ),
                 ];
                 for (name, explanation, share) in shares {
-                    let label = ui.label(name).on_hover_text(explanation);
                     let mut percent = 100.0 * *share;
                     let field = egui::DragValue::new(&mut percent)
                         .range(0.01..=100.0)
                         .speed(0.05)
                         .suffix(" % FS");
-                    let field = ui.add(field).labelled_by(label.id);
-                    if field.on_hover_text(explanation).changed() {
+                    if ui.explained_field(name, field, explanation).changed() {
                         *share = 0.01 * percent;
                     }
                     ui.end_row();
@@ -230,6 +232,6 @@ fn notes(ui: &mut egui::Ui, table: &Metrology) {
         table.n_recordings, table.n_samples
     ));
     for note in &table.notes {
-        ui.colored_label(ui.visuals().warn_fg_color, format!("Note: {note}"));
+        ui.warn(format!("Note: {note}"));
     }
 }

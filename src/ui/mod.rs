@@ -10,6 +10,7 @@ mod choice;
 mod command;
 mod command_palette;
 mod context_menu;
+mod controls;
 mod dead_band;
 mod dialogs;
 mod equation;

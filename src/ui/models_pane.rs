@@ -9,6 +9,7 @@ use crate::questions::RELATIVE;
 use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
@@ -55,8 +56,7 @@ impl PaneView for View {
             self.trying(ui, engine, out);
             ui.separator();
             for set in [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train] {
-                ui.selectable_value(&mut self.errors_on, set, set.title())
-                    .on_hover_text(set.explanation());
+                ui.select(&mut self.errors_on, set, set.title(), set.explanation());
             }
             ui.separator();
             let whole = || whole(engine, &self.sort, self.errors_on);
@@ -79,9 +79,7 @@ impl PaneView for View {
         for said in &engine.models.said {
             ui.label(said);
         }
-        egui::ScrollArea::both()
-            .auto_shrink([false, false])
-            .show(ui, |ui| self.list(ui, engine, out));
+        ui.scrolled(|ui| self.list(ui, engine, out));
     }
 }
 
@@ -89,19 +87,17 @@ impl View {
     /// What tries models, and what ends it.
     fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         if engine.is_trying() {
-            let stop = ui.button("Stop");
-            let stop = stop.on_hover_text("Models that are on the list stay");
-            if stop.clicked() {
+            if ui.press("Stop", "Models that are on the list stay") {
                 out.push(Action::StopTrying.into());
             }
         } else {
             let ready = !engine.project().recordings.entries().is_empty();
             ui.add_enabled_ui(ready, |ui| {
-                let find = ui.button("Find the best").on_hover_text(
-                    "Tries sensible models, cheap ones first; chooses their numbers from the training recordings, scores each by \
-                     nested cross-validation, and proposes the cheapest within one standard error of the best",
-                );
-                if find.clicked() {
+                if ui.press(
+                    "Find the best",
+                    "Tries sensible models, cheap ones first; chooses their numbers from the training recordings, scores each \
+                     by nested cross-validation, and proposes the cheapest within one standard error of the best",
+                ) {
                     let limit = Duration::from_secs_f64(60.0 * self.minutes);
                     out.push(Action::FindBest(limit).into());
                 }
@@ -110,13 +106,13 @@ impl View {
                     .speed(0.1)
                     .suffix(" min");
                 let about = "No model is begun after this time";
-                let label = ui.label("within").on_hover_text(about);
-                ui.add(field).labelled_by(label.id).on_hover_text(about);
-                let whole = ui.button("Whole comparison of the paper").on_hover_text(
+                ui.explained_field("within", field, about);
+                if ui.press(
+                    "Whole comparison of the paper",
                     "Linear, network and hybrid, without and with the past, on all samples (A) and on every tenth (B): \
-                     Figures 9, 10, 12 and 13. Networks on all samples take minutes; what has a result that holds is not fitted again",
-                );
-                if whole.clicked() {
+                     Figures 9, 10, 12 and 13. Networks on all samples take minutes; what has a result that holds is not \
+                     fitted again",
+                ) {
                     out.push(Action::ComparePaper.into());
                 }
             });
@@ -181,23 +177,15 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
         {
             say(ModelChange::Pin(is_pinned));
         }
-        let keep_open = egui::containers::menu::MenuConfig::new()
-            .close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-        let button = egui::containers::menu::MenuButton::new("…").config(keep_open);
-        let (response, _) = button.ui(ui, |ui| {
+        let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();
-            let label = ui.label("Name");
             let field = egui::TextEdit::singleline(&mut name).desired_width(180.0);
-            let field = ui.add(field).labelled_by(label.id);
-            if field
-                .on_hover_text("What it is called in this list")
-                .changed()
-            {
+            let field = ui.field("Name", field, "What it is called in this list");
+            if field.changed() {
                 say(ModelChange::Name(name));
             }
-            let remove = ui.button("Remove");
-            if remove.on_hover_text("Takes it off this list").clicked() {
+            if ui.press("Remove", "Takes it off this list") {
                 say(ModelChange::Remove);
                 ui.close();
             }

@@ -8,6 +8,7 @@ use egui::{Color32, RichText};
 
 use crate::engine::{Action, Engine, Level, Notice};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
 /// So many stand over the window, the newest ones.
@@ -147,9 +148,7 @@ impl Notices {
 }
 
 fn dismiss_all(ui: &mut egui::Ui, out: &mut Vec<Command>) {
-    let dismiss = ui.button("Dismiss all");
-    let dismiss = dismiss.on_hover_text("They were read; the list is empty then");
-    if dismiss.clicked() {
+    if ui.press("Dismiss all", "They were read; the list is empty then") {
         out.push(Action::DismissAll.into());
     }
 }
@@ -157,9 +156,7 @@ fn dismiss_all(ui: &mut egui::Ui, out: &mut Vec<Command>) {
 /// All of them, newest first, with ways to copy and dismiss them.
 fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        let copy = ui.button("Copy all");
-        let copy = copy.on_hover_text("Every notice, a line each");
-        if copy.clicked() {
+        if ui.press("Copy all", "Every notice, a line each") {
             let texts: Vec<_> = notices.iter().map(|notice| &*notice.text).collect();
             ui.copy_text(texts.join("\n"));
         }
@@ -183,8 +180,7 @@ fn one(
     out: &mut Vec<Command>,
 ) -> bool {
     let row = ui.horizontal_top(|ui| {
-        let dismiss = ui.small_button("×");
-        let is_dismissed = dismiss.on_hover_text("Dismiss this notice").clicked();
+        let is_dismissed = ui.press_small("×", "Dismiss this notice");
         if is_dismissed {
             out.push(Action::Dismiss(at).into());
         }

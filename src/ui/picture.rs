@@ -10,6 +10,7 @@ use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::appearance::focus_ring;
 use crate::ui::command::{Command, ImageTo};
 use crate::ui::context_menu::context_menu;
+use crate::ui::controls::Controls as _;
 use crate::ui::dialogs::Reply;
 
 /// A menu that was pressed is still on screen in the frame after.
@@ -48,9 +49,10 @@ pub fn menu<'a>(
             button
         });
         if let Some(print) = print {
-            let button = ui.button("Save as SVG…");
-            let button = button.on_hover_text("The lines themselves, dark on light, for print");
-            if button.clicked() {
+            if ui.press(
+                "Save as SVG…",
+                "The lines themselves, dark on light, for print",
+            ) {
                 ui.close();
                 out.push(Command::ChooseFileFor(svg(&print())));
             }

@@ -1,7 +1,7 @@
 //! The recordings: what each is for, how long it is, how well it is calibrated.
 
 use egui::Color32;
-use egui::containers::menu::{MenuButton, MenuConfig};
+
 use egui_extras::{Column, TableBuilder};
 
 use crate::engine::{Action, Edit, Engine, Project};
@@ -14,6 +14,7 @@ use crate::scoring::metrics::Group;
 use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
@@ -67,22 +68,18 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
         faults_row(ui, engine, out);
     }
     if engine.project().recordings.is_simulated() {
-        ui.colored_label(ui.visuals().warn_fg_color, "simulated").on_hover_text(
+        ui.warn("simulated").on_hover_text(
             "These come from the built-in simulated sensor, not from a real one: a resin six-axis sensor under \
              a weight of 1.128 kg on a robot arm that turns",
         );
     }
     if let Some(applied) = &engine.project().applied {
         ui.horizontal_wrapped(|ui| {
-            ui.colored_label(
-                ui.visuals().warn_fg_color,
-                format!("Applying {}", applied.path.display()),
-            );
-            if ui
-                .button("Fit again")
-                .on_hover_text("Stop applying the opened calibration; fit to the recordings again")
-                .clicked()
-            {
+            ui.warn(format!("Applying {}", applied.path.display()));
+            if ui.press(
+                "Fit again",
+                "Stop applying the opened calibration; fit to the recordings again",
+            ) {
                 out.push(Edit::Apply(None).into());
             }
         });
@@ -97,23 +94,23 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
 
 fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        let label = ui.label("Open");
         let buttons = 90.0;
         let field = egui::TextEdit::singleline(&mut fields.open)
             .hint_text("path of a recording or calibration")
             .desired_width((ui.available_width() - buttons).max(60.0));
-        let response = ui.add(field).labelled_by(label.id).on_hover_text(
+        let response = ui.field(
+            "Open",
+            field,
             "A recording, a calibration (.json or .cal), a session, or a folder of them; Enter loads it",
         );
         let entered =
-            response.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-        let load = ui.button("Load");
-        let pressed = load.on_hover_text("Read what the path names").clicked();
+            ui.entered(&response);
+        let pressed = ui.press("Load", "Read what the path names");
         let path = fields.open.trim();
         if (entered || pressed) && !path.is_empty() {
             out.push(Action::Open(vec![path.into()]).into());
         }
-        if ui.button("…").on_hover_text("Choose files").clicked() {
+        if ui.press("…", "Choose files") {
             out.push(Command::ChooseFiles);
         }
     });
@@ -121,28 +118,22 @@ fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
 
 fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Train/test split: train on the first");
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
             .max_decimals(1)
             .suffix(" %");
-        ui.add(field)
-            .labelled_by(label.id)
-            .on_hover_text("The share of each recording's time that trains");
-        let cut = ui.button("Split").on_hover_text(
+        ui.field("Train/test split: train on the first", field, "The share of each recording's time that trains");
+        if ui.press(
+            "Split",
             "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split",
-        );
-        if cut.clicked() {
+        ) {
             out.push(Edit::Split(fields.split_percent / 100.0).into());
         }
-        let copy = ui.small_button("Copy list");
-        if copy.on_hover_text("Roles, names, samples and errors as tab-separated text").clicked() {
+        if ui.press_small("Copy list", "Roles, names, samples and errors as tab-separated text") {
             ui.copy_text(as_table(engine).tab_separated());
         }
         if engine.project().split.is_some() {
-            let whole = ui.button("Undo split");
-            let whole = whole.on_hover_text("Puts the recordings together again");
-            if whole.clicked() {
+            if ui.press("Undo split", "Puts the recordings together again") {
                 out.push(Edit::Unsplit.into());
             }
         }
@@ -155,11 +146,12 @@ fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.horizontal_wrapped(|ui| {
         let mut entered = project.gauge_range.clone();
         let mut knows = entered.is_some();
-        let limits = ui.checkbox(&mut knows, "Gauge limits").on_hover_text(
-            "What the logger can write at least and at most, such as -32768 and 32767: a gauge that reaches it is clipped. Without \
-             them limits are found where a gauge stands at its extreme while the load goes on",
-        );
-        if limits.changed() {
+        if ui.tick(
+            &mut knows,
+            "Gauge limits",
+            "What the logger can write at least and at most, such as -32768 and 32767: a gauge that reaches it is clipped. \
+             Without them limits are found where a gauge stands at its extreme while the load goes on",
+        ) {
             let extremes = || gauge_extremes(project.recordings.entries(), None);
             entered = knows.then(|| GaugeRange::All(extremes()));
         }
@@ -177,7 +169,7 @@ fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 0 => "A channel looks dead".to_owned(),
                 _ => format!("{n_faulty} of {n} samples look faulty"),
             };
-            let label = ui.colored_label(ui.visuals().warn_fg_color, text);
+            let label = ui.warn(text);
             label.on_hover_ui(|ui| {
                 for (at, faults) in faults.iter().take(12) {
                     let recording = &entries[*at].recording;
@@ -190,11 +182,11 @@ fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             });
         }
         if n_faulty > 0 || project.gauge_range.is_some() {
-            let button = ui.button("Leave out").on_hover_text(
-                "Takes the faulty samples out of the recordings; history does not cross what is missing for longer than a gap. Exported \
-                 code then says where a gauge is clipped. Undo takes it back",
-            );
-            if button.clicked() {
+            if ui.press(
+                "Leave out",
+                "Takes the faulty samples out of the recordings; history does not cross what is missing for longer than a \
+                 gap. Exported code then says where a gauge is clipped. Undo takes it back",
+            ) {
                 out.push(Action::LeaveOutFaulty.into());
             }
         }
@@ -216,10 +208,11 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
         ends(ui, range, "a gauge");
     }
     let mut by_gauge = matches!(range, GaugeRange::Each(_));
-    let switch = ui.checkbox(&mut by_gauge, "by gauge").on_hover_text(
+    if ui.tick(
+        &mut by_gauge,
+        "by gauge",
         "Limits of its own for each gauge, where they are wired to other amplifiers",
-    );
-    if switch.changed() {
+    ) {
         let own = |gauge: usize| range.of(gauge);
         *range = match by_gauge {
             true => GaugeRange::Each((0..names.len()).map(own).collect()),
@@ -235,20 +228,16 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
         return;
     };
     ranges.resize(names.len(), None);
-    let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
     let known = ranges.iter().flatten().count();
     let button = egui::Button::new(format!("{known} of {}", names.len()));
-    let menu = MenuButton::from_button(button).config(stays);
-    let (response, _) = menu.ui(ui, |ui| {
+    let response = ui.menu_of_fields(button, |ui| {
         egui::ScrollArea::vertical()
             .max_height(320.0)
             .show(ui, |ui| {
                 egui::Grid::new("limits of gauges").show(ui, |ui| {
                     for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
                         let mut knows = own.is_some();
-                        let tick = ui.checkbox(&mut knows, printable(name));
-                        let tick = tick.on_hover_text("Whether its limits are known");
-                        if tick.changed() {
+                        if ui.tick(&mut knows, printable(name), "Whether its limits are known") {
                             let entries = project.recordings.entries();
                             *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
                         }
@@ -363,10 +352,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
                         row.col(|ui| rmse_label(ui, group, axes, rmse, result));
                     }
                     row.col(|ui| {
-                        if ui
-                            .small_button("×")
-                            .on_hover_text("Close this recording")
-                            .clicked()
+                        if ui.press_small("×", "Close this recording")
                         {
                             out.push(Edit::Remove(at).into());
                         }
@@ -392,9 +378,7 @@ fn group_button(
 ) {
     let group = group_of(engine, at);
     let button = egui::Button::new(group.unwrap_or("–")).truncate();
-    let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
-    let menu = MenuButton::from_button(button).config(stays);
-    let (response, _) = menu.ui(ui, |ui| group_menu(ui, engine, at, typed, out));
+    let response = ui.menu_of_fields(button, |ui| group_menu(ui, engine, at, typed, out));
     response.on_hover_text(match group {
         Some(group) => format!("{group}: left out together with the others of this group"),
         None => "Left out on its own in cross-validation".to_owned(),
@@ -414,15 +398,18 @@ fn group_menu(
         *of = at;
         *text = group_of(engine, at).unwrap_or_default().to_owned();
     }
-    let label = ui.label("Group: recordings that repeat a programme, a day or a mounting");
+
     let field = egui::TextEdit::singleline(text).hint_text("as found; Enter sets it");
-    let field = ui.add(field).labelled_by(label.id);
+    let field = ui.labelled(
+        "Group: recordings that repeat a programme, a day or a mounting",
+        field,
+    );
     let set = |group: Option<String>| {
         let mut groups: Vec<_> = entries.iter().map(|entry| entry.group.clone()).collect();
         groups[at] = group;
         groups
     };
-    let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+    let entered = ui.entered(&field);
     let mut chosen = entered.then(|| {
         let text = text.trim();
         set((!text.is_empty()).then(|| text.to_owned()))
@@ -471,18 +458,21 @@ fn day_menu(
             .dated()
             .map_or_else(String::new, |dated| dated.day.to_string());
     }
-    let label = ui.label("Date of its file's recordings: days are compared by it");
+
     let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets it");
-    let field = ui.add(field).labelled_by(label.id);
-    let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+    let field = ui.labelled(
+        "Date of its file's recordings: days are compared by it",
+        field,
+    );
+    let entered = ui.entered(&field);
     let day = text.trim().parse::<Day>();
     if let (false, Err(error)) = (text.trim().is_empty(), &day) {
-        ui.colored_label(ui.visuals().warn_fg_color, error.to_string());
+        ui.warn(error.to_string());
     }
-    let cleared = ui
-        .button("As its file says")
-        .on_hover_text("By the file's header, its clock, or a date in its name")
-        .clicked();
+    let cleared = ui.press(
+        "As its file says",
+        "By the file's header, its clock, or a date in its name",
+    );
     let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
         (true, _) => None,
         (false, Ok(day)) if entered => Some(day),
@@ -612,7 +602,7 @@ fn name_button(
         }
         if let Some(faults) = engine.faults_of(at) {
             for words in &faults.words {
-                ui.colored_label(ui.visuals().warn_fg_color, words);
+                ui.warn(words);
             }
         }
         let reference: Vec<_> = recording.axes().iter().map(|axis| axis.symbol()).collect();
@@ -677,16 +667,18 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
         ui.close();
     }
     for secs in [0.5, 1.0, 2.0, 5.0] {
-        let interval = ui.button(format!("Over its first {secs} s"));
-        let interval = interval.on_hover_text("The mean gauges of this interval are taken off");
-        if interval.clicked() {
+        if ui.press(
+            format!("Over its first {secs} s"),
+            "The mean gauges of this interval are taken off",
+        ) {
             out.push(Action::Tare(vec![at], Tare::Interval(0.0, secs)).into());
             ui.close();
         }
     }
-    let span = ui.button("Over the span between the cursors");
-    let span = span.on_hover_text("The mean gauges between cursor A and cursor B are taken off");
-    if span.clicked() {
+    if ui.press(
+        "Over the span between the cursors",
+        "The mean gauges between cursor A and cursor B are taken off",
+    ) {
         out.push(Command::TareBetweenCursors(at));
         ui.close();
     }

@@ -13,6 +13,7 @@ use crate::questions::thresholds::ScoreSet;
 use crate::questions::{TrainingStep, cross_validation_cost};
 use crate::ui::choice::choice;
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
@@ -71,11 +72,12 @@ fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     }
     let mut is_changed = switch.on_hover_text(RIDGE.help()).changed();
     if auto {
-        let switch = ui.checkbox(&mut by_block, "by block");
-        let switch = switch.on_hover_text(
+        let switch = ui.tick(
+            &mut by_block,
+            "by block",
             "A strength of its own for each block and axis; blocks that do not help are left away. Takes longer",
         );
-        is_changed |= switch.changed();
+        is_changed |= switch;
     }
     if is_changed {
         *ridge = match (auto, by_block) {
@@ -141,11 +143,11 @@ fn training(
                 Learner::Network => "Train the network".to_owned(),
                 Learner::Kernel => "Train the kernel".to_owned(),
             };
-            let train = ui.add_enabled(!fits || lacks_score, egui::Button::new(label));
-            let train = train.on_hover_text(
+            if ui.press_if(
+                !fits || lacks_score,
+                label,
                 "In the background, on the training recordings with the settings of now; it can be stopped at any time",
-            );
-            if train.clicked() {
+            ) {
                 out.push(Action::Train.into());
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {

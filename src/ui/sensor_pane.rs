@@ -3,6 +3,7 @@
 use crate::engine::{Edit, Engine};
 use crate::recording::Item;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
 
 /// Left edge of the fields (points).
@@ -23,9 +24,7 @@ pub struct View;
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        egui::ScrollArea::both()
-            .auto_shrink([false, false])
-            .show(ui, |ui| form(ui, cx.engine, cx.out));
+        ui.scrolled(|ui| form(ui, cx.engine, cx.out));
     }
 }
 

@@ -4,17 +4,16 @@ use egui::emath::Numeric;
 use egui::{Align, DragValue, Id, Response};
 
 use crate::features::Setting;
+use crate::ui::controls::Controls as _;
 
 /// Draws the label and the field.
 pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
-    let label = ui.label(setting.label);
     let (min, max) = setting.range.ends();
     let mut field = DragValue::new(value).range(min..=max).speed(setting.step);
     if !N::INTEGRAL {
         field = field.max_decimals(6);
     }
-    let field = ui.add(field).labelled_by(label.id);
-    found(setting, &field.on_hover_text(setting.help()));
+    found(setting, &ui.field(setting.label, field, setting.help()));
 }
 
 /// Draws a switch.

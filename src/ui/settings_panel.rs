@@ -10,6 +10,7 @@ use crate::features::{
 };
 use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::setting::{found, number, switch};
@@ -61,7 +62,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         let is_static = engine.project().recordings.is_static();
         if is_static {
             let text = "No times: look-back and all else of the past are off";
-            ui.colored_label(ui.visuals().warn_fg_color, text).on_hover_text(
+            ui.warn(text).on_hover_text(
                 "The recordings are load cases, whose rows do not follow one another in time; what is chosen here counts again \
                  for recordings over time",
             );
@@ -98,11 +99,12 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         let mut used = !features.look_backs.is_empty();
         let id = ui.scope_id().with("look-backs that were turned off");
         let title = egui::RichText::new("Look-back").heading();
-        let switch = ui.checkbox(&mut used, title).on_hover_text(
-            "Appends the gauges at the last moment when the conventional load differed by F_th, no longer ago than t_th \
-             (Eq. 9-12): where the load came from",
-        );
-        if switch.changed() {
+        if ui.tick(
+            &mut used,
+            title,
+            "Appends the gauges at the last moment when the conventional load differed by F_th, no longer ago than t_th (Eq. \
+             9-12): where the load came from",
+        ) {
             features.look_backs = if used {
                 let kept = ui.data(|data| data.get_temp::<Vec<Thresholds>>(id));
                 kept.unwrap_or_else(|| vec![default])
@@ -121,9 +123,7 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
                 )
             }
         };
-        let reset = ui.add_enabled(used, egui::Button::new(label));
-        let reset = reset.on_hover_text("One look-back with the thresholds that the program begins with");
-        if reset.clicked() {
+        if ui.press_if(used, label, "One look-back with the thresholds that the program begins with") {
             features.look_backs = vec![default];
         }
     });
@@ -297,17 +297,14 @@ fn auxiliary_references(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSe
         ui.horizontal_wrapped(|ui| {
             let entered = settings.auxiliary_references.get(&channel.name).copied();
             let mut value = entered.unwrap_or(channel.reference);
-            let label = ui.label(format!("{} counts from", printable(&channel.name)));
-            let label = label.on_hover_text(explanation);
             let field = egui::DragValue::new(&mut value)
                 .speed(0.1)
                 .max_decimals(3)
                 .suffix(format!(" {}", printable(&channel.unit)));
-            let typed = ui.add(field).labelled_by(label.id);
-            let typed = typed.on_hover_text(explanation).changed();
+            let label = format!("{} counts from", printable(&channel.name));
+            let typed = ui.explained_field(label, field, explanation).changed();
             let mut from_data = entered.is_none() && !typed;
-            let tick = ui.checkbox(&mut from_data, "from data");
-            let ticked = tick.on_hover_text(explanation).changed();
+            let ticked = ui.tick(&mut from_data, "from data", explanation);
             let references = &mut settings.auxiliary_references;
             match (ticked && from_data, typed || ticked) {
                 (true, _) => drop(references.remove(&channel.name)),
@@ -335,15 +332,15 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
                 .zip(&calibration.full_scale)
                 .enumerate()
             {
-                let label = ui.label(axis.label());
                 let entered = settings.full_scale.get(at).copied().flatten();
                 let mut value = entered.unwrap_or(*current);
                 let field = DragValue::new(&mut value)
                     .range(1e-9..=1e9)
                     .speed(0.01 * current.max(1e-6))
                     .custom_formatter(|value, _| significant(value, 4));
-                let field = ui.add(field).labelled_by(label.id);
-                let field = field.on_hover_text(
+                let field = ui.field(
+                    axis.label(),
+                    field,
                     "What errors in % FS are measured against, and the distance over all axes",
                 );
                 if field.changed() {

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::engine::{Action, Engine};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 
 /// Work that ends sooner is not worth a word.
@@ -18,9 +19,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         // First in the line, so that it stays in its place while bars come and go.
         let runs = !running.is_empty() || refit.is_some();
         if runs {
-            let cancel = ui.button("Cancel");
-            let cancel = cancel.on_hover_text("Ends what runs; what is loaded stays as it is");
-            if cancel.clicked() {
+            if ui.press("Cancel", "Ends what runs; what is loaded stays as it is") {
                 out.push(Action::Cancel.into());
             }
         }
@@ -46,20 +45,19 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 1 => "1 notice".to_owned(),
                 n => format!("{n} notices"),
             };
-            let all = ui.small_button(all);
-            if all.on_hover_text("What was said since they were dismissed").clicked() {
+            if ui.press_small(all, "What was said since they were dismissed") {
                 out.push(Command::ToggleNotices);
             }
         }
         if let Some(problem) = engine.problem() {
-            ui.colored_label(ui.visuals().error_fg_color, problem);
+            ui.fail(problem);
         } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;
             let condition = quality
                 .condition
                 .map_or_else(|| "none".to_owned(), |value| significant(value, 3));
             if let Some(each) = analysis.preview_of {
-                ui.colored_label(ui.visuals().warn_fg_color, preview_of(each))
+                ui.warn(preview_of(each))
                     .on_hover_text("What all samples give takes its place as soon as it is there");
                 return;
             }

@@ -5,6 +5,7 @@ use egui::{Response, RichText, Role, WidgetInfo};
 use crate::engine::{Action, Existing, FileContent};
 use crate::report::{Column, Table, Value};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
 /// Columns of numbers are at least this wide.
@@ -64,18 +65,14 @@ impl Saving<'_> {
         out: &mut Vec<Command>,
     ) {
         ui.add_enabled_ui(self.enabled, |ui| {
-            let copy = ui.button("Copy table");
-            if copy.on_hover_text("As tab-separated text").clicked() {
+            if ui.press("Copy table", "As tab-separated text") {
                 ui.copy_text(text());
             }
-            let label = ui.label("CSV");
             let field = egui::TextEdit::singleline(self.path).desired_width(120.0);
-            ui.add(field)
-                .labelled_by(label.id)
-                .on_hover_text("Where the table is written");
-            let save = ui.button("Save").on_hover_text(self.holds);
+            ui.field("CSV", field, "Where the table is written");
+            let save = ui.press("Save", self.holds);
             let path = self.path.trim();
-            if save.clicked()
+            if save
                 && !path.is_empty()
                 && let Some(content) = content()
             {
@@ -226,8 +223,7 @@ fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
 
 /// A button that copies tables, one after the other.
 pub fn copy_button(ui: &mut egui::Ui, tables: &[Table]) {
-    let copy = ui.add_enabled(!tables.is_empty(), egui::Button::new("Copy tables"));
-    if copy.on_hover_text("As tab-separated text").clicked() {
+    if ui.press_if(!tables.is_empty(), "Copy tables", "As tab-separated text") {
         let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
         ui.copy_text(texts.join("\n\n"));
     }

@@ -15,6 +15,7 @@ use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, ImageTo, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::busy;
@@ -59,7 +60,7 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         cx.engine.ask_study();
         if let Some(problem) = cx.engine.study.problem() {
-            ui.colored_label(ui.visuals().error_fg_color, problem);
+            ui.fail(problem);
         }
         let study = cx.engine.study.answer();
         match study.and_then(|study| Some((study, study.map.as_ref()?))) {
@@ -131,22 +132,17 @@ impl View {
         }
         ui.separator();
         for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
-            ui.selectable_value(&mut self.on, set, set.title())
-                .on_hover_text(set.explanation());
+            ui.select(&mut self.on, set, set.title(), set.explanation());
         }
         ui.separator();
-        let label = ui.label("Save as");
         let field = egui::TextEdit::singleline(&mut self.path)
             .hint_text(format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS)))
             .desired_width(130.0);
-        ui.add(field)
-            .labelled_by(label.id)
-            .on_hover_text("Its ending says as what it is saved");
+        ui.field("Save as", field, "Its ending says as what it is saved");
         let path = self.path.trim();
         let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
         let formats: String = formats.chain([".png: this pane as it is on screen".to_owned()]).collect();
-        let save = ui.button("Save").on_hover_text(formats);
-        if save.clicked() && !path.is_empty() {
+        if ui.press("Save", formats) && !path.is_empty() {
             let path = std::path::PathBuf::from(path);
             out.push(if ends_in_png(&path) {
                 Command::Image(pane, ImageTo::Path(path))

@@ -4,6 +4,7 @@
 use egui::{Rect, Vec2};
 
 use crate::ui::command::{Command, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::{calibration_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
 /// A step: the pane that it speaks of, its title and its text.
@@ -115,8 +116,7 @@ impl Tour {
                 ui.add(egui::Label::new(text).wrap());
                 ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| {
                     ui.horizontal(|ui| {
-                        let back = ui.add_enabled(step > 0, egui::Button::new("Back"));
-                        if back.on_hover_text("To the step before").clicked() {
+                        if ui.press_if(step > 0, "Back", "To the step before") {
                             next = Some(step - 1);
                         }
                         if step + 1 < STEPS.len() {
@@ -124,14 +124,11 @@ impl Tour {
                             if button.clicked() {
                                 next = Some(step + 1);
                             }
-                            let skip = ui.button("Skip the tour");
-                            let skip = skip.on_hover_text("The Help menu has it, for later");
-                            if skip.clicked() {
+                            if ui.press("Skip the tour", "The Help menu has it, for later") {
                                 out.push(Command::Tour(false));
                             }
                         } else {
-                            let done = ui.button("Done").on_hover_text("Ends the tour");
-                            if done.clicked() {
+                            if ui.press("Done", "Ends the tour") {
                                 out.push(Command::Tour(false));
                             }
                         }

@@ -12,6 +12,7 @@ use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
@@ -191,10 +192,7 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
             line_sample(ui, trace);
             let color = trace.color(ui.visuals());
             let text = egui::RichText::new(trace.label()).color(color).strong();
-            if ui
-                .checkbox(&mut shown, text)
-                .on_hover_text(trace.explanation())
-                .changed()
+            if ui.tick(&mut shown, text, trace.explanation())
             {
                 panes.hidden.retain(|hidden| *hidden != trace);
                 if !shown {
@@ -203,9 +201,9 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
             }
         }
         if let Some(factory) = &engine.project().factory {
-            let drop = ui.small_button("×");
+
             let path = factory.path.display();
-            if drop.on_hover_text(format!("Compare no longer with {path}")).clicked() {
+            if ui.press_small("×", format!("Compare no longer with {path}")) {
                 out.push(Edit::Compare(None).into());
             }
         }
@@ -252,17 +250,14 @@ fn no_past(ui: &egui::Ui, engine: &Engine, top: f32, out: &mut Vec<Command>) {
         .show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 ui.horizontal(|ui| {
-                    ui.colored_label(
-                        ui.visuals().warn_fg_color,
-                        format!(
+                    ui.warn(format!(
                             "No past sample is found for {:.0} % of the samples (grey): Comp. is close to Conv. there",
                             100.0 * (1.0 - share)
                         ),
                     );
                     if offered != present {
                         let distance = engine.project().settings.features.distance;
-                        let take = ui.button(format!("Take {}", pair_text(distance, offered)));
-                        if take.on_hover_text("Thresholds that find one more often").clicked() {
+                        if ui.press(format!("Take {}", pair_text(distance, offered)), "Thresholds that find one more often") {
                             out.push(Edit::Thresholds(offered).into());
                         }
                     }

@@ -6,6 +6,7 @@ use super::{ImportFields, send};
 use crate::engine::{ImportCommand, Importing};
 use crate::import::inspect::Inspection;
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::status_line::busy;
 
@@ -24,58 +25,47 @@ pub(super) fn foot(
         .show(ui, |ui| {
             match &check.error {
                 Some(error) => {
-                    ui.colored_label(ui.visuals().error_fg_color, error);
+                    ui.fail(error);
                 }
                 None => {
                     ui.label(RichText::new(would_load(inspection)).strong());
                 }
             }
             for warning in &check.warnings {
-                ui.colored_label(ui.visuals().warn_fg_color, warning);
+                ui.warn(warning);
             }
         });
     ui.horizontal(|ui| {
         let can_load = check.error.is_none() && !importing.looking;
-        let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
-        let load =
-            load.on_hover_text("Reads the whole file so, and remembers it for files of this shape");
-        if load.clicked() {
+        if ui.press_if(can_load, "Load it", "Reads the whole file so, and remembers it for files of this shape") {
             send(out, ImportCommand::Load);
         }
-        let cancel = ui.button("Cancel import");
+
         let next = match importing.waiting.is_empty() {
             true => "Nothing is loaded, nothing is lost",
             false => "This file is not loaded; the next that wants a map comes",
         };
-        let cancel = cancel.on_hover_text(next);
-        if cancel.clicked() {
+
+        if ui.press("Cancel import", next) {
             send(out, ImportCommand::Cancel);
         }
         if !importing.waiting.is_empty() {
             let n_left = importing.waiting.len() + 1;
-            let cancel = ui.button(format!("Cancel all ({n_left} left)"));
+
             let explanation =
                 "None of the files that still want a map is loaded, what is loaded stays; Escape does the same";
-            if cancel.on_hover_text(explanation).clicked() {
+            if ui.press(format!("Cancel all ({n_left} left)"), explanation) {
                 send(out, ImportCommand::CancelAll);
             }
         }
         ui.separator();
-        let label = ui.label("Column map");
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.add(field)
-            .labelled_by(label.id)
-            .on_hover_text("A JSON file that says all of this for files of this shape");
+        ui.field("Column map", field, "A JSON file that says all of this for files of this shape");
         let path = fields.map_path.trim().to_owned();
-        let write = ui
-            .button("Write map")
-            .on_hover_text("For --columns on the command line");
-        if write.clicked() && !path.is_empty() {
+        if ui.press("Write map", "For --columns on the command line") && !path.is_empty() {
             send(out, ImportCommand::WriteMap(path.clone().into()));
         }
-        let read = ui.button("Read map");
-        let read = read.on_hover_text("Takes what the file says");
-        if read.clicked() && !path.is_empty() {
+        if ui.press("Read map", "Takes what the file says") && !path.is_empty() {
             send(out, ImportCommand::ReadMap(path.into()));
         }
         if importing.looking {

@@ -6,16 +6,16 @@ use super::columns::columns;
 use super::settings::{layout, number};
 use crate::import::inspect::Inspection;
 use crate::import::map::{ColumnMap, JoinMethod, ReferenceFile, TableMap};
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 
 pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap) {
     let mut own_file = map.reference.is_some();
-    let tick = ui.checkbox(
+    if ui.tick(
         &mut own_file,
         "The reference load stands in a file of its own",
-    );
-    let tick = tick.on_hover_text("Two loggers, two clocks: the times of both files are joined");
-    if tick.changed() {
+        "Two loggers, two clocks: the times of both files are joined",
+    ) {
         map.reference = own_file.then(|| ReferenceFile {
             file: String::new(),
             table: TableMap::default(),
@@ -23,14 +23,13 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     }
     if let Some(reference) = &mut map.reference {
         ui.horizontal(|ui| {
-            let label = ui.label("File").on_hover_text(
-                "Seen from the folder of the file with the gauges; {stem} stands for that file's name without its ending",
-            );
             let field = TextEdit::singleline(&mut reference.file)
                 .hint_text("states.csv")
                 .desired_width(260.0);
-            ui.add(field).labelled_by(label.id).on_hover_text(
-                "Seen from the folder of the file with the gauges; {stem} is that file's name without its ending",
+            ui.explained_field(
+                "File",
+                field,
+                "Seen from the folder of the file with the gauges; {stem} stands for that file's name without its ending",
             );
         });
         if let Some(table) = &inspection.reference {
@@ -72,8 +71,7 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
                 "The last sample, until the next one comes",
             ),
         ] {
-            ui.radio_value(&mut map.join.method, method, label)
-                .on_hover_text(explanation);
+            ui.select_radio(&mut map.join.method, method, label, explanation);
         }
         let explanation = "By how much the reference's clock is behind that of the gauges";
         number(
@@ -88,9 +86,7 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
                 "By cross-correlation the reference seems to need {} s; it is added only if you apply it.",
                 significant(offset.offset_secs, 4)
             ));
-            let take = ui.button("Apply");
-            let take = take.on_hover_text("Adds it to the reference's times");
-            if take.clicked() {
+            if ui.press("Apply", "Adds it to the reference's times") {
                 map.join.clock_offset_secs = offset.offset_secs;
             }
         });

@@ -7,6 +7,7 @@ use crate::formats::text::{Decimal, Delimiter, TextLayout, Thousands};
 use crate::import::map::{ColumnMap, Stamps};
 use crate::recording::Tare;
 use crate::ui::choice::choice;
+use crate::ui::controls::Controls as _;
 
 pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
@@ -18,12 +19,10 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
         choice(ui, button, &mut text.delimiter, items)
             .on_hover_text("What stands between the cells of a line");
         let mut comma = text.decimal == Decimal::Comma;
-        let tick = ui.checkbox(&mut comma, "decimal comma");
-        if tick.on_hover_text("1,5 is one and a half").changed() {
-            text.decimal = if comma {
-                Decimal::Comma
-            } else {
-                Decimal::Point
+        if ui.tick(&mut comma, "decimal comma", "1,5 is one and a half") {
+            text.decimal = match comma {
+                true => Decimal::Comma,
+                false => Decimal::Point,
             };
         }
         let name = |own: Option<Thousands>| own.map_or("none", Thousands::name);
@@ -34,14 +33,22 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
         let items = items.map(|own| (own, name(own).into(), ""));
         choice(ui, button, &mut text.thousands, items)
             .on_hover_text("What stands before each three digits of large numbers, as in 1,234.5");
-        let label = ui.label("skip lines");
-        ui.add(DragValue::new(&mut text.skip_rows).range(0..=100_000))
-            .labelled_by(label.id)
-            .on_hover_text("Lines before the table, which a logger writes about itself");
-        ui.checkbox(&mut text.header, "header row")
-            .on_hover_text("The first line of the table names its columns");
-        ui.checkbox(&mut text.units_row, "units row")
-            .on_hover_text("The next line says their units");
+        let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
+        ui.field(
+            "skip lines",
+            lines,
+            "Lines before the table, which a logger writes about itself",
+        );
+        ui.tick(
+            &mut text.header,
+            "header row",
+            "The first line of the table names its columns",
+        );
+        ui.tick(
+            &mut text.units_row,
+            "units row",
+            "The next line says their units",
+        );
     });
 }
 
@@ -54,13 +61,12 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
         ui.label("Read of this file:");
         for part in parts {
             let mut is_used = part.is_used;
-            let tick = ui.checkbox(&mut is_used, &part.name);
+
             let explanation = format!(
                 "{}. Of topics one of gauges and one of the reference are read together, of tables those with the same columns, one after the other",
                 part.what
             );
-            if tick.on_hover_text(explanation).changed() {
-                let used = parts.iter().filter(|own| match own.name == part.name {
+            if ui.tick(&mut is_used, &part.name, explanation) { let used = parts.iter().filter(|own| match own.name == part.name {
                     true => is_used,
                     false => own.is_used,
                 });
@@ -145,30 +151,23 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     );
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
-            let label = ui.label(name);
             let field = DragValue::new(value)
                 .range(0.0..=1e9)
                 .speed(0.01)
                 .suffix(" s");
-            ui.add(field)
-                .labelled_by(label.id)
-                .on_hover_text("Counted from the recording's first sample");
+            ui.field(name, field, "Counted from the recording's first sample");
         }
     }
 }
 
 /// A field for a number, with its label.
 pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
-    let label = ui.label(name);
     let field = DragValue::new(value)
         .speed(0.001)
         .max_decimals(6)
         .suffix(suffix);
-    ui.add(field)
-        .labelled_by(label.id)
-        .on_hover_text(explanation);
+    ui.field(name, field, explanation);
 }
-
 /// A tick with a number beside it.
 fn optional(
     ui: &mut egui::Ui,

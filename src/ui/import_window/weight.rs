@@ -7,19 +7,15 @@ use super::settings::number;
 use crate::engine::ImportCommand;
 use crate::import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 
 pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Command>) {
     let mut used = map.weight.is_some();
-    let tick = ui
-        .checkbox(
-            &mut used,
-            "The load is that of a known weight, by the pose columns",
-        )
-        .on_hover_text(format!(
-            "Say which columns are the pose: {}",
-            Attitude::listed()
-        ));
-    if tick.changed() {
+    if ui.tick(
+        &mut used,
+        "The load is that of a known weight, by the pose columns",
+        format!("Say which columns are the pose: {}", Attitude::listed()),
+    ) {
         map.weight = used.then(|| WeightMap {
             mass_kg: Some(1.0),
             centre_m: Some([0.0; 3]),
@@ -44,10 +40,18 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             let explanation = "In the frame that the pose is measured in";
             number(ui, [name, " m/s²", explanation], value);
         }
-        ui.radio_value(&mut weight.angles, Angles::FixedXyz, "fixed axes")
-            .on_hover_text("Roll, pitch and yaw turn about the axes of the base, in this order");
-        ui.radio_value(&mut weight.angles, Angles::IntrinsicXyz, "turned axes")
-            .on_hover_text("Each angle turns about an axis that the ones before have turned");
+        ui.select_radio(
+            &mut weight.angles,
+            Angles::FixedXyz,
+            "fixed axes",
+            "Roll, pitch and yaw turn about the axes of the base, in this order",
+        );
+        ui.select_radio(
+            &mut weight.angles,
+            Angles::IntrinsicXyz,
+            "turned axes",
+            "Each angle turns about an axis that the ones before have turned",
+        );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
             "Adds what accelerating the weight takes, from the pose columns of its position",
         );
@@ -57,18 +61,16 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             ["smoothed over", " s", explanation],
             &mut weight.smoothing_secs,
         );
-        let estimate = ui.button("Find the weight");
-        let estimate = estimate.on_hover_text(
+        if ui.press(
+            "Find the weight",
             "By least squares, from a recording with its pose and a measured load Fx, Fy, Fz (Mx, My, Mz for the centre)",
-        );
-        if estimate.clicked() {
+        ) {
             send(out, ImportCommand::FindWeight);
         }
-        let add = ui.button("Add a mount");
-        let add = add.on_hover_text(
+        if ui.press(
+            "Add a mount",
             "One of several weights or places, chosen by the column \"mount\", or by a part of the file's name",
-        );
-        if add.clicked() {
+        ) {
             weight.mounts.push(Mount {
                 name: format!("mount{}", weight.mounts.len() + 1),
                 mass_kg: weight.mass_kg,
@@ -93,9 +95,10 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
 fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
     let mut kept = true;
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label(format!("Mount {nth}"));
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
-        ui.add(name).labelled_by(label.id).on_hover_text(
+        ui.field(
+            format!("Mount {nth}"),
+            name,
             "As the column \"mount\" says it, or as it stands in the names of files",
         );
         let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
@@ -106,8 +109,7 @@ fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
             let explanation = "Of this mount: its mass, and its centre in the sensor's frame";
             number(ui, [what, suffix, explanation], value);
         }
-        let close = ui.small_button("×");
-        kept = !close.on_hover_text("Takes this mount away").clicked();
+        kept = !ui.press_small("×", "Takes this mount away");
     });
     kept
 }

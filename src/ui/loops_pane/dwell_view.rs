@@ -7,6 +7,7 @@ use crate::questions::loops::{DwellCurve, DwellPlot, Output};
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::{Cell, Column, Table};
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 use crate::ui::table;
@@ -56,8 +57,7 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     };
     ui.horizontal(|ui| {
         ui.label(format!("{n} dwell{}", if n == 1 { "" } else { "s" }));
-        let copy = ui.small_button("Copy list");
-        if copy.on_hover_text("As tab-separated text").clicked() {
+        if ui.press_small("Copy list", "As tab-separated text") {
             let rows = picture.dwells.iter().enumerate().map(|(at, rest)| {
                 let [from, to] = [rest.place.from_secs, rest.place.to_secs];
                 vec![
@@ -109,8 +109,7 @@ fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
         .collect();
     let figures = drifts(picture.question.axis, &outputs);
     table::show(ui, &figures);
-    let copy = ui.button("Copy figures");
-    if copy.on_hover_text("As tab-separated text").clicked() {
+    if ui.press("Copy figures", "As tab-separated text") {
         ui.copy_text(figures.tab_separated());
     }
 }

@@ -7,6 +7,7 @@ use crate::questions::loops::{LoopMeasures, LoopScale, loop_figures};
 use crate::questions::metrology::Reason;
 use crate::report::figure::Figure;
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::palette::inks;
 use crate::ui::time_view::TimeView;
@@ -164,11 +165,7 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
     egui::ScrollArea::horizontal()
         .id_salt("loop figures")
         .show(ui, |ui| table::show(ui, &figures));
-    if ui
-        .button("Copy figures")
-        .on_hover_text("As tab-separated text")
-        .clicked()
-    {
+    if ui.press("Copy figures", "As tab-separated text") {
         ui.copy_text(figures.tab_separated());
     }
     ui.add_space(4.0);

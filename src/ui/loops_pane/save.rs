@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::engine::{Action, Existing, Level};
 use crate::report::figure::Figure;
 use crate::ui::command::{Command, ImageTo};
+use crate::ui::controls::Controls as _;
 use crate::ui::picture::svg;
 
 /// Draws the field for the path with its button; `picture` is where the plot stands on screen.
@@ -16,16 +17,14 @@ pub(super) fn row(
     out: &mut Vec<Command>,
 ) {
     ui.horizontal(|ui| {
-        let label = ui.label("Figure");
         let field = egui::TextEdit::singleline(path).desired_width(150.0);
-        ui.add(field)
-            .labelled_by(label.id)
-            .on_hover_text("Where the figure is written; .svg or .png");
-        let save = ui.button("Save").on_hover_text(
+        ui.field("Figure", field, "Where the figure is written; .svg or .png");
+        let save = ui.press(
+            "Save",
             "A path ending in .svg gets the lines themselves, in .png the plot as it is on screen",
         );
         let path = path.trim();
-        if !save.clicked() || path.is_empty() {
+        if !save || path.is_empty() {
             return;
         }
         match ending(Path::new(path)).as_deref() {

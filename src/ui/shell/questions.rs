@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::export::utc;
 use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, file_size};
 
 /// Height of a list of sessions or files.
@@ -83,7 +84,7 @@ fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             for ((label, explanation), answer) in [(yes, true), (no, false)] {
-                if ui.button(label).on_hover_text(explanation).clicked() {
+                if ui.press(label, explanation) {
                     out.push(Action::Replace(answer).into());
                 }
             }
@@ -110,18 +111,16 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Co
         if is_new {
             field.request_focus();
         }
-        let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+        let entered = ui.entered(&field);
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let chosen = path.trim();
-            let save = ui
-                .button("Save")
-                .on_hover_text("Writes this file; Enter does too");
-            if (save.clicked() || entered) && !chosen.is_empty() {
+            if (ui.press("Save", "Writes this file; Enter does too") || entered)
+                && !chosen.is_empty()
+            {
                 out.push(Command::PathTyped(Some(chosen.into())));
             }
-            let leave = ui.button("Cancel").on_hover_text("Nothing is written");
-            if leave.clicked() {
+            if ui.press("Cancel", "Nothing is written") {
                 out.push(Command::PathTyped(None));
             }
         });
@@ -167,7 +166,7 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
                 ("Discard", discard, Action::Discard.into()),
                 ("Cancel", cancel, Action::Stay.into()),
             ] {
-                if ui.button(label).on_hover_text(explanation).clicked() {
+                if ui.press(label, explanation) {
                     say(command);
                 }
             }
@@ -200,9 +199,7 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
                 }
             });
             ui.separator();
-            let later = ui.button("Later");
-            let later = later.on_hover_text("They stay; File > Recover sessions lists them again");
-            if later.clicked() {
+            if ui.press("Later", "They stay; File > Recover sessions lists them again") {
                 say(Action::ShowLeft(false).into());
             }
         });
@@ -226,7 +223,7 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
         }
         Err(reason) => {
             let reason = format!("It cannot be read: {reason}");
-            ui.colored_label(ui.visuals().warn_fg_color, reason)
+            ui.warn(reason)
                 .on_hover_text(left.path.display().to_string());
         }
     }
@@ -238,9 +235,7 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
         if restore.clicked() {
             say(Action::Restore(left.path.clone()).into());
         }
-        let discard = ui.button("Discard");
-        let discard = discard.on_hover_text("It is lost; the recordings stay");
-        if discard.clicked() {
+        if ui.press("Discard", "It is lost; the recordings stay") {
             say(Action::DropLeft(left.path.clone()).into());
         }
     });
@@ -287,30 +282,26 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
             });
             ui.separator();
             ui.horizontal(|ui| {
-                let label = ui.label("Now in the folder");
                 let field = egui::TextEdit::singleline(found).desired_width(380.0);
-                let field = ui.add(field).labelled_by(label.id);
-                let field = field.on_hover_text(
-                    "The folder that they are in now, or one of them: the others are found by their names, and by the folders that they had among each other",
+                let field = ui.field(
+                    "Now in the folder",
+                    field,
+                    "The folder that they are in now, or one of them: the others are found by their names, and by the folders \
+                     that they had among each other",
                 );
                 let entered =
-                    field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-                let look = ui.button("Look there");
-                let look = look.on_hover_text("Reads those that are found; Enter does the same");
+                    ui.entered(&field);
+                let look = ui.press("Look there", "Reads those that are found; Enter does the same");
                 let path = found.trim().to_owned();
-                if (look.clicked() || entered) && !path.is_empty() {
+                if (look || entered) && !path.is_empty() {
                     out.push(Action::Locate(path.into()).into());
                 }
             });
             ui.horizontal(|ui| {
-                let choose = ui.button("Choose a folder…");
-                let choose = choose.on_hover_text("Asks for the folder, and looks there");
-                if choose.clicked() {
+                if ui.press("Choose a folder…", "Asks for the folder, and looks there") {
                     out.push(Command::ChooseLost);
                 }
-                let leave = ui.button("Go on without");
-                let leave = leave.on_hover_text("The session goes on without what is not found");
-                if leave.clicked() {
+                if ui.press("Go on without", "The session goes on without what is not found") {
                     out.extend(lost.iter().map(|_| Action::Forget(0).into()));
                 }
             });
@@ -320,9 +311,7 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
 /// Where a file was, and going on without it.
 fn one_lost(ui: &mut egui::Ui, at: usize, path: &Path, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        let leave = ui.small_button("×");
-        let leave = leave.on_hover_text("Goes on without this file");
-        if leave.clicked() {
+        if ui.press_small("×", "Goes on without this file") {
             out.push(Action::Forget(at).into());
         }
         let path = path.display().to_string();

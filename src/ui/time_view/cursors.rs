@@ -9,6 +9,7 @@ use crate::engine::Engine;
 use crate::questions::{AxisTraces, TraceSet};
 use crate::report::{Cell, Column, Table};
 use crate::scoring::Series;
+use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
 use crate::ui::palette;
 use crate::ui::palette::Trace;
@@ -220,11 +221,7 @@ impl Cursors {
                         ),
                         None => format!("A {}; Shift and click puts cursor B", time(a)),
                     });
-                    if ui
-                        .button("Copy table")
-                        .on_hover_text("As tab-separated text")
-                        .clicked()
-                    {
+                    if ui.press("Copy table", "As tab-separated text") {
                         ui.copy_text(figures.tab_separated());
                     }
                     if !complete {
@@ -232,9 +229,7 @@ impl Cursors {
                     }
                 });
                 ui.separator();
-                egui::ScrollArea::both()
-                    .auto_shrink([false, false])
-                    .show(ui, |ui| crate::ui::table::show(ui, &figures));
+                ui.scrolled(|ui| crate::ui::table::show(ui, &figures));
             });
         self.table = open;
     }

@@ -1,0 +1,121 @@
+//! Controls as all panes have them, each with what is said of it under the pointer.
+
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Button, PopupCloseBehavior, Response, RichText, ScrollArea, Ui, Widget, WidgetText};
+
+/// Adds these controls to what egui has.
+pub trait Controls {
+    /// What they are drawn in.
+    fn own(&mut self) -> &mut Ui;
+
+    /// Draws a button; true where it was pressed.
+    fn press(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
+        self.press_if(true, label, about)
+    }
+
+    /// Draws a button that can be pressed only where it makes sense; true where it was pressed.
+    fn press_if(
+        &mut self,
+        makes_sense: bool,
+        label: impl Into<WidgetText>,
+        about: impl Into<WidgetText>,
+    ) -> bool {
+        let button = Button::new(label.into());
+        let button = self.own().add_enabled(makes_sense, button);
+        button.on_hover_text(about).clicked()
+    }
+
+    /// Draws a small button; true where it was pressed.
+    fn press_small(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
+        let button = self.own().small_button(label.into());
+        button.on_hover_text(about).clicked()
+    }
+
+    /// Draws a tick; true where it was changed.
+    fn tick(
+        &mut self,
+        on: &mut bool,
+        label: impl Into<WidgetText>,
+        about: impl Into<WidgetText>,
+    ) -> bool {
+        let tick = self.own().checkbox(on, label.into());
+        tick.on_hover_text(about).changed()
+    }
+
+    /// Draws one of several values to choose among.
+    fn select<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
+        let button = self.own().selectable_value(chosen, one, label);
+        button.on_hover_text(about);
+    }
+
+    /// Draws one of several values to choose among, as a radio button.
+    fn select_radio<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
+        let button = self.own().radio_value(chosen, one, label);
+        button.on_hover_text(about);
+    }
+
+    /// Draws a label with the field that it names.
+    fn field(
+        &mut self,
+        label: impl Into<WidgetText>,
+        field: impl Widget,
+        about: impl Into<WidgetText>,
+    ) -> Response {
+        self.labelled(label, field).on_hover_text(about)
+    }
+
+    /// [`field`](Self::field) of which nothing more is to be said.
+    fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
+        let label = self.own().label(label);
+        self.own().add(field).labelled_by(label.id)
+    }
+
+    /// Draws a label with the field that it names; both explain themselves.
+    fn explained_field(
+        &mut self,
+        label: impl Into<WidgetText>,
+        field: impl Widget,
+        about: &str,
+    ) -> Response {
+        let label = self.own().label(label).on_hover_text(about);
+        let field = self.own().add(field).labelled_by(label.id);
+        field.on_hover_text(about)
+    }
+
+    /// Returns true if typing into this field was ended by Enter.
+    fn entered(&mut self, field: &Response) -> bool {
+        let ui = self.own();
+        field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter))
+    }
+
+    /// Draws a warning.
+    fn warn(&mut self, text: impl Into<RichText>) -> Response {
+        let ui = self.own();
+        ui.colored_label(ui.visuals().warn_fg_color, text)
+    }
+
+    /// Draws an error.
+    fn fail(&mut self, text: impl Into<RichText>) -> Response {
+        let ui = self.own();
+        ui.colored_label(ui.visuals().error_fg_color, text)
+    }
+
+    /// Draws what fills the rest of the pane, and can be scrolled where it does not fit.
+    fn scrolled(&mut self, contents: impl FnOnce(&mut Ui)) {
+        let area = ScrollArea::both().auto_shrink([false, false]);
+        area.show(self.own(), contents);
+    }
+
+    /// Draws a button with a menu of fields, which stays open while they are used.
+    fn menu_of_fields(&mut self, button: Button<'_>, contents: impl FnOnce(&mut Ui)) -> Response {
+        let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+        let menu = MenuButton::from_button(button).config(stays);
+        menu.ui(self.own(), contents).0
+    }
+}
+
+impl Controls for Ui {
+    fn own(&mut self) -> &mut Ui {
+        self
+    }
+}
