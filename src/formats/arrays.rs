@@ -3,7 +3,7 @@
 //!
 //! | array | columns |
 //! |---|---|
-//! | a vector | one, by its name |
+//! | a vector | one, by its name; of gauges `S1` |
 //! | `S`, `G`, `gauges`, `ch`, `raw` …, n × k | `S1` to `Sk` |
 //! | `F`, `forces`, n × 3 | `Fx` `Fy` `Fz` |
 //! | `M`, `T`, `moments`, `torques`, n × 3 | `Mx` `My` `Mz` |
@@ -232,13 +232,13 @@ fn is_load(name: &str) -> bool {
 }
 
 fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) -> Vec<String> {
-    if is_vector && n_columns == 1 {
-        return vec![name.to_owned()];
-    }
     let last = last_part(name);
     let before = &name[..name.len() - last.len()];
     let small = last.to_lowercase();
     let is_one_of = |names: &[&str]| names.contains(&small.as_str());
+    if is_vector && n_columns == 1 && !is_one_of(&GAUGES) {
+        return vec![name.to_owned()];
+    }
     let axes = match n_columns {
         3 if is_one_of(&MOMENTS) => &Axis::ALL[3..],
         3 if is_load(name) => &Axis::ALL[..3],

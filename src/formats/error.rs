@@ -110,6 +110,26 @@ pub enum FileError {
     Cancelled,
 }
 
+impl FileError {
+    /// There is less of `what` than it says.
+    pub(super) fn cut_short(what: &str) -> Self {
+        let what = what.to_owned();
+        Self::CutShort { what }
+    }
+
+    pub(super) fn damaged(what: &str, why: impl Into<String>) -> Self {
+        Self::Damaged {
+            what: what.to_owned(),
+            why: why.into(),
+        }
+    }
+
+    pub(super) fn unpacks_too_large(what: &str, limit_bytes: u64) -> Self {
+        let what = what.to_owned();
+        Self::UnpacksTooLarge { what, limit_bytes }
+    }
+}
+
 fn others(left_out: &[String]) -> String {
     if left_out.is_empty() {
         return String::new();
@@ -132,13 +152,10 @@ impl From<io::Error> for FileError {
 /// Reading `what` failed: most often there is less of it than it says.
 pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => FileError::CutShort {
-            what: what.to_owned(),
-        },
-        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => FileError::Damaged {
-            what: what.to_owned(),
-            why: error.to_string(),
-        },
+        io::ErrorKind::UnexpectedEof => FileError::cut_short(what),
+        io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {
+            FileError::damaged(what, error.to_string())
+        }
         _ => FileError::Io(error),
     }
 }

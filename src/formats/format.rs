@@ -76,10 +76,8 @@ impl Budget {
         let left_bytes = n_values
             .checked_mul(bytes_each)
             .and_then(|n_bytes| self.left_bytes.checked_sub(n_bytes));
-        self.left_bytes = left_bytes.ok_or_else(|| FileError::UnpacksTooLarge {
-            what: what.to_owned(),
-            limit_bytes: self.limit_bytes,
-        })?;
+        let too_large = || FileError::unpacks_too_large(what, self.limit_bytes);
+        self.left_bytes = left_bytes.ok_or_else(too_large)?;
         Ok(())
     }
 }

@@ -10,7 +10,7 @@ use std::io::{BufRead, BufReader, Read};
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use super::arrays::{self, Array};
-use super::columns::Columns;
+use super::columns::{Column, Columns};
 use super::error::FileError;
 use super::format::{Budget, COLUMN_LIMIT, Format, Source};
 use super::text::times::{DateOrder, TimeForm};
@@ -28,7 +28,8 @@ const NAME_LIMIT_BYTES: usize = 1 << 10;
 const VALUE_BYTES: u64 = size_of::<f64>() as u64;
 /// Of the first lines that are not blank, two of three are objects; in a document over several lines at most one is.
 const LOOKED_AT: usize = 3;
-const ISO: TimeForm = TimeForm::Date(DateOrder::YearMonthDay);
+/// How a text may say a time: with no more than one way to read it.
+const TIMES: [TimeForm; 2] = [TimeForm::Date(DateOrder::YearMonthDay), TimeForm::TimeOfDay];
 
 /// The objects of a file as a table; `None` if its first lines are none.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
@@ -44,13 +45,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if n_objects < 2 {
         return Ok(None);
     }
-    let mut table = Table {
-        budget: Budget::of_file(source.n_bytes),
-        channels: Vec::new(),
-        places: HashMap::new(),
-        n_rows: 0,
-        has_more: false,
-    };
+    let mut table = Table::of_bytes(source.n_bytes);
     let (mut n_damaged, mut ends_early) = (0, false);
     let mut lines = Lines::open(source)?;
     while let Some(line) = lines.next()? {
@@ -64,7 +59,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         // A damaged line is a row without numbers.
         table.add(row.unwrap_or_default())?;
     }
-    let mut columns = table.columns()?;
+    let (mut columns, _) = table.columns()?;
     if n_damaged > 0 {
         let what = format!("lines that are no JSON objects ({n_damaged})");
         columns.left_out.push(what);
@@ -73,6 +68,51 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         ends_early,
         ..columns
     }))
+}
+
+/// Which value of each line stands in which column of a table.
+#[derive(Debug)]
+pub(crate) struct LineKeys(Vec<Key>);
+
+impl LineKeys {
+    /// The objects among the first lines of a stream as a table, its columns named as those of a file of these lines; `None` if there
+    /// is no object.
+    pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
+        let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
+        let n_rows = rows.len();
+        // Of one row alone, a list would be as long as the table.
+        rows.extend(rows.first().filter(|_| n_rows == 1).cloned());
+        let mut table = Table::of_bytes(lines.iter().map(|line| line.len() as u64).sum());
+        for row in rows {
+            table.add(row).ok()?;
+        }
+        let (mut columns, keys) = table.columns().ok()?;
+        for column in &mut columns.columns {
+            column.values.truncate(n_rows);
+        }
+        (n_rows > 0).then_some((columns, Self(keys)))
+    }
+
+    /// A line as the one row of a table; `None` if it is no object.
+    pub(crate) fn row(&self, line: &str) -> Option<Columns> {
+        let row = row(line.as_bytes())?;
+        let column = |key: &Key| {
+            let value = row.iter().find(|(own, _)| own == key);
+            Column {
+                values: vec![value.map_or(f64::NAN, |(_, value)| value.number())],
+                ..Column::default()
+            }
+        };
+        Some(Columns {
+            columns: self.0.iter().map(column).collect(),
+            ..Columns::default()
+        })
+    }
+
+    /// Whether some of the values stand in a list.
+    pub(crate) fn have_list(&self) -> bool {
+        self.0.iter().any(|(_, index)| index.is_some())
+    }
 }
 
 /// The lines of a file that are not blank.
@@ -119,6 +159,15 @@ enum Value {
     Time(f64),
     Text,
     Nothing,
+}
+
+impl Value {
+    fn number(self) -> f64 {
+        match self {
+            Self::Number(number) | Self::Time(number) => number,
+            Self::Text | Self::Nothing => f64::NAN,
+        }
+    }
 }
 
 type Row = Vec<(Key, Value)>;
@@ -208,7 +257,9 @@ impl<'de> Visitor<'de> for Values<'_> {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<(), E> {
-        self.take(ISO.secs(text.as_bytes()).map_or(Value::Text, Value::Time))
+        let secs = TIMES.iter().find_map(|form| form.secs(text.as_bytes()));
+        let number = || text.trim().parse().ok().map(Value::Number);
+        self.take(secs.map(Value::Time).or_else(number).unwrap_or(Value::Text))
     }
 
     fn visit_unit<E: Error>(self) -> Result<(), E> {
@@ -271,6 +322,17 @@ struct Channel {
 }
 
 impl Table {
+    /// An empty table of lines with so many bytes.
+    fn of_bytes(n_bytes: u64) -> Self {
+        Self {
+            budget: Budget::of_file(n_bytes),
+            channels: Vec::new(),
+            places: HashMap::new(),
+            n_rows: 0,
+            has_more: false,
+        }
+    }
+
     fn add(&mut self, row: Row) -> Result<(), FileError> {
         for (at, (key, value)) in row.into_iter().enumerate() {
             // Most objects have the same keys in the same order.
@@ -299,38 +361,35 @@ impl Table {
             let n_more = (self.n_rows + 1).saturating_sub(channel.values.len()) as u64;
             self.budget.take(&channel.key.0, n_more, VALUE_BYTES)?;
             channel.values.resize(self.n_rows + 1, f64::NAN);
-            let (number, has_numbers) = match value {
-                Value::Number(number) | Value::Time(number) => (number, true),
-                Value::Text | Value::Nothing => (f64::NAN, false),
-            };
-            channel.values[self.n_rows] = number;
-            channel.has_numbers |= has_numbers;
+            channel.values[self.n_rows] = value.number();
+            channel.has_numbers |= matches!(value, Value::Number(_) | Value::Time(_));
             channel.has_times |= matches!(value, Value::Time(_));
         }
         self.n_rows += 1;
         Ok(())
     }
 
-    /// Lists of numbers become arrays, which are named as those of other formats are.
-    fn columns(mut self) -> Result<Columns, FileError> {
+    /// Lists of numbers become arrays, which are named as those of other formats are. With the key of each column.
+    fn columns(mut self) -> Result<(Columns, Vec<Key>), FileError> {
         let missing = |channel: &Channel| (self.n_rows - channel.values.len()) as u64;
         let n_missing = self.channels.iter().map(missing).sum();
         self.budget.take("the table", n_missing, VALUE_BYTES)?;
-        let mut arrays: Vec<(Array, bool)> = Vec::new();
+        let mut lists: Vec<List> = Vec::new();
         for mut channel in self.channels {
             channel.values.resize(self.n_rows, f64::NAN);
-            let (name, index) = channel.key;
-            let is_own = |(array, _): &&mut (Array, bool)| {
-                array.shape.len() == 2 && index.is_some() && array.name == name
+            let (name, index) = &channel.key;
+            let is_own = |own: &&mut List| {
+                own.array.shape.len() == 2 && index.is_some() && own.array.name == *name
             };
-            if let Some((array, has_numbers)) = arrays.iter_mut().find(is_own) {
-                array.shape[1] += 1;
-                array.values.append(&mut channel.values);
-                *has_numbers |= channel.has_numbers;
+            if let Some(own) = lists.iter_mut().find(is_own) {
+                own.array.shape[1] += 1;
+                own.array.values.append(&mut channel.values);
+                own.keys.push(channel.key);
+                own.has_numbers |= channel.has_numbers;
                 continue;
             }
             let array = Array {
-                name,
+                name: name.clone(),
                 unit: if channel.has_times { "s" } else { "" },
                 shape: match index {
                     Some(_) => vec![self.n_rows, 1],
@@ -340,19 +399,29 @@ impl Table {
                 values: channel.values,
                 ..Array::default()
             };
-            arrays.push((array, channel.has_numbers));
+            lists.push(List {
+                array,
+                keys: vec![channel.key],
+                has_numbers: channel.has_numbers,
+            });
         }
-        let (with, without): (Vec<_>, Vec<_>) = arrays
-            .into_iter()
-            .partition(|(_, has_numbers)| *has_numbers);
+        let (with, without): (Vec<_>, Vec<_>) = lists.into_iter().partition(|own| own.has_numbers);
         let without = without.into_iter();
         let mut left_out: Vec<String> = without
-            .map(|(array, _)| format!("{} (no numbers)", array.name))
+            .map(|own| format!("{} (no numbers)", own.array.name))
             .collect();
         if self.has_more {
             left_out.push(format!("more than {COLUMN_LIMIT} keys"));
         }
-        let arrays = with.into_iter().map(|(array, _)| array);
-        Ok(arrays::columns(arrays.collect(), left_out))
+        let (arrays, keys): (Vec<_>, Vec<_>) =
+            with.into_iter().map(|own| (own.array, own.keys)).unzip();
+        Ok((arrays::columns(arrays, left_out), keys.concat()))
     }
+}
+
+/// The values of one key, or of a list of them.
+struct List {
+    array: Array,
+    keys: Vec<Key>,
+    has_numbers: bool,
 }

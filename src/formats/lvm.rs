@@ -59,9 +59,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         line.starts_with(END_OF_HEADER)
     });
     if !ends {
-        return Err(FileError::CutShort {
-            what: "the header".to_owned(),
-        });
+        return Err(FileError::cut_short("the header"));
     }
     let mut table = Table::new(&header);
     let mut is_special = false;

@@ -16,7 +16,7 @@ use super::columns::Columns;
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source, unpacked_limit};
 use super::hdf5;
-use super::npy::Number;
+use super::number::Number;
 use super::parts::{self, Group};
 use crate::recording::Day;
 
@@ -66,8 +66,6 @@ const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
-/// Classes of numbers: double, single, and whole numbers of 1 to 8 bytes.
-const NUMBER_CLASSES: std::ops::RangeInclusive<u32> = 6..=15;
 const COMPLEX_FLAG: u32 = 0x0800;
 const FILE: &str = "the file";
 
@@ -84,70 +82,61 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let is_big_endian = match file.get(HEADER_BYTES - 2..HEADER_BYTES) {
         Some(b"IM") => false,
         Some(b"MI") => true,
-        Some(_) => return Err(damaged(FILE, "its header names no order of bytes")),
-        None => return Err(cut_short(FILE)),
+        Some(_) => {
+            return Err(FileError::damaged(
+                FILE,
+                "its header names no order of bytes",
+            ));
+        }
+        None => return Err(FileError::cut_short(FILE)),
     };
     let mut variables = Elements {
         bytes: &file[HEADER_BYTES..],
         is_big_endian,
     };
-    let mut groups = vec![Group::default()];
-    let mut left_out = Vec::new();
-    let mut day = None;
+    let (mut top, mut groups) = (Fields::default(), Vec::new());
     while !variables.bytes.is_empty() {
         source.progress.check()?;
         let (kind, bytes) = variables.next(FILE)?;
-        let variable = match kind {
+        let compressed;
+        let matrix = match kind {
             MI_COMPRESSED => {
-                let unpacked = unpacked(bytes)?;
+                compressed = unpacked(bytes)?;
                 let mut inside = Elements {
-                    bytes: &unpacked,
+                    bytes: &compressed,
                     is_big_endian,
                 };
-                match inside.next(FILE)? {
-                    (MI_MATRIX, matrix) => variable(matrix, is_big_endian, None)?,
-                    _ => continue,
-                }
+                inside.next(FILE)?
             }
-            MI_MATRIX => variable(bytes, is_big_endian, None)?,
-            _ => continue,
+            kind => (kind, bytes),
         };
-        match variable {
-            Variable::Numbers(array) => groups[0].arrays.push(array),
-            Variable::Other(what) => left_out.push(what),
-            Variable::Text { name, day: own } => {
-                left_out.push(format!("{name} (text)"));
-                day = day.or(own);
-            }
-            Variable::Structs { name, elements } => {
-                day = elements.iter().fold(day, |day, own| day.or(own.day));
-                let is_table =
-                    |fields: &Fields| fields.arrays.iter().any(|array| array.values.len() > 1);
-                if !elements.iter().any(is_table) {
-                    left_out.push(format!("{name} (a struct)"));
-                    continue;
-                }
-                let n_elements = elements.len();
-                for (at, fields) in elements.into_iter().enumerate() {
-                    left_out.extend(
-                        fields
-                            .left_out
-                            .into_iter()
-                            .map(|what| format!("{name}.{what}")),
-                    );
-                    groups.push(Group {
-                        name: match n_elements {
-                            1 => name.clone(),
-                            _ => format!("{name}({})", at + 1),
-                        },
-                        arrays: fields.arrays,
-                    });
-                }
-            }
+        let (MI_MATRIX, matrix) = matrix else {
+            continue;
+        };
+        let Some((name, elements)) = variable(matrix, is_big_endian, None, &mut top)? else {
+            continue;
+        };
+        top.day = elements.iter().fold(top.day, |day, own| day.or(own.day));
+        let is_table = |fields: &Fields| fields.arrays.iter().any(|array| array.values.len() > 1);
+        if !elements.iter().any(is_table) {
+            top.leave_out(&name, "a struct");
+            continue;
+        }
+        let n_elements = elements.len();
+        for (at, fields) in elements.into_iter().enumerate() {
+            let left_out = fields.left_out.iter();
+            top.left_out
+                .extend(left_out.map(|what| format!("{name}.{what}")));
+            groups.push(Group {
+                name: match n_elements {
+                    1 => name.clone(),
+                    _ => format!("{name}({})", at + 1),
+                },
+                arrays: fields.arrays,
+            });
         }
     }
-    let columns = parts::of_groups(groups, '.', left_out, source.parts)?;
-    Ok(Some(Columns { day, ..columns }))
+    top.table(groups, source).map(Some)
 }
 
 /// What stands before each matrix of version 4, its name included.
@@ -208,13 +197,13 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut file = Vec::new();
     source.open()?.read_to_end(&mut file)?;
     let mut rest = &file[..];
-    let (mut group, mut left_out, mut day) = (Group::default(), Vec::new(), None);
+    let mut top = Fields::default();
     while !rest.is_empty() {
         source.progress.check()?;
         let Some(header) = OlderHeader::read(rest) else {
             return Err(match rest.len() < HEADER_BYTES {
-                true => cut_short(FILE),
-                false => damaged(FILE, "what follows a matrix is none"),
+                true => FileError::cut_short(FILE),
+                false => FileError::damaged(FILE, "what follows a matrix is none"),
             });
         };
         let OlderHeader { shape, name, .. } = header;
@@ -223,21 +212,18 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let parts = if header.is_complex { 2 } else { 1 };
         let end = n_bytes.and_then(|n| n.checked_mul(parts)?.checked_add(header.n_bytes));
         let numbers = end.and_then(|end| rest.get(header.n_bytes..end));
-        let numbers = numbers.ok_or_else(|| cut_short(&name))?;
+        let numbers = numbers.ok_or_else(|| FileError::cut_short(&name))?;
         rest = &rest[header.n_bytes + numbers.len()..];
-        let values = || all(header.number, numbers, header.is_big_endian);
+        let values = || header.number.all(numbers, header.is_big_endian);
         match header.class {
             1 => {
-                let text: String = values()
-                    .iter()
-                    .map(|code| char::from(*code as u8))
-                    .collect();
-                day = day.or(Day::in_header(&format!("{name}: {text}")));
-                left_out.push(format!("{name} (text)"));
+                let codes = values().into_iter();
+                let text: String = codes.map(|code| char::from(code as u8)).collect();
+                top.text(&name, &text);
             }
-            2 => left_out.push(format!("{name} (a sparse matrix)")),
-            _ if header.is_complex => left_out.push(format!("{name} (complex numbers)")),
-            _ => group.arrays.push(Array {
+            2 => top.leave_out(&name, "a sparse matrix"),
+            _ if header.is_complex => top.leave_out(&name, "complex numbers"),
+            _ => top.arrays.push(Array {
                 name,
                 shape: shape.to_vec(),
                 is_by_column: true,
@@ -246,8 +232,7 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             }),
         }
     }
-    let columns = parts::of_groups(vec![group], '.', left_out, source.parts)?;
-    Ok(Some(Columns { day, ..columns }))
+    top.table(Vec::new(), source).map(Some)
 }
 
 fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
@@ -258,36 +243,43 @@ fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
         .read_to_end(&mut unpacked)
         .map_err(reading(FILE))?;
     if unpacked.len() as u64 > limit_bytes {
-        return Err(FileError::UnpacksTooLarge {
-            what: FILE.to_owned(),
-            limit_bytes,
-        });
+        return Err(FileError::unpacks_too_large(FILE, limit_bytes));
     }
     Ok(unpacked)
 }
 
-enum Variable {
-    Numbers(Array),
-    /// Its name and what it is.
-    Other(String),
-    /// Characters, and the day of the recording where they are that.
-    Text {
-        name: String,
-        day: Option<Day>,
-    },
-    /// One or more of the same fields.
-    Structs {
-        name: String,
-        elements: Vec<Fields>,
-    },
-}
-
-/// The fields of a struct; those of a struct within are called `within.field`.
+/// The variables of a file, or the fields of a struct; those of a struct within are called `within.field`.
 #[derive(Default)]
 struct Fields {
     arrays: Vec<Array>,
     left_out: Vec<String>,
     day: Option<Day>,
+}
+
+impl Fields {
+    fn leave_out(&mut self, name: &str, what: &str) {
+        self.left_out.push(format!("{name} ({what})"));
+    }
+
+    /// Leaves out characters, but for the day of the recording where they are that.
+    fn text(&mut self, name: &str, text: &str) {
+        self.day = self.day.or(Day::in_header(&format!("{name}: {text}")));
+        self.leave_out(name, "text");
+    }
+
+    /// The table of a file with these variables, and with structs as groups.
+    fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
+        let own = Group {
+            arrays: self.arrays,
+            ..Group::default()
+        };
+        let groups = std::iter::once(own).chain(structs).collect();
+        let columns = parts::of_groups(groups, '.', self.left_out, source.parts)?;
+        Ok(Columns {
+            day: self.day,
+            ..columns
+        })
+    }
 }
 
 /// Structs may lie in structs so deep.
@@ -302,7 +294,7 @@ fn structs(
     let is_big_endian = parts.is_big_endian;
     let (_, length) = parts.next(FILE)?;
     let length = parts.uint32(length).filter(|length| *length > 0);
-    let length = length.ok_or_else(|| cut_short(FILE))? as usize;
+    let length = length.ok_or_else(|| FileError::cut_short(FILE))? as usize;
     let (_, names) = parts.next(FILE)?;
     let names: Vec<String> = names
         .chunks(length)
@@ -318,32 +310,23 @@ fn structs(
             if kind != MI_MATRIX || bytes.is_empty() || fields.arrays.len() >= COLUMN_LIMIT {
                 continue;
             }
-            match variable(bytes, is_big_endian, Some((name, depth)))? {
-                Variable::Numbers(array) => fields.arrays.push(array),
-                Variable::Other(what) => fields.left_out.push(what),
-                Variable::Text { name, day } => {
-                    fields.left_out.push(format!("{name} (text)"));
-                    fields.day = fields.day.or(day);
-                }
-                Variable::Structs { name, mut elements } if elements.len() == 1 => {
-                    let inner = elements.remove(0);
-                    fields.day = fields.day.or(inner.day);
+            let field = Some((&**name, depth));
+            let Some((name, inner)) = variable(bytes, is_big_endian, field, &mut fields)? else {
+                continue;
+            };
+            match <[Fields; 1]>::try_from(inner) {
+                Ok([inner]) => {
                     let within = |what: &str| format!("{name}.{what}");
-                    fields
-                        .arrays
-                        .extend(inner.arrays.into_iter().map(|array| Array {
-                            name: within(&array.name),
-                            ..array
-                        }));
-                    fields
-                        .left_out
-                        .extend(inner.left_out.iter().map(|what| within(what)));
+                    let left_out = inner.left_out.iter().map(|what| within(what));
+                    fields.left_out.extend(left_out);
+                    let arrays = inner.arrays.into_iter();
+                    fields.arrays.extend(arrays.map(|array| Array {
+                        name: within(&array.name),
+                        ..array
+                    }));
+                    fields.day = fields.day.or(inner.day);
                 }
-                Variable::Structs { name, .. } => {
-                    fields
-                        .left_out
-                        .push(format!("{name} (structs within a struct)"));
-                }
+                Err(_) => fields.leave_out(&name, "structs within a struct"),
             }
         }
         elements.push(fields);
@@ -351,26 +334,31 @@ fn structs(
     Ok(elements)
 }
 
-/// A matrix from the bytes of its element; as a field of a struct it is called so, and lies so deep.
+/// Adds a matrix from the bytes of its element; as a field of a struct it is called so, and lies so deep. Returns the name and the
+/// elements of a struct, one or more of the same fields.
 fn variable(
     bytes: &[u8],
     is_big_endian: bool,
     field: Option<(&str, usize)>,
-) -> Result<Variable, FileError> {
+    into: &mut Fields,
+) -> Result<Option<(String, Vec<Fields>)>, FileError> {
     let mut parts = Elements {
         bytes,
         is_big_endian,
     };
     let (_, flags) = parts.next(FILE)?;
-    let flags = parts.uint32(flags).ok_or_else(|| cut_short(FILE))?;
+    let flags = parts
+        .uint32(flags)
+        .ok_or_else(|| FileError::cut_short(FILE))?;
     let class = flags & 0xff;
     if !(1..=15).contains(&class) {
         // Objects and tables are stored in ways of their own.
         let what = "an object, such as a table or timetable: save it as `S = table2struct(T, \"ToScalar\", true)`, or with writetable";
-        return Ok(Variable::Other(match field {
+        into.left_out.push(match field {
             Some((name, _)) => format!("{name} ({what})"),
             None => what.to_owned(),
-        }));
+        });
+        return Ok(None);
     }
     let (_, dimensions) = parts.next(FILE)?;
     let (_, name) = parts.next(FILE)?;
@@ -387,40 +375,41 @@ fn variable(
         .iter()
         .try_fold(1_usize, |product, &length| product.checked_mul(length));
     let depth = field.map_or(0, |(_, depth)| depth + 1);
-    let other = |what: &str| Ok(Variable::Other(format!("{name} ({what})")));
-    match class {
-        1 => return other("cells"),
+    let other = match class {
+        1 => "cells",
         2 if depth < DEPTH_LIMIT => {
             let elements = structs(parts, n_declared.unwrap_or(usize::MAX), depth)?;
-            return Ok(Variable::Structs { name, elements });
+            return Ok(Some((name, elements)));
         }
-        2 => return other("a struct"),
-        3 => return other("an object"),
+        2 => "a struct",
+        3 => "an object",
         4 => {
             let (kind, bytes) = parts.next(&name)?;
-            let text = text(kind, bytes, is_big_endian);
-            let day = Day::in_header(&format!("{name}: {text}"));
-            return Ok(Variable::Text { name, day });
+            into.text(&name, &text(kind, bytes, is_big_endian));
+            return Ok(None);
         }
-        5 => return other("a sparse matrix"),
-        _ if !NUMBER_CLASSES.contains(&class) => return other("no numbers"),
-        _ if flags & COMPLEX_FLAG != 0 => return other("complex numbers"),
-        _ => {}
-    }
-    let (kind, numbers) = parts.next(&name)?;
-    let Some(values) = values(kind, numbers, is_big_endian) else {
-        return Err(damaged(&name, "its numbers are of no known kind"));
+        5 => "a sparse matrix",
+        _ if flags & COMPLEX_FLAG != 0 => "complex numbers",
+        _ => {
+            let (kind, numbers) = parts.next(&name)?;
+            let values = values(kind, numbers, is_big_endian);
+            let unknown = || FileError::damaged(&name, "its numbers are of no known kind");
+            let values = values.ok_or_else(unknown)?;
+            if n_declared != Some(values.len()) {
+                return Err(FileError::cut_short(&name));
+            }
+            into.arrays.push(Array {
+                name,
+                shape,
+                is_by_column: true,
+                values,
+                ..Array::default()
+            });
+            return Ok(None);
+        }
     };
-    if n_declared != Some(values.len()) {
-        return Err(cut_short(&name));
-    }
-    Ok(Variable::Numbers(Array {
-        name,
-        shape,
-        is_by_column: true,
-        values,
-        ..Array::default()
-    }))
+    into.leave_out(&name, other);
+    Ok(None)
 }
 
 /// Characters of a stored kind.
@@ -451,13 +440,7 @@ fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
         13 => Number::Uint(8),
         _ => return None,
     };
-    Some(all(number, bytes, is_big_endian))
-}
-
-fn all(number: Number, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
-    let elements = bytes.chunks_exact(number.n_bytes());
-    let values = elements.map(|bytes| number.value(bytes, is_big_endian));
-    values.collect()
+    Some(number.all(bytes, is_big_endian))
 }
 
 /// Elements one after another.
@@ -478,7 +461,7 @@ impl<'a> Elements<'a> {
 
     /// The kind and the bytes of the next element, a part of `what`.
     fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
-        let ends = || cut_short(what);
+        let ends = || FileError::cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
         // Up to four bytes stand in the place of the length, which moves into the upper half of the kind.
         if kind >> 16 != 0 {
@@ -486,7 +469,7 @@ impl<'a> Elements<'a> {
             let small = self.bytes.get(4..8).ok_or_else(ends)?;
             let small = small
                 .get(..n_bytes)
-                .ok_or_else(|| damaged(what, "an element is too long"))?;
+                .ok_or_else(|| FileError::damaged(what, "an element is too long"))?;
             self.bytes = &self.bytes[8..];
             return Ok((kind & 0xffff, small));
         }
@@ -501,19 +484,6 @@ impl<'a> Elements<'a> {
         };
         self.bytes = rest.get(padded..).unwrap_or_default();
         Ok((kind, element))
-    }
-}
-
-fn cut_short(what: &str) -> FileError {
-    FileError::CutShort {
-        what: what.to_owned(),
-    }
-}
-
-fn damaged(what: &str, why: &str) -> FileError {
-    FileError::Damaged {
-        what: what.to_owned(),
-        why: why.to_owned(),
     }
 }
 

@@ -19,6 +19,7 @@
 //! | `json_lines` | lines of JSON, an object for each sample |
 //! | `parts` | which of several tables in a file is read |
 //! | `opened`, `columns` | a file behind one face, whichever of these it is: where its table may be, and its rows |
+//! | `number` | numbers as binary files store them |
 //! | `arrays`, `column_name` | arrays to columns with the names that headers have, and what such names mean |
 
 mod arrays;
@@ -34,6 +35,7 @@ pub(crate) mod mat;
 mod mcap;
 mod npy;
 pub(crate) mod npz;
+mod number;
 mod opened;
 pub(crate) mod parquet;
 mod parts;
@@ -45,6 +47,7 @@ pub(crate) use columns::FilePart;
 pub(crate) use columns::{Cell, Row, Sample};
 pub use error::FileError;
 pub(crate) use format::Format;
+pub(crate) use json_lines::LineKeys;
 pub(crate) use opened::{Opened, Part, open};
 
 /// Every format that is read.

@@ -9,6 +9,7 @@ use super::arrays::{self, Array, Entry};
 use super::columns::{Column, Columns, Since};
 use super::error::{FileError, reading};
 use super::format::{COLUMN_LIMIT, Format, Source};
+use super::number::{Field, Number};
 use crate::progress::Progress;
 
 pub(super) const FORMAT: Format = Format {
@@ -25,68 +26,6 @@ const HEADER_LIMIT: usize = 1 << 16;
 const BLOCK_BYTES: usize = 1 << 16;
 /// Records may lie in records so deep.
 const DEPTH_LIMIT: usize = 8;
-/// What a NumPy time that is none is stored as.
-const NOT_A_TIME: i64 = i64::MIN;
-
-/// The numbers of one kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
-    Float(usize),
-    Int(usize),
-    Uint(usize),
-    Time,
-}
-
-impl Number {
-    pub(super) const fn n_bytes(self) -> usize {
-        match self {
-            Self::Float(n_bytes) | Self::Int(n_bytes) | Self::Uint(n_bytes) => n_bytes,
-            Self::Time => 8,
-        }
-    }
-
-    /// The value of so many bytes.
-    pub(super) fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
-        self.value_since(bytes, is_big_endian, &Since::zero())
-    }
-
-    /// The value of so many bytes, counted from the first one where that is large.
-    pub(super) fn value_since(self, bytes: &[u8], is_big_endian: bool, since: &Since) -> f64 {
-        let mut eight = [0; 8];
-        let own = &mut eight[..bytes.len()];
-        own.copy_from_slice(bytes);
-        if is_big_endian {
-            own.reverse();
-        }
-        let unsigned = u64::from_le_bytes(eight);
-        let shift = 64 - 8 * bytes.len() as u32;
-        let signed = (unsigned << shift) as i64 >> shift;
-        match self {
-            Self::Uint(_) => match i64::try_from(unsigned) {
-                Ok(number) => since.number(number),
-                Err(_) => unsigned as f64 - since.get() as f64,
-            },
-            Self::Time if signed == NOT_A_TIME => f64::NAN,
-            Self::Int(_) | Self::Time => since.number(signed),
-            Self::Float(2) => half(unsigned as u16),
-            Self::Float(4) => f64::from(f32::from_bits(unsigned as u32)),
-            Self::Float(_) => f64::from_bits(unsigned),
-        }
-    }
-}
-
-/// A number of two bytes: a sign, 5 bits of exponent, 10 of fraction (IEEE 754 binary16).
-fn half(bits: u16) -> f64 {
-    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
-    let fraction = f64::from(bits & 0x3ff);
-    let size = match bits >> 10 & 0x1f {
-        0 => fraction * 2_f64.powi(-24),
-        0x1f if fraction == 0.0 => f64::INFINITY,
-        0x1f => f64::NAN,
-        exponent => (1.0 + fraction / 1024.0) * 2_f64.powi(i32::from(exponent) - 15),
-    };
-    sign * size
-}
 
 /// What each element of an array holds: one number, or the fields of a record.
 #[derive(Debug, Default)]
@@ -95,19 +34,6 @@ struct Record {
     /// Fields without numbers.
     left_out: Vec<String>,
     n_bytes: usize,
-}
-
-/// Numbers of one kind in each element.
-#[derive(Debug)]
-struct Field {
-    /// Empty where the elements are no records.
-    name: String,
-    number: Number,
-    unit: &'static str,
-    is_big_endian: bool,
-    /// Where they start in each element, and how many there are.
-    offset: usize,
-    n_each: usize,
 }
 
 #[derive(Debug)]
@@ -173,28 +99,20 @@ pub(super) fn read(
         .iter()
         .try_fold(header.record.n_bytes, |n, &length| n.checked_mul(length));
     let Some(n_bytes) = n_bytes.filter(|n_bytes| *n_bytes as u64 <= at_most_bytes) else {
-        return Err(FileError::CutShort {
-            what: name.to_owned(),
-        });
+        return Err(FileError::cut_short(name));
     };
     let values = numbers(&header.record, n_bytes, from, progress).map_err(|error| match error {
         FileError::Io(error) => reading(name)(error),
         other => other,
     })?;
-    let array = |(field, (values, since)): (Field, (Vec<f64>, Since))| Array {
-        name: match header.is_records {
-            true => field.name,
-            false => name.to_owned(),
-        },
-        unit: field.unit,
-        is_by_column: header.is_by_column && field.n_each == 1,
-        since: since.get(),
-        values,
-        shape: match field.n_each {
-            1 => header.shape.clone(),
-            n_each => [&header.shape[..], &[n_each]].concat(),
-        },
-        labels: Vec::new(),
+    let array = |(mut field, values): (Field, (Vec<f64>, Since))| {
+        if !header.is_records {
+            name.clone_into(&mut field.name);
+        }
+        Array {
+            is_by_column: header.is_by_column && field.n_each == 1,
+            ..field.array(&header.shape, values)
+        }
     };
     let fields = header.record.fields.into_iter();
     Ok(Content {
@@ -222,25 +140,15 @@ fn numbers(
         if from.by_ref().take(n_next as u64).read_to_end(&mut block)? < n_next {
             return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
         }
-        for (field, (values, since)) in record.fields.iter().zip(&mut values) {
-            let own_bytes = field.number.n_bytes();
-            for element in block.chunks_exact(record.n_bytes) {
-                let own = &element[field.offset..][..field.n_each * own_bytes];
-                let own = own.chunks_exact(own_bytes);
-                values.extend(
-                    own.map(|bytes| (field.number).value_since(bytes, field.is_big_endian, since)),
-                );
-            }
+        for (field, values) in record.fields.iter().zip(&mut values) {
+            field.append(&block, record.n_bytes, values);
         }
     }
     Ok(values)
 }
 
 fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
-    let damaged = |why: &str| FileError::Damaged {
-        what: name.to_owned(),
-        why: why.to_owned(),
-    };
+    let damaged = |why: &str| FileError::damaged(name, why);
     let mut start = [0; 8];
     from.read_exact(&mut start).map_err(reading(name))?;
     if !start.starts_with(MAGIC) {
@@ -459,35 +367,4 @@ pub(super) fn written(entry: &Entry) -> Vec<u8> {
         &data,
     ]
     .concat()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The values of IEEE 754 binary16 as its table of examples gives them.
-    #[test]
-    fn numbers_of_two_bytes_are_those_of_the_standard() {
-        for (bits, value) in [
-            (0x3c00, 1.0),
-            (0xc000, -2.0),
-            (0x7bff, 65504.0),
-            (0x0001, 2_f64.powi(-24)),
-            (0x0400, 2_f64.powi(-14)),
-            (0x3555, 0.333_251_953_125),
-            (0xfc00, f64::NEG_INFINITY),
-        ] {
-            assert_eq!(half(bits), value, "{bits:#x}");
-        }
-        assert!(half(0x7e00).is_nan());
-    }
-
-    #[test]
-    fn signed_numbers_of_any_size_keep_their_sign() {
-        assert_eq!(Number::Int(1).value(&[0xff], false), -1.0);
-        assert_eq!(Number::Int(2).value(&[0x80, 0x00], true), -32768.0);
-        assert_eq!(Number::Int(8).value(&(-5_i64).to_le_bytes(), false), -5.0);
-        assert_eq!(Number::Uint(4).value(&[0xff; 4], false), 4_294_967_295.0);
-        assert!(Number::Time.value(&i64::MIN.to_be_bytes(), true).is_nan());
-    }
 }

@@ -56,10 +56,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let limit_bytes = unpacked_limit(member.compressed_size());
         let n_bytes = member.size();
         if n_bytes > limit_bytes {
-            return Err(FileError::UnpacksTooLarge {
-                what: name,
-                limit_bytes,
-            });
+            return Err(FileError::unpacks_too_large(&name, limit_bytes));
         }
         let mut array = (&mut member).take(n_bytes);
         match npy::read(&name, &mut array, n_bytes, source.progress) {
@@ -85,10 +82,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
     move |error| match error {
         ZipError::Io(error) => super::error::reading(what)(error),
-        other => FileError::Damaged {
-            what: what.to_owned(),
-            why: other.to_string(),
-        },
+        other => FileError::damaged(what, other.to_string()),
     }
 }
 

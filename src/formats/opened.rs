@@ -11,6 +11,7 @@ use super::columns::FilePart;
 use super::columns::{Columns, PLACES, ROWS_AT_A_PLACE, Sample};
 use super::error::FileError;
 use super::format::{Format, Source};
+use super::json_lines::{self, LineKeys};
 use super::text::{Encoding, Head, TextFile, TextLayout};
 use crate::panicked;
 use crate::progress::Progress;
@@ -122,6 +123,17 @@ fn files_in(folder: &Path) -> Vec<String> {
 }
 
 impl Opened {
+    /// The first lines of a stream as if they were a file, where they are JSON objects.
+    pub(crate) fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
+        let (columns, keys) = LineKeys::of_first(lines)?;
+        let opened = Self::Columns {
+            columns,
+            format: &json_lines::FORMAT,
+            n_bytes: 0,
+        };
+        Some((opened, keys))
+    }
+
     /// How the table is written, found by looking; `None` if there is none.
     pub(crate) fn layout(&self) -> Option<TextLayout> {
         match self {
@@ -232,30 +244,17 @@ impl Opened {
         }
     }
 
-    /// What the file holds besides the table.
-    pub(crate) fn left_out(&self) -> &[String] {
+    /// What the file holds if it is no text.
+    pub(crate) fn columns(&self) -> Option<&Columns> {
         match self {
-            Self::Text(_) => &[],
-            Self::Columns { columns, .. } => &columns.left_out,
+            Self::Text(_) => None,
+            Self::Columns { columns, .. } => Some(columns),
         }
     }
 
     /// Of a file with several tables, all of them.
     pub(crate) fn parts(&self) -> &[FilePart] {
-        match self {
-            Self::Text(_) => &[],
-            Self::Columns { columns, .. } => &columns.parts,
-        }
-    }
-
-    /// Whether nobody said which of its tables is read.
-    pub(crate) fn has_guessed_part(&self) -> bool {
-        matches!(self, Self::Columns { columns, .. } if columns.is_guessed_part)
-    }
-
-    /// Whether the file is known to end before it should.
-    pub(crate) fn ends_early(&self) -> bool {
-        matches!(self, Self::Columns { columns, .. } if columns.ends_early)
+        self.columns().map_or(&[], |columns| &columns.parts)
     }
 
     /// What a file is called that is no text.

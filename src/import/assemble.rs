@@ -31,8 +31,7 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
     if let (Some(index), None) = (culprits.next(), culprits.next()) {
         return at(path, plan.line)(TableError::NoNumberInColumn {
             what: plan.uses[index].noun(),
-            column: index + 1,
-            name: plan.names[index].clone(),
+            column: plan.column(index),
         });
     }
     let skips_row = |warning: &LoadWarning| warning.finding.skips_row();
@@ -51,11 +50,8 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
         (TimeScale::ByValues, Some(column)) => {
             let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
             if unit != TimeUnit::Seconds {
-                let finding = Finding::AssumedTimeUnit {
-                    column: column + 1,
-                    name: plan.names[column].clone(),
-                    unit,
-                };
+                let column = plan.column(column);
+                let finding = Finding::AssumedTimeUnit { column, unit };
                 rows.findings.note(plan.line, finding);
             }
             unit.per_second()
@@ -76,14 +72,12 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
-        let column = plan.time_column.unwrap_or_default();
         let finding = Finding::Cell {
-            column: column + 1,
-            name: plan.names[column].clone(),
+            column: plan.column(plan.time_column.unwrap_or_default()),
             value: rows.times[row].to_string(),
             trouble: Trouble::NotFinite,
         };
-        rows.findings.note(rows.line_of(row), finding);
+        rows.note_row(row, finding);
         let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
         rows.retain(|row| is_finite[row]);
     }
@@ -110,17 +104,10 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     if n_before == n_after {
         return;
     }
-    let mut times = std::mem::take(&mut rows.times);
-    let mut gauges = std::mem::take(&mut rows.gauges);
-    let mut auxiliary = std::mem::take(&mut rows.auxiliary);
-    let mut loads = std::mem::take(&mut rows.loads);
-    join::average(&mut times, 1, &bursts);
-    join::average(&mut gauges, plan.gauge_names.len(), &bursts);
-    join::average(&mut auxiliary, plan.auxiliary_names.len(), &bursts);
-    join::average(&mut loads, plan.axes.len(), &bursts);
+    for (width, values) in rows.lists() {
+        join::average(values, width, &bursts);
+    }
     rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
-    (rows.times, rows.gauges, rows.loads) = (times, gauges, loads);
-    rows.auxiliary = auxiliary;
     rows.findings
         .note(plan.line, Finding::AveragedBursts { n_before, n_after });
 }
@@ -164,20 +151,13 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
         rows.flatten().copied().collect()
     };
     let recording = |(case, own): (usize, &Vec<usize>)| {
-        let recording = Recording::new(
-            format!("{stem} case {}", case + 1),
-            Source::File(path.clone()),
+        let values = [
             (0..own.len()).map(|row| row as f64).collect(),
-            plan.gauge_names.clone(),
             picked(own, &rows.gauges, plan.gauge_names.len()),
-            plan.axes.clone(),
             picked(own, &rows.loads, plan.axes.len()),
-        );
-        let recording = recording.expect("rows are finite and of one width, and are counted");
-        let auxiliary = picked(own, &rows.auxiliary, plan.auxiliary_names.len());
-        with_auxiliary(recording, &plan, auxiliary)
-            .with_gauge_units(plan.gauge_units.clone())
-            .without_times()
+            picked(own, &rows.auxiliary, plan.auxiliary_names.len()),
+        ];
+        recording(format!("{stem} case {}", case + 1), &path, &plan, values).without_times()
     };
     let recordings = rows_of.iter().enumerate().map(recording).collect();
     let findings = std::mem::take(&mut rows.findings);
@@ -198,17 +178,14 @@ pub(super) fn recordings(
     note_constant_gauges(&plan, &mut rows);
     if let Some((row, [from_secs, to_secs])) = timeline::unwrap_counters(&mut rows.times, gap_secs)
     {
-        let line = rows.line_of(row);
-        (rows.findings).note(line, Finding::WrappedClock { from_secs, to_secs });
+        rows.note_row(row, Finding::WrappedClock { from_secs, to_secs });
     }
     let cuts = timeline::cuts(&rows.times, gap_secs);
     if cuts.starts.len() >= RECORDING_LIMIT {
-        let column = plan.time_column.unwrap_or_default();
         let line = rows.line_of(cuts.starts[0]);
         return Err(at(&path, line)(TableError::TooManyRecordings {
             count: cuts.starts.len(),
-            column: column + 1,
-            name: plan.names[column].clone(),
+            column: plan.column(plan.time_column.unwrap_or_default()),
         }));
     }
     cuts.note(&mut rows);
@@ -264,20 +241,11 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
     for (((times, gauges), loads), auxiliary) in
         times.into_iter().zip(gauges).zip(loads).zip(auxiliary)
     {
-        let recording = Recording::new(
-            name(recordings.len() + 1),
-            Source::File(path.to_owned()),
-            times,
-            plan.gauge_names.clone(),
-            gauges,
-            plan.axes.clone(),
-            loads,
-        )
-        .expect("rows are finite and of one width, and each recording's times never go back");
-        let recording = recording.with_gauge_units(plan.gauge_units.clone());
-        let recording = with_auxiliary(recording, &plan, auxiliary)
-            .with_held_auxiliary(held.next().unwrap_or_default());
-        let mut recording = recording.with_gap(cuts.gap_secs).with_zero(rows.zero_secs);
+        let values = [times, gauges, loads, auxiliary];
+        let mut recording = recording(name(recordings.len() + 1), path, &plan, values)
+            .with_held_auxiliary(held.next().unwrap_or_default())
+            .with_gap(cuts.gap_secs)
+            .with_zero(rows.zero_secs);
         if let Some(before) = recordings.last()
             && follows(before, &recording)
         {
@@ -306,10 +274,21 @@ fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64,
     parts
 }
 
-fn with_auxiliary(recording: Recording, plan: &Plan, values: Vec<f64>) -> Recording {
+/// A recording of rows with these times, gauges, loads and auxiliary channels.
+fn recording(
+    name: String,
+    path: &Path,
+    plan: &Plan,
+    [times, gauges, loads, auxiliary]: [Vec<f64>; 4],
+) -> Recording {
+    let source = Source::File(path.to_owned());
+    let (gauge_names, axes) = (plan.gauge_names.clone(), plan.axes.clone());
     let (names, units) = (plan.auxiliary_names.clone(), plan.auxiliary_units.clone());
-    let recording = recording.with_auxiliary(names, units, values);
-    recording.expect("what is missing was held, so that each row has a number for each channel")
+    Recording::new(name, source, times, gauge_names, gauges, axes, loads)
+        .expect("rows are finite and of one width, and the times of a recording never go back")
+        .with_gauge_units(plan.gauge_units.clone())
+        .with_auxiliary(names, units, auxiliary)
+        .expect("what is missing was held, so that each row has a number for each channel")
 }
 
 /// Whether a recording follows the one before it in its file on the same clock.
@@ -348,6 +327,7 @@ mod tests {
 
     use super::super::tests::TestFile;
     use super::*;
+    use crate::import::named_column::NamedColumn;
 
     fn load(text: &str) -> (Vec<Recording>, Vec<Finding>) {
         let loaded = TestFile::new(text).read().unwrap();
@@ -367,8 +347,7 @@ mod tests {
         let (recordings, findings) = load("S1,time\n1,0\n2,3\n4,6\n");
         assert_eq!(recordings[0].times(), [0.0, 0.003, 0.006]);
         let told = Finding::AssumedTimeUnit {
-            column: 2,
-            name: "time".into(),
+            column: NamedColumn::new(1, "time"),
             unit: TimeUnit::Milliseconds,
         };
         assert_eq!(findings, [told]);

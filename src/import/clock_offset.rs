@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use super::join::Series;
-use crate::recording::median;
+use crate::recording::gap::median_step;
 
 /// So many points at least are needed on each clock.
 const FEWEST_SAMPLES: usize = 16;
@@ -95,11 +95,6 @@ impl Span {
             end: self.end.min(other.end + later),
         }
     }
-}
-
-fn median_step(times: &[f64]) -> Option<f64> {
-    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
-    median(steps.filter(|step| *step > 0.0))
 }
 
 /// Gauges and reference on one grid of times.

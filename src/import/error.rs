@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::named_column::NamedColumn;
 use super::warning::LoadWarning;
 use crate::formats::FileError;
 use crate::import::map::{ColumnKey, ColumnRole, MapError};
@@ -56,13 +57,11 @@ pub enum TableError {
         second: usize,
     },
     #[error(
-        "column {column} ({}) has the unknown unit {}; understood here: {known}",
-        shown(name),
+        "{column} has the unknown unit {}; understood here: {known}",
         shown(unit)
     )]
     UnknownUnit {
-        column: usize,
-        name: String,
+        column: NamedColumn,
         unit: String,
         known: &'static str,
     },
@@ -72,31 +71,23 @@ pub enum TableError {
     )]
     NoLoads { names: Vec<String> },
     #[error(
-        "column {column} ({}) is one auxiliary channel too many: each needs a name of its own, and there are at most {limit}; make it \"ignore\" in the column map",
-        shown(name)
+        "{column} is one auxiliary channel too many: each needs a name of its own, and there are at most {limit}; make it \"ignore\" in the column map"
     )]
-    Auxiliaries {
-        column: usize,
-        name: String,
-        limit: usize,
-    },
+    Auxiliaries { column: NamedColumn, limit: usize },
     #[error(
         "a log of ATI's Net F/T: it holds the reference load, but no gauges; name it as \"reference\" in the column map of the file with the gauges"
     )]
     ReferenceAlone,
     #[error(
-        "column {column} ({}) counts samples, but nothing says how many make a second; add \"sample_rate_hz\" to the column map",
-        shown(name)
+        "{column} counts samples, but nothing says how many make a second; add \"sample_rate_hz\" to the column map"
     )]
-    NoSampleRate { column: usize, name: String },
+    NoSampleRate { column: NamedColumn },
     #[error(
-        "column {column} ({}) has no unit, and its steps of {step} fit none: the calibration is of a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}; write the unit in the header, e.g. {} [ms], or say it in a column map ({HOW_TO_MAP})",
-        shown(name),
-        shown(name)
+        "{column} has no unit, and its steps of {step} fit none: the calibration is of a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}; write the unit in the header, e.g. {} [ms], or say it in a column map ({HOW_TO_MAP})",
+        shown(&column.name)
     )]
     NoTimeUnit {
-        column: usize,
-        name: String,
+        column: NamedColumn,
         step: f64,
         trained_secs: f64,
         nearest: &'static str,
@@ -157,23 +148,16 @@ pub enum TableError {
     #[error("no rows follow the header")]
     NoRows,
     #[error(
-        "{what} {} (column {column}) has no number in any row; mend or delete the column",
-        shown(name)
+        "{what} {} (column {}) has no number in any row; mend or delete the column",
+        shown(&column.name),
+        column.number
     )]
     NoNumberInColumn {
         what: &'static str,
-        column: usize,
-        name: String,
+        column: NamedColumn,
     },
-    #[error(
-        "time jumps or goes back at {count} places, the first here; is column {column} ({}) the time?",
-        shown(name)
-    )]
-    TooManyRecordings {
-        count: usize,
-        column: usize,
-        name: String,
-    },
+    #[error("time jumps or goes back at {count} places, the first here; is {column} the time?")]
+    TooManyRecordings { count: usize, column: NamedColumn },
 }
 
 /// Why a file gives no recording. Lines are counted from 1.

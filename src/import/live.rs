@@ -8,15 +8,13 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde_json::{Map, Value};
-
-use super::error::at;
+use super::error::{at, of_file};
 use super::load::{Reading, by_names};
 use super::map::ColumnMap;
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
-use crate::formats::Part;
 use crate::formats::text::ArrivingLines;
+use crate::formats::{LineKeys, Opened, Part};
 use crate::import::error::ReadError;
 use crate::import::error::TableError;
 use crate::import::timeline;
@@ -62,9 +60,8 @@ pub struct LiveTable {
     plan: Plan,
     per_second: f64,
     assumed_unit: Option<TimeUnit>,
-    /// The keys of JSON lines, in the order of the columns.
-    keys: Option<Vec<String>>,
-    has_list: bool,
+    /// What JSON lines call the columns.
+    keys: Option<LineKeys>,
     n_rows: f64,
     /// The newest of each auxiliary channel.
     held: Vec<Newest>,
@@ -114,7 +111,8 @@ impl LiveTable {
         let names = self.gauge_names();
         let place = |gauge: &String| names.iter().position(|name| name == gauge);
         let by_name: Option<Vec<usize>> = gauges.iter().map(place).collect();
-        let is_list = self.has_list && names.len() == gauges.len();
+        let has_list = self.keys.as_ref().is_some_and(LineKeys::have_list);
+        let is_list = has_list && names.len() == gauges.len();
         by_name.or_else(|| is_list.then(|| (0..names.len()).collect()))
     }
 
@@ -181,22 +179,8 @@ impl LiveTable {
         source: LiveSource<'_>,
         n_needed: usize,
     ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
-        let objects: Vec<Map<String, Value>> = (lines.iter())
-            .filter_map(|line| serde_json::from_str(line).ok())
-            .collect();
-        let keys: Option<Vec<String>> = objects
-            .first()
-            .map(|first| cells_of(first).into_iter().map(|(key, _)| key).collect());
-        let text = match &keys {
-            Some(keys) => {
-                let rows = objects.iter().map(|object| row_of(object, keys));
-                let head = std::iter::once(csv_line(keys));
-                head.chain(rows).collect::<Vec<_>>().join("\n")
-            }
-            None => lines.join("\n"),
-        };
-        let read = Self::of_text(&(text + "\n"), source.map);
-        let (plan, rows) = read.map_err(|error| error.known_as(source.path))?;
+        let read = Self::of_first(lines, source.map);
+        let (plan, rows, keys) = read.map_err(|error| error.known_as(source.path))?;
         let by_step = source
             .step_secs
             .filter(|_| plan.time_scale == TimeScale::ByValues);
@@ -220,9 +204,6 @@ impl LiveTable {
             assumed_unit,
             held: vec![Newest::NONE; plan.auxiliary_names.len()],
             plan,
-            has_list: objects
-                .first()
-                .is_some_and(|first| first.values().any(Value::is_array)),
             keys,
             n_rows: 0.0,
         };
@@ -230,19 +211,22 @@ impl LiveTable {
         Ok(Some((table, rows)))
     }
 
-    fn of_text(text: &str, map: Option<&ColumnMap>) -> Result<(Plan, Rows), ReadError> {
-        let folder = tempfile::tempdir().map_err(|source| ReadError::File {
-            path: PathBuf::from("standard input"),
-            source: source.into(),
-        })?;
+    /// The first lines, read as if they were a file.
+    fn of_first(
+        lines: &[String],
+        map: Option<&ColumnMap>,
+    ) -> Result<(Plan, Rows, Option<LineKeys>), ReadError> {
+        let not_kept = |source: io::Error| of_file(Path::new("standard input"))(source.into());
+        let folder = tempfile::tempdir().map_err(not_kept)?;
         let path = folder.path().join("standard input");
-        std::fs::write(&path, text).map_err(|source| ReadError::File {
-            path: path.clone(),
-            source: source.into(),
-        })?;
         let progress = Progress::default();
-        let reading = Reading::whole(&progress);
-        let opened = reading.open(&path, &[])?;
+        let (opened, keys) = match Opened::of_json_lines(lines) {
+            Some((opened, keys)) => (opened, Some(keys)),
+            None => {
+                std::fs::write(&path, lines.join("\n") + "\n").map_err(not_kept)?;
+                (Reading::whole(&progress).open(&path, &[])?, None)
+            }
+        };
         let map = match map {
             Some(map) => map.clone(),
             None => by_names(&path, &opened)?.0,
@@ -261,10 +245,10 @@ impl LiveTable {
         let read = opened.read(&head, &progress, parse, |parts, share| {
             rows.append_all(parts, share, &plan);
         });
-        read.map_err(super::error::of_file(&path))?;
+        read.map_err(of_file(&path))?;
         match rows.times.is_empty() {
             true => Err(at(&path, plan.line)(TableError::NoRows)),
-            false => Ok((plan, rows)),
+            false => Ok((plan, rows, keys)),
         }
     }
 
@@ -273,18 +257,17 @@ impl LiveTable {
     /// # Errors
     /// The time (s) of a line that is no usable row; `None` if it has none.
     pub fn row(&mut self, line: &str) -> Result<LiveRow, Option<f64>> {
-        let text;
-        let line = match &self.keys {
+        let columns;
+        let part = match &self.keys {
             Some(keys) => {
-                let object = serde_json::from_str(line).map_err(|_| None)?;
-                text = row_of(&object, keys);
-                &text
+                columns = keys.row(line).ok_or(None)?;
+                Part::Rows(&columns, 0..1)
             }
-            None => line,
+            None => Part::Lines(line.as_bytes()),
         };
-        let rows = Rows::parse(Part::Lines(line.as_bytes()), &self.plan);
+        let rows = Rows::parse(part.clone(), &self.plan);
         self.rows(rows).pop().ok_or_else(|| {
-            let time = Rows::time_of_line(line.as_bytes(), &self.plan, self.n_rows);
+            let time = Rows::time_of_first(part, &self.plan, self.n_rows);
             // It takes its place where rows are counted.
             self.n_rows += f64::from(u8::from(time.is_some()));
             time.map(|time| time / self.per_second)
@@ -329,51 +312,12 @@ fn by_step_of(
     let unit = timeline::unit_by_step(step, trained_secs);
     unit.map(Some)
         .map_err(|(nearest, off)| TableError::NoTimeUnit {
-            column: column + 1,
-            name: plan.names[column].clone(),
+            column: plan.column(column),
             step,
             trained_secs,
             nearest: nearest.symbol(),
             off,
         })
-}
-
-/// The cells of a JSON object; those of a list are called by what it is a list of, and their place: `gauges` holds `gauge1` and so on.
-/// Those of an object inside are called by their path: `header.stamp.sec`.
-fn cells_of(object: &Map<String, Value>) -> Vec<(String, &Value)> {
-    let cells = object.iter().flat_map(|(key, value)| match value {
-        Value::Array(list) => (list.iter().enumerate())
-            .map(|(at, value)| (format!("{}{}", key.trim_end_matches('s'), at + 1), value))
-            .collect(),
-        Value::Object(inside) => (cells_of(inside).into_iter())
-            .map(|(name, value)| (format!("{key}.{name}"), value))
-            .collect(),
-        value => vec![(key.clone(), value)],
-    });
-    cells.collect()
-}
-
-fn row_of(object: &Map<String, Value>, keys: &[String]) -> String {
-    let cells = cells_of(object);
-    let cells = keys.iter().map(|key| {
-        let found = cells.iter().find(|(own, _)| own == key);
-        match found {
-            Some((_, Value::String(text))) => text.clone(),
-            Some((_, value)) => value.to_string(),
-            None => String::new(),
-        }
-    });
-    csv_line(&cells.collect::<Vec<_>>())
-}
-
-fn csv_line(cells: &[String]) -> String {
-    let quoted = cells
-        .iter()
-        .map(|cell| match cell.contains([',', '"', '\n']) {
-            true => format!("\"{}\"", cell.replace('"', "\"\"")),
-            false => cell.clone(),
-        });
-    quoted.collect::<Vec<_>>().join(",")
 }
 
 /// How often a file that does not grow is looked at again.
@@ -585,7 +529,7 @@ mod tests {
     #[test]
     fn json_lines_are_rows_by_their_keys() {
         let (mut table, rows) = begin(&[r#"{"time": 0.5, "gauges": [1, 2.5], "Fz": 3}"#]).unwrap();
-        assert_eq!(table.gauge_names(), ["gauge1", "gauge2"]);
+        assert_eq!(table.gauge_names(), ["S1", "S2"]);
         let own = ["A".to_owned(), "B".to_owned()];
         assert_eq!(table.places(&own), Some(vec![0, 1]));
         assert_eq!(table.places(&own[1..]), None);
@@ -607,6 +551,39 @@ mod tests {
             r#"{"time": 1, "gauges": [1], "Fz": 2}"#,
         ] {
             assert!(table.row(broken).is_err(), "{broken:?}");
+        }
+    }
+
+    /// A calibration that was fitted on the file finds its gauges in the stream.
+    #[test]
+    fn json_lines_have_the_same_columns_in_a_file_and_in_a_stream() {
+        let lines: Vec<String> = (0..9)
+            .map(|k| {
+                let time = format!(r#""stamp": {{"sec": {k}, "nanosec": 500000000}}"#);
+                format!(
+                    r#"{{"header": {{{time}}}, "gauges": [{k}, {}], "temp_degC": 2{k}, "Fz": {k}.5}}"#,
+                    k * k
+                )
+            })
+            .collect();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.jsonl");
+        std::fs::write(&path, lines.join("\n")).unwrap();
+        let file = crate::import::read(&path, None, &[], &Progress::default()).unwrap();
+        let file = &file.recordings[0];
+        for n_head in [1, 4] {
+            let (mut table, mut rows) = LiveTable::begin(&lines[..n_head], of(None))
+                .unwrap()
+                .unwrap();
+            rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap()));
+            assert_eq!(table.gauge_names(), file.gauge_names());
+            assert_eq!(table.auxiliary_names(), ["temp_degC"]);
+            assert_eq!(table.axes(), file.axes());
+            for (k, row) in rows.iter().enumerate() {
+                assert_eq!(row.time, file.times()[k]);
+                assert!(row.gauges.iter().eq(file.gauges_at(k)));
+                assert_eq!(row.loads, [file.loads()[k]]);
+            }
         }
     }
 

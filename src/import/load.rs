@@ -10,7 +10,7 @@ use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
 use crate::formats;
 use crate::formats::text::Decimal;
-use crate::formats::{Opened, Part};
+use crate::formats::{FilePart, Opened, Part};
 use crate::import::error::{ReadError, TableError};
 use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
 use crate::import::{assemble, names, timeline, weigh};
@@ -18,7 +18,7 @@ use crate::progress::Progress;
 use crate::recording::{Day, Recording};
 
 /// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
-pub(super) const BLOCK_BYTES: usize = 1 << 18;
+const BLOCK_BYTES: usize = 1 << 18;
 
 /// A table without times has no more load cases than that: a longer one is a recording whose time has another name.
 const LOAD_CASE_ROWS: u64 = 2000;
@@ -69,6 +69,14 @@ impl<'a> Reading<'a> {
         }
     }
 
+    /// So much of the start of each file.
+    pub(super) fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
+        Self {
+            limit_bytes: Some(limit_bytes),
+            ..Self::whole(progress)
+        }
+    }
+
     /// Opens a file, of several tables in it these parts; without any one is chosen.
     pub(super) fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
         let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
@@ -106,18 +114,17 @@ impl<'a> Reading<'a> {
             }
             None => by_names(path, &opened)?,
         };
-        let side = if map.has_two_clocks() {
-            Side::Gauges
-        } else {
-            Side::Both
+        let side = match map.has_two_clocks() {
+            true => Side::Gauges,
+            false => Side::Both,
         };
-        let notes: Vec<Finding> = about(&opened).chain(notes).collect();
+        let about = about(&opened);
         let weight = map.weight.as_ref();
         let mut gauges = self.table(path, opened, &map.table, side, weight)?;
         if let Some(weight) = weight {
             weigh::weigh(&mut gauges, weight)?;
         }
-        for note in notes {
+        for note in about.into_iter().chain(notes) {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
         gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
@@ -253,20 +260,27 @@ pub(super) fn by_names(
 }
 
 /// What the file itself gives reason to say.
-fn about(opened: &Opened) -> impl Iterator<Item = Finding> {
-    let names = opened.left_out().to_vec();
-    let left_out = (!names.is_empty()).then_some(Finding::LeftOut { names });
-    let ends_early = opened.ends_early().then_some(Finding::EndsEarly);
-    let names = |is_used: bool| -> Vec<String> {
-        let parts = opened.parts().iter().filter(|part| part.is_used == is_used);
-        parts.map(|part| part.name.clone()).collect()
+fn about(opened: &Opened) -> Vec<Finding> {
+    let Some(columns) = opened.columns() else {
+        return Vec::new();
     };
-    let several_parts = opened.has_guessed_part().then(|| Finding::SeveralParts {
-        used: names(true),
-        others: names(false),
-    });
-    let all = left_out.into_iter().chain(ends_early);
-    all.chain(several_parts)
+    let mut findings = Vec::new();
+    if !columns.left_out.is_empty() {
+        let names = columns.left_out.clone();
+        findings.push(Finding::LeftOut { names });
+    }
+    if columns.ends_early {
+        findings.push(Finding::EndsEarly);
+    }
+    if columns.is_guessed_part {
+        let (used, others) = columns.parts.iter().partition(|part| part.is_used);
+        let names = |parts: Vec<&FilePart>| parts.iter().map(|part| part.name.clone()).collect();
+        findings.push(Finding::SeveralParts {
+            used: names(used),
+            others: names(others),
+        });
+    }
+    findings
 }
 
 impl Sides {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::TableError;
 use super::load::Reading;
+use super::named_column::NamedColumn;
 use super::warning::Trouble;
 use super::*;
 use crate::import::map::ColumnMap;
@@ -167,7 +168,7 @@ fn a_point_among_decimal_commas_is_no_number() {
     let (recording, findings) = single(read_one("0;1;x;3\n5;1;x;1.500\n10;1;x;4\n", HEADERLESS));
     assert_eq!(recording.n_samples(), 2);
     assert!(
-        matches!(&findings[0], Finding::Cell { trouble: Trouble::NotANumber, column: 4, value, .. } if value == "1.500")
+        matches!(&findings[0], Finding::Cell { trouble: Trouble::NotANumber, column: NamedColumn { number: 4, .. }, value } if value == "1.500")
     );
 }
 
@@ -209,7 +210,9 @@ fn a_column_can_count_samples() {
     assert!(matches!(
         error,
         ReadError::Table {
-            source: TableError::NoSampleRate { column: 1, .. },
+            source: TableError::NoSampleRate {
+                column: NamedColumn { number: 1, .. }
+            },
             ..
         }
     ));
@@ -313,7 +316,7 @@ fn a_reference_file_is_joined_without_its_dropouts() {
         dropout.finding,
         Finding::Cell {
             trouble: Trouble::Dropout,
-            column: 2,
+            column: NamedColumn { number: 2, .. },
             ..
         }
     ));
@@ -581,7 +584,7 @@ fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
         findings[0],
         Finding::Cell {
             trouble: Trouble::NotFinite,
-            column: 1,
+            column: NamedColumn { number: 1, .. },
             ..
         }
     ));

@@ -15,7 +15,7 @@
 //! | `timeline` | the unit of time, where recordings start |
 //! | `assemble` | rows to recordings |
 //! | [`inspect`] | what a file holds, before it is loaded |
-//! | `error`, `warning` | what people are told |
+//! | `error`, `warning`, `named_column` | what people are told |
 
 mod assemble;
 pub mod clock_offset;
@@ -27,6 +27,7 @@ mod join;
 pub mod live;
 mod load;
 pub mod map;
+mod named_column;
 mod names;
 mod plan;
 pub mod pose;

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::map::{
     ColumnMap, ColumnRole, ColumnRule, Header, ReferenceFile, Shape, Stamps, TableMap,
 };
+use super::named_column::NamedColumn;
 use super::plan::AUXILIARY_LIMIT;
 use super::warning::Finding;
 use crate::formats::Cell;
@@ -339,8 +340,7 @@ fn date_order(
         let form = form_of_column(rows, index)?;
         let other = form.other_order(written(rows, index)?.into_iter())?;
         Some(Finding::AssumedDateOrder {
-            column: index + 1,
-            name: names.get(index).cloned().unwrap_or_default(),
+            column: NamedColumn::new(index, names.get(index).cloned().unwrap_or_default()),
             order: form.name(),
             other: other.name(),
         })

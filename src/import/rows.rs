@@ -120,14 +120,14 @@ impl Rows {
         rows
     }
 
-    /// Returns the time of a line that is no usable row, in the unit of the file, where rows are counted that count; `None` if it has
-    /// none.
-    pub(super) fn time_of_line(line: &[u8], plan: &Plan, count: f64) -> Option<f64> {
-        let cells = plan.text.row(line)?;
-        match plan.time_column {
-            None => Some(count),
-            Some(_) => Self::time_of(cells, plan),
-        }
+    /// Returns the time of a row that is not usable, the first of a part, in the unit of the file, where rows are counted that count;
+    /// `None` if it has none.
+    pub(super) fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
+        let time = match part {
+            Part::Lines(line) => Self::time_of(plan.text.row(line)?, plan),
+            Part::Rows(columns, rows) => Self::time_of(columns.row(rows.start), plan),
+        };
+        plan.time_column.map_or(Some(count), |_| time)
     }
 
     /// Returns the time of a row, in the unit of the file; `None` if it has none.
@@ -139,10 +139,9 @@ impl Rows {
         Some(first + own.sum::<Option<f64>>()?)
     }
 
-    /// Puts the rows in this order.
-    pub(super) fn arrange(&mut self, order: &[usize]) {
+    /// Returns all numbers with how many of them each row has.
+    pub(super) fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
         let n_rows = self.times.len();
-        self.keep_lines_of(order.iter().copied());
         let lists = [
             &mut self.times,
             &mut self.gauges,
@@ -150,8 +149,13 @@ impl Rows {
             &mut self.loads,
             &mut self.poses,
         ];
-        for values in lists {
-            let width = values.len().checked_div(n_rows).unwrap_or(0);
+        lists.map(|values| (values.len().checked_div(n_rows).unwrap_or(0), values))
+    }
+
+    /// Puts the rows in this order.
+    pub(super) fn arrange(&mut self, order: &[usize]) {
+        self.keep_lines_of(order.iter().copied());
+        for (width, values) in self.lists() {
             let rows = order.iter().flat_map(|row| &values[row * width..][..width]);
             *values = rows.copied().collect();
         }
@@ -200,28 +204,28 @@ impl Rows {
 
     /// Makes room for about `n_rows` rows more.
     pub(super) fn reserve(&mut self, n_rows: usize, plan: &Plan) {
-        self.times.reserve_exact(n_rows);
-        self.gauges.reserve_exact(n_rows * plan.gauge_names.len());
-        self.auxiliary
-            .reserve_exact(n_rows * plan.auxiliary_names.len());
-        self.loads.reserve_exact(n_rows * plan.axes.len());
-        self.poses.reserve_exact(n_rows * plan.pose_width());
+        let widths = [
+            1,
+            plan.gauge_names.len(),
+            plan.auxiliary_names.len(),
+            plan.axes.len(),
+            plan.pose_width(),
+        ];
+        for ((_, values), width) in self.lists().into_iter().zip(widths) {
+            values.reserve_exact(n_rows * width);
+        }
     }
 
     /// Appends the rows of the block that follows.
-    fn append(&mut self, next: Self) {
+    fn append(&mut self, mut next: Self) {
         let (n_rows, n_lines) = (self.times.len(), self.n_lines);
         if next.counts_rows {
             let n_before = self.n_table_rows as f64;
-            self.times
-                .extend(next.times.iter().map(|count| n_before + count));
-        } else {
-            self.times.extend_from_slice(&next.times);
+            next.times.iter_mut().for_each(|count| *count += n_before);
         }
-        self.gauges.extend_from_slice(&next.gauges);
-        self.auxiliary.extend_from_slice(&next.auxiliary);
-        self.loads.extend_from_slice(&next.loads);
-        self.poses.extend_from_slice(&next.poses);
+        for ((_, own), (_, more)) in self.lists().into_iter().zip(next.lists()) {
+            own.extend_from_slice(more);
+        }
         self.findings.append(next.findings, n_lines);
         self.n_lines += next.n_lines;
         self.n_table_rows += next.n_table_rows;
@@ -303,8 +307,7 @@ impl Rows {
         self.poses.extend_from_slice(&pose[..plan.pose_width()]);
         if let Some((index, cell)) = comma {
             let finding = Finding::DecimalComma {
-                column: index + 1,
-                name: plan.names[index].clone(),
+                column: plan.column(index),
                 value: cell.shown(),
             };
             self.findings.note(self.n_lines, finding);
@@ -330,8 +333,7 @@ impl Rows {
         let (expected, actual) = (plan.uses.len(), row.clone().count());
         if actual < expected {
             let finding = Finding::TooFewCells { expected, actual };
-            self.findings.note(self.n_lines, finding);
-            return;
+            return self.findings.note(self.n_lines, finding);
         }
         let mut first = None;
         for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
@@ -344,8 +346,7 @@ impl Rows {
                     self.least_bad[index] = self.least_bad[index].min(magnitude(text));
                 }
                 first.get_or_insert_with(|| Finding::Cell {
-                    column: index + 1,
-                    name: plan.names[index].clone(),
+                    column: plan.column(index),
                     value: cell.shown(),
                     trouble,
                 });
@@ -375,19 +376,32 @@ impl Rows {
         })
     }
 
+    /// Leaves out the rows that are not kept, and notes why.
+    pub(super) fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, finding: Finding) {
+        let missing = || (0..self.times.len()).filter(|row| !is_kept(*row));
+        if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
+            let count = missing().count() as u64;
+            self.note_rows(first, last, count, finding);
+            self.retain(is_kept);
+        }
+    }
+
+    /// Notes what happened at one row.
+    pub(super) fn note_row(&mut self, row: usize, finding: Finding) {
+        self.findings.note(self.line_of(row), finding);
+    }
+
+    /// Notes what happened at so many rows, from the first to the last.
+    pub(super) fn note_rows(&mut self, first: usize, last: usize, count: u64, finding: Finding) {
+        let (first, last) = (self.line_of(first), self.line_of(last));
+        self.findings.note_many(first, last, count, finding);
+    }
+
     /// Leaves out the rows that are not kept.
     pub(super) fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let n_rows = self.times.len();
         self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
-        let lists = [
-            &mut self.times,
-            &mut self.gauges,
-            &mut self.auxiliary,
-            &mut self.loads,
-            &mut self.poses,
-        ];
-        for values in lists {
-            let width = values.len().checked_div(n_rows).unwrap_or(0);
+        for (width, values) in self.lists() {
             let mut kept = 0;
             for row in (0..n_rows).filter(|row| is_kept(*row)) {
                 values.copy_within(row * width..(row + 1) * width, kept * width);
@@ -484,7 +498,7 @@ impl Rows {
             n_rows: told.iter().map(|(rows, _)| rows.len()).sum(),
             longest_secs: (!plan.is_static).then_some(secs),
         };
-        let lines = [first.start, last.end - 1].map(|row| self.line_of(row));
+        let (first, last) = (first.start, last.end - 1);
         let long = runs
             .iter()
             .filter(|(_, secs)| !plan.is_static && *secs > gap);
@@ -493,7 +507,7 @@ impl Rows {
             rows: rows.clone(),
         });
         self.held.extend(held);
-        self.findings.note_many(lines[0], lines[1], 1, finding);
+        self.note_rows(first, last, 1, finding);
     }
 
     /// From now on these rows, in order, are the first, the second and so on; only their lines move.
@@ -576,11 +590,7 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
         _ if cell.is_empty() => Err(Trouble::Empty),
         // A number is no date.
         Use::TimeText(form) => {
-            let since = if plan.is_since_off(index) {
-                plan.since
-            } else {
-                0
-            };
+            let since = plan.since_of(index);
             let secs = cell.written().and_then(|text| form.secs_since(since, text));
             Ok((secs.ok_or(Trouble::NotATime)?, false))
         }

@@ -240,14 +240,14 @@ impl Cuts {
             && let count = 1 + late.count()
             && count * LATE_SHARE <= rows.times.len()
         {
-            (rows.findings).note(rows.line_of(first), Finding::LateRows { count });
+            rows.note_row(first, Finding::LateRows { count });
         }
         for &row in &self.starts {
             let finding = Finding::NewRecording {
                 from_secs: rows.times[row - 1],
                 to_secs: rows.times[row],
             };
-            rows.findings.note(rows.line_of(row), finding);
+            rows.note_row(row, finding);
         }
         if let Some((first, last, count)) = self.repeats {
             // Of a clock that is coarser than the samples.
@@ -258,16 +258,15 @@ impl Cuts {
                     time_secs: rows.times[first],
                 },
             };
-            let (first, last) = (rows.line_of(first), rows.line_of(last));
-            rows.findings.note_many(first, last, count, finding);
+            rows.note_rows(first, last, count, finding);
         }
         if let Some(bursts) = self.bursts {
             let finding = Finding::Bursts {
                 pause_secs: bursts.pause_secs,
                 gap_secs: GAP_BETWEEN_BURSTS_SECS,
             };
-            let (first, last) = (rows.line_of(bursts.rows.0), rows.line_of(bursts.rows.1));
-            (rows.findings).note_many(first, last, bursts.n_pauses, finding);
+            let (first, last) = bursts.rows;
+            rows.note_rows(first, last, bursts.n_pauses, finding);
         }
     }
 }

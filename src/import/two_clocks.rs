@@ -34,16 +34,15 @@ pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf 
 /// Makes sure that the reference's time goes on.
 pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     let rows = &reference.rows;
-    match rows.times.windows(2).position(|pair| pair[1] < pair[0]) {
-        None => Ok(()),
-        Some(before) => {
-            let line = rows.line_of(before + 1);
-            Err(at(&reference.path, line)(TableError::ReferenceGoesBack {
-                from_secs: rows.times[before],
-                to_secs: rows.times[before + 1],
-            }))
-        }
-    }
+    let mut steps = rows.times.windows(2);
+    let Some(before) = steps.position(|pair| pair[1] < pair[0]) else {
+        return Ok(());
+    };
+    let line = rows.line_of(before + 1);
+    Err(at(&reference.path, line)(TableError::ReferenceGoesBack {
+        from_secs: rows.times[before],
+        to_secs: rows.times[before + 1],
+    }))
 }
 
 /// Gives the gauges the reference at their times.
@@ -73,15 +72,10 @@ pub(super) fn join(
             reference: span(&reference.rows.times),
         });
     }
-    let missing = || (0..has_reference.len()).filter(|&row| !has_reference[row]);
-    if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
-        let finding = Finding::NoReferenceThen {
-            time_secs: rows.times[first],
-        };
-        let lines = (rows.line_of(first), rows.line_of(last));
-        let count = missing().count() as u64;
-        rows.findings.note_many(lines.0, lines.1, count, finding);
-        rows.retain(|row| has_reference[row]);
+    if let Some(first) = has_reference.iter().position(|has_it| !has_it) {
+        let time_secs = rows.times[first];
+        let finding = Finding::NoReferenceThen { time_secs };
+        rows.leave_out(|row| has_reference[row], finding);
     }
     rows.loads = loads;
     gauges.plan.axes = std::mem::take(&mut reference.plan.axes);
@@ -90,6 +84,6 @@ pub(super) fn join(
 
 /// The first and the last time.
 fn span(times: &[f64]) -> (f64, f64) {
-    let at = |index: usize| times.get(index).copied().unwrap_or_default();
-    (at(0), at(times.len().saturating_sub(1)))
+    let or_zero = |time: Option<&f64>| time.copied().unwrap_or_default();
+    (or_zero(times.first()), or_zero(times.last()))
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use super::named_column::NamedColumn;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{listed, shown};
@@ -26,10 +27,9 @@ pub struct LoadWarning {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Finding {
     /// A row is skipped or left out for one of its cells.
-    #[error("column {column} ({}) {}", shown(name), trouble.told(&shown(value)))]
+    #[error("{column} {}", trouble.told(&shown(value)))]
     Cell {
-        column: usize,
-        name: String,
+        column: NamedColumn,
         value: String,
         trouble: Trouble,
     },
@@ -41,15 +41,10 @@ pub enum Finding {
     TooManyCells { expected: usize, actual: usize },
     /// A number with a comma where others write a point.
     #[error(
-        "column {column} ({}) holds {}; its comma is read as a decimal point",
-        shown(name),
+        "{column} holds {}; its comma is read as a decimal point",
         shown(value)
     )]
-    DecimalComma {
-        column: usize,
-        name: String,
-        value: String,
-    },
+    DecimalComma { column: NamedColumn, value: String },
     /// A gauge that never changes.
     #[error(
         "column {column} (gauge {}) is {value} in every row; is it connected?",
@@ -102,23 +97,16 @@ pub enum Finding {
     CoarseStamps,
     /// The header names no time unit, and the values do not look like seconds.
     #[error(
-        "column {column} ({}) names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
-        shown(name),
+        "{column} names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
         unit = unit.symbol()
     )]
-    AssumedTimeUnit {
-        column: usize,
-        name: String,
-        unit: TimeUnit,
-    },
+    AssumedTimeUnit { column: NamedColumn, unit: TimeUnit },
     /// Day and month could stand the other way round.
     #[error(
-        "the dates of column {column} ({}) are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map",
-        shown(name)
+        "the dates of {column} are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map"
     )]
     AssumedDateOrder {
-        column: usize,
-        name: String,
+        column: NamedColumn,
         order: &'static str,
         other: &'static str,
     },
@@ -385,9 +373,8 @@ mod tests {
 
     #[test]
     fn one_kind_is_one_warning_across_intervals() {
-        let empty = |column| Finding::Cell {
-            column,
-            name: "S1".into(),
+        let empty = |column: usize| Finding::Cell {
+            column: NamedColumn::new(column - 1, "S1"),
             value: String::new(),
             trouble: Trouble::Empty,
         };

@@ -91,21 +91,14 @@ pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> 
         .chunks_exact(plan.width)
         .map(|numbers| pose::rotation(plan.attitude, map.angles, &numbers[..n_turns]))
         .collect();
-    let missing = || (0..all.len()).filter(|&row| all[row].is_none());
-    if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
-        let lines = (rows.line_of(first), rows.line_of(last));
-        let count = missing().count() as u64;
-        rows.findings
-            .note_many(lines.0, lines.1, count, Finding::NotARotation);
-        rows.retain(|row| all[row].is_some());
-    }
+    rows.leave_out(|row| all[row].is_some(), Finding::NotARotation);
     all.into_iter().flatten().collect()
 }
 
 /// The weight of each row: by its column, by the name of the file, or the only one.
 fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight>, ReadError> {
     let known = map.weights();
-    let n_rows = table.rows.times.len();
+    let all = |weight: Weight| vec![weight; table.rows.times.len()];
     if let Some(at) = plan.mount {
         let numbers = table.rows.poses.chunks_exact(plan.width);
         return Ok(numbers
@@ -113,19 +106,14 @@ fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight
             .collect());
     }
     if map.mounts.is_empty() {
-        return Ok(vec![known[0].1; n_rows]);
+        return Ok(all(known[0].1));
     }
     let stem = table.path.file_stem().unwrap_or_default().to_string_lossy();
-    let longest = known
-        .iter()
-        .filter(|(name, _)| stem.contains(name.as_str()))
-        .map(|(name, _)| name.len())
-        .max();
-    let mut named = known
-        .iter()
-        .filter(|(name, _)| stem.contains(name.as_str()) && Some(name.len()) == longest);
+    let named = (known.iter()).filter(|(name, _)| stem.contains(name.as_str()));
+    let longest = named.clone().map(|(name, _)| name.len()).max();
+    let mut named = named.filter(|(name, _)| Some(name.len()) == longest);
     match (named.next(), named.next()) {
-        (Some((_, weight)), None) => Ok(vec![*weight; n_rows]),
+        (Some((_, weight)), None) => Ok(all(*weight)),
         _ => Err(ReadError::NoMount {
             path: table.path.clone(),
             mounts: known.into_iter().map(|(name, _)| name).collect(),

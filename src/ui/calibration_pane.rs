@@ -157,8 +157,13 @@ fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut V
         ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
             let held = TARGETS.iter();
             let held = held.map(|target| format!(".{}: {}", target.endings[0], target.holds));
-            let export = ui.press("Export", held.collect::<Vec<_>>().join("
-"));
+            let export = ui.press(
+                "Export",
+                held.collect::<Vec<_>>().join(
+                    "
+",
+                ),
+            );
             let path = path.trim();
             if (export || entered) && !path.is_empty() {
                 out.push(Action::Export(path.into(), Existing::Ask).into());

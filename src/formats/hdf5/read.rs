@@ -14,7 +14,7 @@ use super::super::arrays::Array;
 use super::super::columns::{Columns, Since};
 use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source};
-use super::super::npy::Number;
+use super::super::number::{Field, Number};
 use super::super::parts::{self, Group};
 use crate::recording::Day;
 
@@ -165,8 +165,8 @@ impl Reading<'_> {
             _ if attributes.contains_key("MATLAB_empty") => return Ok(Content::Other("empty")),
             _ => {}
         }
-        let number = number_of(&datatype);
-        let bytes_each = match (&datatype, number) {
+        let field = field_of(name, 0, &datatype).filter(|field| field.n_each == 1);
+        let bytes_each = match (&datatype, &field) {
             (Datatype::Compound { members, .. }, _) if is_complex(members) => {
                 return Ok(Content::Other("complex numbers"));
             }
@@ -190,9 +190,7 @@ impl Reading<'_> {
             _ if n_values == 0 => None,
             Ok(Layout::Contiguous { address: None, .. }) => return Ok(NEVER_WRITTEN),
             Ok(Layout::Contiguous { size, .. }) if size > self.source.n_bytes => {
-                return Err(FileError::CutShort {
-                    what: name.to_owned(),
-                });
+                return Err(FileError::cut_short(name));
             }
             Ok(Layout::Chunked { chunk_shape, .. }) => match dataset.chunks() {
                 Ok(chunks) if chunks.is_empty() => return Ok(NEVER_WRITTEN),
@@ -215,11 +213,7 @@ impl Reading<'_> {
                 .push(format!("{path} ({n} of {n_values} values: never written)"));
         }
         if let Datatype::Compound { size, members } = &datatype {
-            let fields = members.iter().map(|member| {
-                let offset = usize::try_from(member.byte_offset).unwrap_or(usize::MAX);
-                (member.name.as_str(), offset, &member.datatype)
-            });
-            let mut arrays = records(fields, *size as usize, n_values, &raw);
+            let mut arrays = records(members, *size as usize, n_values, &raw);
             for array in &mut arrays {
                 let n_each = array.values.len() / n_values.max(1);
                 gaps.iter()
@@ -227,32 +221,23 @@ impl Reading<'_> {
             }
             return Ok(Content::Records(arrays));
         }
-        let Some(number) = number else {
+        let Some(field) = field else {
             return Ok(NOT_READABLE);
         };
-        let elements = raw.chunks_exact(number.0.n_bytes());
-        let since = Since::default();
-        let mut values: Vec<f64> = elements
-            .map(|bytes| number.0.value_since(bytes, number.1, &since))
-            .collect();
-        if values.len() != n_values {
-            return Err(FileError::CutShort {
-                what: name.to_owned(),
-            });
+        let mut values = (Vec::new(), Since::default());
+        field.append(&raw, field.number.n_bytes(), &mut values);
+        if values.0.len() != n_values {
+            return Err(FileError::cut_short(name));
         }
-        gaps.iter().for_each(|gaps| gaps.mark(&mut values, 1));
+        gaps.iter().for_each(|gaps| gaps.mark(&mut values.0, 1));
         let mut shape: Vec<usize> = shape.iter().map(|length| *length as usize).collect();
         if class.is_some() {
             // MATLAB's columns are rows here.
             shape.reverse();
         }
         Ok(Content::Array(Array {
-            name: name.to_owned(),
-            shape,
             is_by_column: class.is_some(),
-            since: since.get(),
-            values,
-            ..Array::default()
+            ..field.array(&shape, values)
         }))
     }
 }
@@ -364,49 +349,31 @@ fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
 }
 
 /// The fields of records that hold numbers.
-fn records<'a>(
-    fields: impl Iterator<Item = (&'a str, usize, &'a Datatype)>,
+fn records(
+    members: &[CompoundMember],
     record_bytes: usize,
     n_records: usize,
     raw: &[u8],
 ) -> Vec<Array> {
-    let field = |(name, offset, datatype): (&str, usize, &Datatype)| {
-        let (number, n_each) = match datatype {
-            Datatype::Array {
-                base_type,
-                dimensions,
-            } => (
-                number_of(base_type)?,
-                dimensions
-                    .iter()
-                    .try_fold(1_usize, |n, length| n.checked_mul(*length as usize))?,
-            ),
-            other => (number_of(other)?, 1),
-        };
-        let n_bytes = n_each.checked_mul(number.0.n_bytes())?;
-        let (mut values, since) = (Vec::new(), Since::default());
-        for record in raw.chunks_exact(record_bytes.max(1)).take(n_records) {
-            let bytes = record.get(offset..offset.checked_add(n_bytes)?)?;
-            for element in bytes.chunks_exact(number.0.n_bytes()) {
-                values.push(number.0.value_since(element, number.1, &since));
-            }
-        }
-        Some(Array {
-            name: name.to_owned(),
-            shape: match n_each {
-                1 => vec![n_records],
-                _ => vec![n_records, n_each],
-            },
-            since: since.get(),
-            values,
-            ..Array::default()
-        })
+    let raw = &raw[..raw.len().min(n_records.saturating_mul(record_bytes))];
+    let array = |member: &CompoundMember| {
+        let offset = usize::try_from(member.byte_offset).ok()?;
+        let field = field_of(&member.name, offset, &member.datatype)?;
+        let n_bytes = field.n_each.checked_mul(field.number.n_bytes())?;
+        let end = offset.checked_add(n_bytes)?;
+        let mut values = (Vec::new(), Since::default());
+        (0 < end && end <= record_bytes).then(|| field.append(raw, record_bytes, &mut values))?;
+        Some(field.array(&[n_records], values))
     };
-    fields.filter_map(field).take(COLUMN_LIMIT).collect()
+    members
+        .iter()
+        .filter_map(array)
+        .take(COLUMN_LIMIT)
+        .collect()
 }
 
-/// How a number is stored, and whether its high byte comes first.
-fn number_of(datatype: &Datatype) -> Option<(Number, bool)> {
+/// How the numbers of a dataset, or of one field of its records, are stored; `None` if they are no numbers.
+fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
     let (number, order) = match datatype {
         Datatype::FixedPoint {
             size: size @ (1 | 2 | 4 | 8),
@@ -422,12 +389,29 @@ fn number_of(datatype: &Datatype) -> Option<(Number, bool)> {
             ..
         } => (Number::Float(*size as usize), byte_order),
         // What is true or false.
-        Datatype::Enumeration { base_type, .. } => return number_of(base_type),
+        Datatype::Enumeration { base_type, .. } => return field_of(name, offset, base_type),
+        Datatype::Array {
+            base_type,
+            dimensions,
+        } => {
+            let one = field_of(name, offset, base_type).filter(|field| field.n_each == 1)?;
+            let mut lengths = dimensions.iter().map(|length| *length as usize);
+            let n_each = lengths.try_fold(1, usize::checked_mul)?;
+            return Some(Field { n_each, ..one });
+        }
         _ => return None,
     };
-    match order {
-        DatatypeByteOrder::LittleEndian => Some((number, false)),
-        DatatypeByteOrder::BigEndian => Some((number, true)),
-        _ => None,
-    }
+    let is_big_endian = match order {
+        DatatypeByteOrder::LittleEndian => false,
+        DatatypeByteOrder::BigEndian => true,
+        _ => return None,
+    };
+    Some(Field {
+        name: name.to_owned(),
+        number,
+        unit: "",
+        is_big_endian,
+        offset,
+        n_each: 1,
+    })
 }

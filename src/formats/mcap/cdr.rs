@@ -3,34 +3,13 @@
 //! **Source** OMG DDSI-RTPS, plain CDR: four bytes of encapsulation; then each value at a multiple of its size, counted
 //! from there; texts and sequences with their length before them.
 
+use super::super::number::Number;
+
 /// Reads one message from its start to its end; `None` wherever it ends too early.
 pub(super) struct Cdr<'a> {
     body: &'a [u8],
     at: usize,
 }
-
-/// Numbers that a message is made of.
-pub(super) trait Plain: Copy {
-    /// From exactly so many bytes as the number has.
-    fn of(bytes: &[u8]) -> Option<Self>;
-    fn to_f64(self) -> f64;
-}
-
-macro_rules! plain {
-    ($($number:ty),*) => {$(
-        impl Plain for $number {
-            fn of(bytes: &[u8]) -> Option<Self> {
-                Some(Self::from_le_bytes(bytes.try_into().ok()?))
-            }
-
-
-            fn to_f64(self) -> f64 {
-                self as f64
-            }
-        }
-    )*};
-}
-plain!(i8, u8, i16, u16, i32, u32, i64, u64, f32, f64);
 
 impl<'a> Cdr<'a> {
     pub(super) fn new(message: &'a [u8]) -> Option<Self> {
@@ -46,39 +25,43 @@ impl<'a> Cdr<'a> {
         Some(bytes)
     }
 
-    pub(super) fn number<N: Plain>(&mut self) -> Option<N> {
-        self.at = self.at.next_multiple_of(size_of::<N>());
-        N::of(self.bytes(size_of::<N>())?)
+    pub(super) fn number(&mut self, number: Number) -> Option<f64> {
+        self.at = self.at.next_multiple_of(number.n_bytes());
+        Some(number.value(self.bytes(number.n_bytes())?, false))
+    }
+
+    /// How many parts follow.
+    pub(super) fn length(&mut self) -> Option<usize> {
+        Some(self.number(Number::Uint(4))? as usize)
     }
 
     pub(super) fn skip_text(&mut self) -> Option<()> {
-        let n_bytes = self.number::<u32>()? as usize;
+        let n_bytes = self.length()?;
         self.bytes(n_bytes).map(drop)
     }
 
     /// Seconds and nanoseconds as nanoseconds, then the name of a frame.
     pub(super) fn header_nanosecs(&mut self) -> Option<i64> {
-        let secs = i64::from(self.number::<i32>()?);
-        let nanosecs = i64::from(self.number::<u32>()?);
+        let secs = self.number(Number::Int(4))? as i64;
+        let nanosecs = self.number(Number::Uint(4))? as i64;
         self.skip_text()?;
         Some(secs * 1_000_000_000 + nanosecs)
     }
 
     /// Every number of a sequence.
-    pub(super) fn sequence<N: Plain>(&mut self) -> Option<Vec<f64>> {
-        let n_numbers = self.number::<u32>()? as usize;
+    pub(super) fn sequence(&mut self, number: Number) -> Option<Vec<f64>> {
+        let n_numbers = self.length()?;
         if n_numbers == 0 {
             return Some(Vec::new());
         }
-        self.at = self.at.next_multiple_of(size_of::<N>());
-        let bytes = self.bytes(n_numbers.checked_mul(size_of::<N>())?)?;
-        let numbers = bytes.chunks_exact(size_of::<N>());
-        numbers.map(|bytes| N::of(bytes).map(N::to_f64)).collect()
+        self.at = self.at.next_multiple_of(number.n_bytes());
+        let bytes = self.bytes(n_numbers.checked_mul(number.n_bytes())?)?;
+        Some(number.all(bytes, false))
     }
 
     /// Passes over the texts of a sequence.
     pub(super) fn skip_texts(&mut self) -> Option<()> {
-        let n_texts = self.number::<u32>()?;
+        let n_texts = self.length()?;
         (0..n_texts).try_for_each(|_| self.skip_text())
     }
 }
@@ -98,14 +81,15 @@ mod tests {
         message.extend(2.5_f64.to_le_bytes());
         let mut cdr = Cdr::new(&message).unwrap();
         assert_eq!(cdr.header_nanosecs(), Some(7_500_000_000));
-        assert_eq!(cdr.number::<f64>(), Some(2.5));
-        assert_eq!(cdr.number::<u8>(), None);
+        assert_eq!(cdr.number(Number::Float(8)), Some(2.5));
+        assert_eq!(cdr.number(Number::Uint(1)), None);
     }
 
     #[test]
     fn a_length_that_cannot_be_is_no_sequence() {
         let message = [&[0, 1, 0, 0][..], &u32::MAX.to_le_bytes(), &[0; 16]].concat();
-        assert_eq!(Cdr::new(&message).unwrap().sequence::<f64>(), None);
+        let sequence = Cdr::new(&message).unwrap().sequence(Number::Float(8));
+        assert_eq!(sequence, None);
         assert_eq!(Cdr::new(&message).unwrap().skip_texts(), None);
         assert!(Cdr::new(&[0, 0, 0, 0]).is_none(), "the high byte first");
     }

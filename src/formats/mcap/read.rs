@@ -15,13 +15,15 @@ use super::super::columns::FilePart;
 use super::super::columns::{Column, Columns};
 use super::super::error::{self, FileError};
 use super::super::format::{COLUMN_LIMIT, Source};
+use super::super::number::Number;
 use super::super::parts;
 use super::cdr::Cdr;
 use crate::recording::Axis;
 
 const FILE: &str = "the recording";
-/// Chunks are some megabytes; what declares more is damaged.
 const NANOS: i64 = 1_000_000_000;
+const DOUBLE: Number = Number::Float(8);
+/// Chunks are some megabytes; what declares more is damaged.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Reads all topics, and makes a table of one or two of them.
@@ -113,45 +115,33 @@ fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
         }
         Some(())
     };
-    fits().ok_or_else(|| FileError::Damaged {
-        what: FILE.to_owned(),
-        why: "a text is longer than its record".to_owned(),
-    })?;
+    let too_long = || FileError::damaged(FILE, "a text is longer than its record");
+    fits().ok_or_else(too_long)?;
     parse_record(kind, content).map(Some).map_err(damaged)
 }
 
 fn damaged(error: McapError) -> FileError {
     match error {
-        McapError::UnexpectedEof => FileError::CutShort {
-            what: FILE.to_owned(),
-        },
-        other => FileError::Damaged {
-            what: FILE.to_owned(),
-            why: other.to_string(),
-        },
+        McapError::UnexpectedEof => FileError::cut_short(FILE),
+        other => FileError::damaged(FILE, other.to_string()),
     }
 }
 
 /// The records of a chunk.
 fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, FileError> {
+    const CHUNK: &str = "a chunk";
     if n_bytes > CHUNK_LIMIT_BYTES {
-        return Err(FileError::UnpacksTooLarge {
-            what: "a chunk".to_owned(),
-            limit_bytes: CHUNK_LIMIT_BYTES,
-        });
+        return Err(FileError::unpacks_too_large(CHUNK, CHUNK_LIMIT_BYTES));
     }
     let mut records = Vec::new();
-    let of_chunk = error::reading("a chunk");
+    let of_chunk = error::reading(CHUNK);
     match compression {
         "" => records.extend_from_slice(packed),
         "zstd" => {
             let damaged = |error: std::io::Error| match error.kind() {
                 std::io::ErrorKind::UnexpectedEof => of_chunk(error),
                 // The library says what is wrong with its input as `Other`.
-                _ => FileError::Damaged {
-                    what: "a chunk".to_owned(),
-                    why: error.to_string(),
-                },
+                _ => FileError::damaged(CHUNK, error.to_string()),
             };
             let decoder = zstd::Decoder::new(packed).map_err(damaged)?;
             decoder
@@ -168,17 +158,15 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
         }
         other => {
             return Err(FileError::Compression {
-                what: "a chunk".to_owned(),
+                what: CHUNK.to_owned(),
                 codec: other.to_owned(),
                 instead: "zstd, lz4 or none",
             });
         }
     }
     if records.len() as u64 != n_bytes {
-        return Err(FileError::Damaged {
-            what: "a chunk".to_owned(),
-            why: "it unpacks to another size than it says".to_owned(),
-        });
+        let why = "it unpacks to another size than it says";
+        return Err(FileError::damaged(CHUNK, why));
     }
     Ok(records)
 }
@@ -188,41 +176,9 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
 enum Shape {
     WrenchStamped,
     Wrench,
-    Array(Scalar),
-    One(Scalar),
+    Array(Number),
+    One(Number),
     JointState,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-/// With the kind of number in place.
-macro_rules! of_scalar {
-    ($scalar:expr, $cdr:ident.$method:ident) => {
-        match $scalar {
-            Scalar::I8 => $cdr.$method::<i8>(),
-            Scalar::U8 => $cdr.$method::<u8>(),
-            Scalar::I16 => $cdr.$method::<i16>(),
-            Scalar::U16 => $cdr.$method::<u16>(),
-            Scalar::I32 => $cdr.$method::<i32>(),
-            Scalar::U32 => $cdr.$method::<u32>(),
-            Scalar::I64 => $cdr.$method::<i64>(),
-            Scalar::U64 => $cdr.$method::<u64>(),
-            Scalar::F32 => $cdr.$method::<f32>(),
-            Scalar::F64 => $cdr.$method::<f64>(),
-        }
-    };
 }
 
 impl Shape {
@@ -231,16 +187,16 @@ impl Shape {
         let message = message.strip_prefix("msg/").unwrap_or(message);
         let scalar = |name: &str| {
             Some(match name {
-                "Int8" => Scalar::I8,
-                "UInt8" => Scalar::U8,
-                "Int16" => Scalar::I16,
-                "UInt16" => Scalar::U16,
-                "Int32" => Scalar::I32,
-                "UInt32" => Scalar::U32,
-                "Int64" => Scalar::I64,
-                "UInt64" => Scalar::U64,
-                "Float32" => Scalar::F32,
-                "Float64" => Scalar::F64,
+                "Int8" => Number::Int(1),
+                "UInt8" => Number::Uint(1),
+                "Int16" => Number::Int(2),
+                "UInt16" => Number::Uint(2),
+                "Int32" => Number::Int(4),
+                "UInt32" => Number::Uint(4),
+                "Int64" => Number::Int(8),
+                "UInt64" => Number::Uint(8),
+                "Float32" => Number::Float(4),
+                "Float64" => DOUBLE,
                 _ => return None,
             })
         };
@@ -264,40 +220,28 @@ impl Shape {
     fn read(self, message: &[u8]) -> Option<(Option<i64>, Vec<f64>)> {
         let mut cdr = Cdr::new(message)?;
         let wrench =
-            |cdr: &mut Cdr| -> Option<Vec<f64>> { (0..6).map(|_| cdr.number::<f64>()).collect() };
+            |cdr: &mut Cdr| -> Option<Vec<f64>> { (0..6).map(|_| cdr.number(DOUBLE)).collect() };
         Some(match self {
             Self::WrenchStamped => (Some(cdr.header_nanosecs()?), wrench(&mut cdr)?),
             Self::Wrench => (None, wrench(&mut cdr)?),
-            Self::One(scalar) => {
-                use super::cdr::Plain;
-                macro_rules! one {
-                    ($($kind:ident $number:ty),*) => {
-                        match scalar { $(Scalar::$kind => cdr.number::<$number>()?.to_f64(),)* }
-                    };
-                }
-                let value = one!(
-                    I8 i8, U8 u8, I16 i16, U16 u16, I32 i32, U32 u32, I64 i64, U64 u64, F32 f32, F64 f64
-                );
-                (None, vec![value])
-            }
-            Self::Array(scalar) => {
-                let n_dimensions = cdr.number::<u32>()?;
-                for _ in 0..n_dimensions {
+            Self::One(number) => (None, vec![cdr.number(number)?]),
+            Self::Array(number) => {
+                for _ in 0..cdr.length()? {
                     cdr.skip_text()?;
-                    cdr.number::<u32>()?;
-                    cdr.number::<u32>()?;
+                    cdr.length()?;
+                    cdr.length()?;
                 }
-                let n_before = cdr.number::<u32>()? as usize;
-                let mut values = of_scalar!(scalar, cdr.sequence)?;
+                let n_before = cdr.length()?;
+                let mut values = cdr.sequence(number)?;
                 values.drain(..n_before.min(values.len()));
                 (None, values)
             }
             Self::JointState => {
                 let time = cdr.header_nanosecs()?;
                 cdr.skip_texts()?;
-                let position = cdr.sequence::<f64>()?;
-                let velocity = cdr.sequence::<f64>()?;
-                let effort = cdr.sequence::<f64>()?;
+                let position = cdr.sequence(DOUBLE)?;
+                let velocity = cdr.sequence(DOUBLE)?;
+                let effort = cdr.sequence(DOUBLE)?;
                 let lists = [position, effort, velocity];
                 let filled = lists.into_iter().find(|list| !list.is_empty());
                 (Some(time), filled.unwrap_or_default())

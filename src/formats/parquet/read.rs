@@ -81,13 +81,8 @@ fn damaged(error: ParquetError) -> FileError {
         };
     }
     match error {
-        ParquetError::EOF(_) => FileError::CutShort {
-            what: FILE.to_owned(),
-        },
-        _ => FileError::Damaged {
-            what: FILE.to_owned(),
-            why,
-        },
+        ParquetError::EOF(_) => FileError::cut_short(FILE),
+        _ => FileError::damaged(FILE, why),
     }
 }
 

@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 
 use super::cells::{is_skipped, lines};
-use super::encoding::{Encoding, Text};
+use super::encoding::Text;
 use super::serial_monitor::Arrows;
 use crate::formats::error::FileError;
 
@@ -16,10 +16,8 @@ const LINE_LIMIT_BYTES: usize = 4 << 20;
 /// Reads a file block by block.
 #[derive(Debug)]
 pub(super) struct Blocks {
-    text: Text,
+    pub(super) text: Text,
     block_bytes: usize,
-    /// Whether only the start of the file is read, so that its last line may be half of one.
-    is_sample: bool,
     /// The start of a line whose end is not read yet.
     carry: Vec<u8>,
     is_at_end: bool,
@@ -34,10 +32,8 @@ impl Blocks {
         block_bytes: usize,
         limit_bytes: Option<u64>,
     ) -> Result<Self, FileError> {
-        let text = Text::open(path, limit_bytes)?;
         Ok(Self {
-            is_sample: text.is_sample(),
-            text,
+            text: Text::open(path, limit_bytes)?,
             block_bytes,
             carry: Vec::new(),
             is_at_end: false,
@@ -45,24 +41,10 @@ impl Blocks {
         })
     }
 
-    /// How many bytes of the file are read in all; its length when it was opened, or less.
-    pub(super) fn file_bytes(&self) -> u64 {
-        self.text.file_bytes()
-    }
-
-    /// How long the file was when it was opened.
-    pub(super) fn whole_file_bytes(&self) -> u64 {
-        self.text.whole_file_bytes()
-    }
-
-    pub(super) fn encoding(&self) -> Encoding {
-        self.text.encoding()
-    }
-
     /// The whole lines among so many bytes from this one on, whatever was read before.
     pub(super) fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
-        if at + (n_bytes as u64) < self.whole_file_bytes() {
+        if at + (n_bytes as u64) < self.text.whole_file_bytes() {
             lines.truncate(memchr::memrchr(b'\n', &lines).map_or(0, |end| end + 1));
         }
         let start = memchr::memchr(b'\n', &lines).map_or(lines.len(), |end| end + 1);
@@ -104,7 +86,8 @@ impl Blocks {
                 });
             }
         }
-        if self.is_at_end && self.is_sample {
+        // The last line of a sample may be half of one.
+        if self.is_at_end && self.text.is_sample() {
             self.carry.clear();
             block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));
         }

@@ -30,12 +30,21 @@ impl Delimiter {
     }
 
     /// Blanks stand for tabs, too.
-    const fn byte(self) -> u8 {
+    pub(super) const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',
             Self::Tab => b'\t',
             Self::Spaces => b' ',
+        }
+    }
+}
+
+impl Decimal {
+    const fn mark(self) -> char {
+        match self {
+            Self::Point => '.',
+            Self::Comma => ',',
         }
     }
 }
@@ -56,10 +65,7 @@ impl TextLayout {
 
     /// The number in a cell, and whether its comma had to be read as a decimal point although none is expected.
     pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
-        let point = match self.decimal {
-            Decimal::Point => '.',
-            Decimal::Comma => ',',
-        };
+        let point = self.decimal.mark();
         // Between cells that commas separate, a comma within quotes is no decimal one.
         let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
         let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
@@ -74,10 +80,7 @@ impl TextLayout {
 
     /// [`Self::number`] less a whole number, without the digits that would be lost by parsing the number first.
     pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
-        let point = match self.decimal {
-            Decimal::Point => '.',
-            Decimal::Comma => ',',
-        };
+        let point = self.decimal.mark();
         let text = std::str::from_utf8(cell).ok()?;
         let (whole, decimals) = text.split_once(point).unwrap_or((text, ""));
         let share = match decimals {

@@ -118,17 +118,17 @@ impl TextFile {
     }
 
     pub(in crate::formats) fn encoding(&self) -> Encoding {
-        self.blocks.encoding()
+        self.blocks.text.encoding()
     }
 
     /// How many bytes of the file are read in all; its length when it was opened, or less.
     pub(in crate::formats) fn file_bytes(&self) -> u64 {
-        self.blocks.file_bytes()
+        self.blocks.text.file_bytes()
     }
 
     /// How long the file was when it was opened.
     pub(in crate::formats) fn whole_file_bytes(&self) -> u64 {
-        self.blocks.whole_file_bytes()
+        self.blocks.text.whole_file_bytes()
     }
 }
 
@@ -149,10 +149,10 @@ impl TextFile {
         } = self;
         let rest = start.split_off(head.n_bytes);
         drop(start);
-        let bytes_per_character = blocks.encoding().bytes_per_character();
+        let bytes_per_character = blocks.text.encoding().bytes_per_character();
         let advance = |n_bytes: usize| progress.advance(n_bytes as u64 * bytes_per_character);
         advance(head.n_bytes);
-        let text_bytes = (blocks.file_bytes() / bytes_per_character).max(1) as f64;
+        let text_bytes = (blocks.text.file_bytes() / bytes_per_character).max(1) as f64;
         let blocks_at_a_time =
             (BLOCKS_PER_THREAD * rayon::current_num_threads()).min(BLOCKS_AT_A_TIME_LIMIT);
         let parse = |block: &Vec<u8>| {

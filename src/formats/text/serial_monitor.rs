@@ -2,7 +2,6 @@
 
 use super::cells::{delimiter_of_header, number};
 use super::times::TimeForm;
-use super::written::Delimiter;
 
 const ARROW: &[u8] = b" -> ";
 
@@ -19,13 +18,8 @@ impl Arrows {
             .split(|byte| *byte == b'\n')
             .find(|line| !line.trim_ascii().is_empty())?;
         let at = place(line)?;
-        let between = match delimiter_of_header(&line[at + ARROW.len()..]) {
-            Delimiter::Comma => b',',
-            Delimiter::Semicolon => b';',
-            Delimiter::Tab => b'\t',
-            Delimiter::Spaces => b' ',
-        };
-        let put = [between, b' ', b' ', b' '];
+        let delimiter = delimiter_of_header(&line[at + ARROW.len()..]);
+        let put = [delimiter.byte(), b' ', b' ', b' '];
         Some(Self { put })
     }
 

@@ -44,10 +44,7 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
         };
         let limit_bytes = unpacked_limit(member.compressed_size());
         if member.size() > limit_bytes {
-            return Err(FileError::UnpacksTooLarge {
-                what: FILE.to_owned(),
-                limit_bytes,
-            });
+            return Err(FileError::unpacks_too_large(FILE, limit_bytes));
         }
     }
     let Ok(strings) = archive.by_name(STRINGS) else {
@@ -60,10 +57,10 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
     let count = start.split_once("uniqueCount=\"");
     let count: Option<u64> = count.and_then(|(_, rest)| rest.split('"').next()?.parse().ok());
     match count {
-        Some(count) if count > n_bytes => Err(FileError::Damaged {
-            what: STRINGS.to_owned(),
-            why: format!("{count} texts in {n_bytes} bytes"),
-        }),
+        Some(count) if count > n_bytes => Err(FileError::damaged(
+            STRINGS,
+            format!("{count} texts in {n_bytes} bytes"),
+        )),
         _ => Ok(()),
     }
 }
@@ -129,10 +126,7 @@ fn start(text: &str) -> Option<&str> {
 }
 
 fn damaged(error: XlsxError) -> FileError {
-    FileError::Damaged {
-        what: FILE.to_owned(),
-        why: error.to_string(),
-    }
+    FileError::damaged(FILE, error.to_string())
 }
 
 fn is_text(cell: &Cell) -> bool {

@@ -15,7 +15,7 @@ use serde::Serialize;
 pub(crate) use columns::ColumnReport;
 pub use question::Question;
 
-use super::load::{BLOCK_BYTES, Loaded, Reading};
+use super::load::{Loaded, Reading};
 use super::two_clocks::{self, Table};
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
@@ -141,11 +141,7 @@ pub struct RecordingReport {
 /// [`ReadError`] if it cannot be opened or is no text, or if `progress` is cancelled. Whatever is wrong besides stands in
 /// [`Check::error`].
 pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
-    let reading = Reading {
-        progress,
-        block_bytes: BLOCK_BYTES,
-        limit_bytes: Some(SAMPLE_BYTES),
-    };
+    let reading = Reading::start(progress, SAMPLE_BYTES);
     let parts = match known {
         Known::Nothing => &[][..],
         Known::Layout(text) => &text.parts,
@@ -160,14 +156,11 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
             None => (ColumnMap::default(), Vec::new()),
         },
     };
-    let reference = match &map.reference {
-        None => None,
-        Some(file) => {
-            let path = two_clocks::reference_path(path, file);
-            let opened = reading.open(&path, &file.table.text.parts).ok();
-            opened.map(|opened| report(&path, &opened, &file.table))
-        }
-    };
+    let reference = map.reference.as_ref().and_then(|file| {
+        let path = two_clocks::reference_path(path, file);
+        let opened = reading.open(&path, &file.table.text.parts).ok()?;
+        Some(report(&path, &opened, &file.table))
+    });
     let table = report(path, &opened, &map.table);
     let is_sample = opened.read_bytes() < table.file_bytes;
     let check = check(path, &reading, &map, is_sample)?;
@@ -209,11 +202,7 @@ pub(super) fn map_for<'a>(
     maps: &'a [ColumnMap],
     progress: &Progress,
 ) -> Result<Option<&'a ColumnMap>, ReadError> {
-    let reading = Reading {
-        progress,
-        block_bytes: BLOCK_BYTES,
-        limit_bytes: Some(SAMPLE_BYTES),
-    };
+    let reading = Reading::start(progress, SAMPLE_BYTES);
     let opened = reading.open(path, &[])?;
     let is_for_it = |map: &&ColumnMap| match map.table.text.parts.as_slice() {
         [] => is_for(&opened, &map.table),

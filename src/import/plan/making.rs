@@ -1,5 +1,6 @@
 //! How a map becomes a plan, part by part, and what is refused on the way.
 
+use super::super::named_column::NamedColumn;
 use super::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::formats::text::Head;
 use crate::formats::text::ati::CountedUnit;
@@ -131,8 +132,7 @@ impl Making<'_> {
     ) -> TableError {
         let name = self.bare_name(index).or(rule.name.clone());
         TableError::UnknownUnit {
-            column: index + 1,
-            name: name.unwrap_or_else(|| rule.is.to_string()),
+            column: NamedColumn::new(index, name.unwrap_or_else(|| rule.is.to_string())),
             unit: unit.to_owned(),
             known,
         }
@@ -176,7 +176,7 @@ impl Making<'_> {
             return match rate {
                 Some(rate) => Ok((None, TimeScale::PerSecond(rate), uses)),
                 None if self.head.ati.is_some() && self.side == Side::Both => {
-                    Err(self.reference_alone())
+                    Err(TableError::ReferenceAlone)
                 }
                 None => Err(self.no_time()),
             };
@@ -194,10 +194,9 @@ impl Making<'_> {
             Some((_, Some(TimeSpelling::Samples))) => match rate {
                 Some(rate) => TimeScale::PerSecond(rate),
                 None => {
-                    return Err(TableError::NoSampleRate {
-                        column: index + 1,
-                        name: self.bare_name(index).unwrap_or_else(|| "time".to_owned()),
-                    });
+                    let name = self.bare_name(index).unwrap_or_else(|| "time".to_owned());
+                    let column = NamedColumn::new(index, name);
+                    return Err(TableError::NoSampleRate { column });
                 }
             },
             Some((_, Some(TimeSpelling::Text(form)))) => {
@@ -252,6 +251,13 @@ impl Making<'_> {
         Ok(())
     }
 
+    /// What a gauge or an auxiliary channel is called: by its rule, by the header, or by its number.
+    fn channel_name(&self, index: usize, rule: &ColumnRule, stem: &str, n_before: usize) -> String {
+        let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
+        let name = rule.name.clone().or_else(in_header);
+        name.unwrap_or_else(|| format!("{stem}{}", n_before + 1))
+    }
+
     pub(super) fn gauges(
         &self,
         uses: &mut [Use],
@@ -270,9 +276,7 @@ impl Making<'_> {
         }
         let mut indices: Vec<usize> = Vec::new();
         for (index, rule) in self.with_role(ColumnRole::Gauge) {
-            let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
-            let name = rule.name.clone().or_else(in_header);
-            let name = name.unwrap_or_else(|| format!("S{}", names.len() + 1));
+            let name = self.channel_name(index, rule, "S", names.len());
             if let Some(first) = names.iter().position(|other| *other == name) {
                 return Err(TableError::DuplicateGauge {
                     name,
@@ -288,7 +292,7 @@ impl Making<'_> {
             labels.push(self.unit(index, rule).unwrap_or_default());
         }
         match names.len() {
-            0 if self.head.ati.is_some() => Err(self.reference_alone()),
+            0 if self.head.ati.is_some() => Err(TableError::ReferenceAlone),
             0 => Err(TableError::NoGauges {
                 names: self.all_names(),
             }),
@@ -306,13 +310,10 @@ impl Making<'_> {
             return Ok((names, labels));
         }
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
-            let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
-            let name = rule.name.clone().or_else(in_header);
-            let name = name.unwrap_or_else(|| format!("aux{}", names.len() + 1));
+            let name = self.channel_name(index, rule, "aux", names.len());
             if names.contains(&name) || names.len() == AUXILIARY_LIMIT {
                 return Err(TableError::Auxiliaries {
-                    column: index + 1,
-                    name,
+                    column: NamedColumn::new(index, name),
                     limit: AUXILIARY_LIMIT,
                 });
             }
@@ -326,10 +327,6 @@ impl Making<'_> {
             labels.push(label);
         }
         Ok((names, labels))
-    }
-
-    fn reference_alone(&self) -> TableError {
-        TableError::ReferenceAlone {}
     }
 
     /// The columns of a pose, if the load is computed from it.

@@ -5,6 +5,7 @@
 
 mod making;
 
+use super::named_column::NamedColumn;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, TextLayout};
 use crate::import::error::TableError;
@@ -201,6 +202,16 @@ impl Plan {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let date = self.uses.iter().position(is_date);
         self.since != 0 && date.or(self.time_column) == Some(index)
+    }
+
+    /// What is taken off the times in a column.
+    pub(super) fn since_of(&self, index: usize) -> i64 {
+        i64::from(self.is_since_off(index)) * self.since
+    }
+
+    /// What a message calls a column.
+    pub(super) fn column(&self, index: usize) -> NamedColumn {
+        NamedColumn::new(index, &self.names[index])
     }
 
     /// How many numbers of a pose are kept of each row.

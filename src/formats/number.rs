@@ -1,0 +1,153 @@
+//! Numbers as files of bytes store them, alone or as fields of records.
+
+use super::arrays::Array;
+use super::columns::Since;
+
+/// What a NumPy time that is none is stored as.
+const NOT_A_TIME: i64 = i64::MIN;
+
+/// The numbers of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Number {
+    Float(usize),
+    Int(usize),
+    Uint(usize),
+    Time,
+}
+
+impl Number {
+    pub(super) const fn n_bytes(self) -> usize {
+        match self {
+            Self::Float(n_bytes) | Self::Int(n_bytes) | Self::Uint(n_bytes) => n_bytes,
+            Self::Time => 8,
+        }
+    }
+
+    /// The value of so many bytes.
+    pub(super) fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
+        self.value_since(bytes, is_big_endian, &Since::zero())
+    }
+
+    /// The values that follow one another.
+    pub(super) fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
+        let elements = bytes.chunks_exact(self.n_bytes());
+        elements.map(|own| self.value(own, is_big_endian)).collect()
+    }
+
+    /// The value of so many bytes, counted from the first one where that is large.
+    fn value_since(self, bytes: &[u8], is_big_endian: bool, since: &Since) -> f64 {
+        let mut eight = [0; 8];
+        let own = &mut eight[..bytes.len()];
+        own.copy_from_slice(bytes);
+        if is_big_endian {
+            own.reverse();
+        }
+        let unsigned = u64::from_le_bytes(eight);
+        let shift = 64 - 8 * bytes.len() as u32;
+        let signed = (unsigned << shift) as i64 >> shift;
+        match self {
+            Self::Uint(_) => match i64::try_from(unsigned) {
+                Ok(number) => since.number(number),
+                Err(_) => unsigned as f64 - since.get() as f64,
+            },
+            Self::Time if signed == NOT_A_TIME => f64::NAN,
+            Self::Int(_) | Self::Time => since.number(signed),
+            Self::Float(2) => half(unsigned as u16),
+            Self::Float(4) => f64::from(f32::from_bits(unsigned as u32)),
+            Self::Float(_) => f64::from_bits(unsigned),
+        }
+    }
+}
+
+/// A number of two bytes: a sign, 5 bits of exponent, 10 of fraction (IEEE 754 binary16).
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let fraction = f64::from(bits & 0x3ff);
+    let size = match bits >> 10 & 0x1f {
+        0 => fraction * 2_f64.powi(-24),
+        0x1f if fraction == 0.0 => f64::INFINITY,
+        0x1f => f64::NAN,
+        exponent => (1.0 + fraction / 1024.0) * 2_f64.powi(i32::from(exponent) - 15),
+    };
+    sign * size
+}
+
+/// Numbers of one kind in each record of an array.
+#[derive(Debug)]
+pub(super) struct Field {
+    /// Empty where the elements are no records.
+    pub(super) name: String,
+    pub(super) number: Number,
+    pub(super) unit: &'static str,
+    pub(super) is_big_endian: bool,
+    /// Where they start in each record, and how many there are.
+    pub(super) offset: usize,
+    pub(super) n_each: usize,
+}
+
+impl Field {
+    /// Appends the numbers in each of these records.
+    ///
+    /// # Panics
+    /// If the field is not within a record.
+    pub(super) fn append(
+        &self,
+        records: &[u8],
+        record_bytes: usize,
+        (values, since): &mut (Vec<f64>, Since),
+    ) {
+        let n_bytes = self.number.n_bytes();
+        for record in records.chunks_exact(record_bytes) {
+            let own = &record[self.offset..][..self.n_each * n_bytes];
+            let own = own.chunks_exact(n_bytes);
+            values
+                .extend(own.map(|bytes| self.number.value_since(bytes, self.is_big_endian, since)));
+        }
+    }
+
+    /// An array of records of this shape, of which these are the numbers.
+    pub(super) fn array(self, shape: &[usize], (values, since): (Vec<f64>, Since)) -> Array {
+        Array {
+            name: self.name,
+            unit: self.unit,
+            since: since.get(),
+            values,
+            shape: match self.n_each {
+                1 => shape.to_vec(),
+                n_each => [shape, &[n_each]].concat(),
+            },
+            ..Array::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The values of IEEE 754 binary16 as its table of examples gives them.
+    #[test]
+    fn numbers_of_two_bytes_are_those_of_the_standard() {
+        for (bits, value) in [
+            (0x3c00, 1.0),
+            (0xc000, -2.0),
+            (0x7bff, 65504.0),
+            (0x0001, 2_f64.powi(-24)),
+            (0x0400, 2_f64.powi(-14)),
+            (0x3555, 0.333_251_953_125),
+            (0xfc00, f64::NEG_INFINITY),
+        ] {
+            assert_eq!(half(bits), value, "{bits:#x}");
+        }
+        assert!(half(0x7e00).is_nan());
+    }
+
+    #[test]
+    fn signed_numbers_of_any_size_keep_their_sign() {
+        assert_eq!(Number::Int(1).value(&[0xff], false), -1.0);
+        assert_eq!(Number::Int(2).value(&[0x80, 0x00], true), -32768.0);
+        assert_eq!(Number::Int(8).value(&(-5_i64).to_le_bytes(), false), -5.0);
+        assert_eq!(Number::Uint(4).value(&[0xff; 4], false), 4_294_967_295.0);
+        assert!(Number::Time.value(&i64::MIN.to_be_bytes(), true).is_nan());
+    }
+}
