@@ -11,10 +11,7 @@ use crate::formats::{Array, Entry};
 /// Weights of layers stand input by input: `values @ weights + biases`.
 pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     let calibration = export.calibration;
-    let about = export
-        .facts
-        .iter()
-        .map(|(name, text)| format!("{name}: {text}"));
+    let about = export.lines(str::to_owned);
     let mut arrays = vec![texts("about", about)];
     for field in fields(calibration) {
         let name = match (field.group, field.name) {

@@ -93,6 +93,17 @@ pub struct Export<'a> {
     pub name: &'a str,
 }
 
+impl Export<'_> {
+    /// What the file says of itself, a line each; `shown` makes texts harmless where they stand.
+    pub(super) fn lines<'s>(
+        &'s self,
+        shown: impl Fn(&str) -> String + 's,
+    ) -> impl Iterator<Item = String> + 's {
+        let facts = self.facts.iter();
+        facts.map(move |(name, text)| format!("{name}: {}", shown(text)))
+    }
+}
+
 /// Checks the calibration for a format that is to write it; `name` is what names inside are made of.
 pub(super) fn of_target<'a>(
     target: &Target,

@@ -74,8 +74,7 @@ pub fn length_in_metres(unit: &str) -> Option<f64> {
 /// The unit that an auxiliary channel stands in where its file writes this one, and how it is brought there: factor, then what is
 /// added. Temperatures become °C, voltages V, a humidity %; every other unit is a label and stays.
 pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
-    let plain = unit.trim().to_lowercase().replace([' ', '_', '.'], "");
-    let (label, factor, shift) = match plain.as_str() {
+    let (label, factor, shift) = match closed_up(unit).as_str() {
         "v" | "volt" | "volts" => ("V", 1.0, 0.0),
         "mv" if !unit.contains('M') => ("V", 1e-3, 0.0),
         "%" | "%rh" | "rh" | "%rf" | "%rel" => ("%", 1.0, 0.0),
@@ -90,13 +89,17 @@ pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
 /// How a temperature in this unit becomes one in °C: factor, then what is added; `None` for another unit.
 pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     const FAHRENHEIT: f64 = 5.0 / 9.0;
-    let plain = unit.trim().to_lowercase().replace([' ', '_', '.'], "");
-    Some(match plain.as_str() {
+    Some(match closed_up(unit).as_str() {
         "°c" | "℃" | "degc" | "c" | "celsius" | "gradc" | "degreescelsius" | "ºc" => (1.0, 0.0),
         "k" | "kelvin" | "°k" | "degk" => (1.0, -273.15),
         "°f" | "℉" | "degf" | "f" | "fahrenheit" | "ºf" => (FAHRENHEIT, -32.0 * FAHRENHEIT),
         _ => return None,
     })
+}
+
+/// The unit in small letters without what stands between its words.
+fn closed_up(unit: &str) -> String {
+    unit.trim().to_lowercase().replace([' ', '_', '.'], "")
 }
 
 /// The unit without the signs that people put between its factors, in small letters; `None` for mega.

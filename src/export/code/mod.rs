@@ -184,10 +184,7 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
         );
     }
     let learned = program.learned.as_ref().map(|learned| &learned.regression);
-    let facts = export.facts.iter();
-    let facts: Vec<String> = facts
-        .map(|(name, text)| format!("{name}: {text}"))
-        .collect();
+    let facts: Vec<String> = export.lines(str::to_owned).collect();
     let counted = context! {
         PREFIX => prefix.to_ascii_uppercase(),
         prefix,

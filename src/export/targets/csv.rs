@@ -26,8 +26,8 @@ pub(super) static CSV: Target = Target {
 /// Writes the facts as lines that begin with `#`, then one row per calibration and axis.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
-    for (name, text) in &export.facts {
-        writeln!(out, "# {name}: {}", printable(text))?;
+    for line in export.lines(|text| printable(text).into_owned()) {
+        writeln!(out, "# {line}")?;
     }
     let mut csv = CsvWriter::new(out);
     let columns = calibration.columns();

@@ -37,15 +37,13 @@ pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
 
 /// What the file says of itself, as it stands in a `comment`; `how` says in which units or order offsets are that are left out.
 pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
-    let facts = export.facts.iter();
-    let facts = facts.map(|(name, text)| format!("{name}: {}", comment(text)));
     let offsets = export.calibration.conventional.matrix.iter();
     let offsets = offsets.filter_map(|row| Some(row.last()?.to_string()));
     let offsets = export.calibration.offset.then(|| {
         let offsets = offsets.collect::<Vec<_>>().join(" ");
         format!("offset left out, {how}: {}", comment(&offsets))
     });
-    facts.chain(offsets).collect()
+    export.lines(comment).chain(offsets).collect()
 }
 
 /// Checks that there are all six axes, and no more gauges than `most`, no fewer than `least`.

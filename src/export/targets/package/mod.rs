@@ -39,41 +39,27 @@ fn allowed_in_float(calibration: &Calibration) -> f64 {
     lost.fold(ALLOWED.1, f64::max)
 }
 
+/// A template of this folder, and the path of the file that is made of it.
+macro_rules! template {
+    ($path:literal, $name:literal) => {
+        (
+            $path,
+            include_str!(concat!("../../templates/package/", $name)),
+        )
+    };
+}
+
 /// What is written around the code: where it goes, and its template.
 const TEMPLATES: [(&str, &str); 9] = [
-    (
-        "README.md",
-        include_str!("../../templates/package/README.md"),
-    ),
-    ("main.c", include_str!("../../templates/package/main.c")),
-    (
-        "CMakeLists.txt",
-        include_str!("../../templates/package/CMakeLists.txt"),
-    ),
-    (
-        "library.json",
-        include_str!("../../templates/package/library.json"),
-    ),
-    (
-        "library.properties",
-        include_str!("../../templates/package/library.properties"),
-    ),
-    (
-        "examples/read_load/read_load.ino",
-        include_str!("../../templates/package/sketch.ino"),
-    ),
-    (
-        "python/selftest.py",
-        include_str!("../../templates/package/selftest.py"),
-    ),
-    (
-        "rust/selftest.rs",
-        include_str!("../../templates/package/selftest.rs"),
-    ),
-    (
-        "matlab/selftest.m",
-        include_str!("../../templates/package/selftest.m"),
-    ),
+    template!("README.md", "README.md"),
+    template!("main.c", "main.c"),
+    template!("CMakeLists.txt", "CMakeLists.txt"),
+    template!("library.json", "library.json"),
+    template!("library.properties", "library.properties"),
+    template!("examples/read_load/read_load.ino", "sketch.ino"),
+    template!("python/selftest.py", "selftest.py"),
+    template!("rust/selftest.rs", "selftest.rs"),
+    template!("matlab/selftest.m", "selftest.m"),
 ];
 
 /// `.zip`, and folders.
