@@ -162,18 +162,18 @@ impl Autosave {
             } else {
                 last = Some(Instant::now());
                 desk.is_urgent = false;
-                let (unsaved, restored) = (desk.newest.clone(), std::mem::take(&mut desk.restored));
+                let (unsaved, restored) = (desk.newest.clone(), desk.restored.clone());
                 drop(desk);
                 let is_written = unsaved.write(path);
                 desk = self.lock();
                 match is_written {
                     true => {
                         desk.written = Some(unsaved);
+                        desk.restored.retain(|own| !restored.contains(own));
                         drop_all(restored);
                     }
                     // A folder that cannot be written is no error of the user's. It is tried again at the next turn.
                     false => {
-                        desk.restored.extend(restored);
                         let waited = self.0.1.wait_timeout(desk, every);
                         desk = waited.unwrap_or_else(PoisonError::into_inner).0;
                     }
@@ -216,8 +216,9 @@ impl Recovery {
 
     /// Returns what other windows left, oldest first.
     pub fn left(&self) -> Vec<LeftSession> {
-        let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
+        // What is being removed is neither listed nor offered.
         let desk = self.autosave.lock();
+        let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
         left.retain(|left| !desk.restored.contains(&left.path));
         left
     }
