@@ -51,7 +51,7 @@ impl About {
         ui.horizontal(|ui| {
             ui.label("Licence: MIT or Apache-2.0, at your choice");
             for (at, (name, _, explanation)) in texts.iter().enumerate() {
-                ui.select(&mut self.shown, at, *name, *explanation);
+                ui.select(&mut self.shown, at, name, explanation);
             }
         });
         let (name, text, _) = texts[self.shown];

@@ -203,7 +203,7 @@ impl Help {
                 if self.page == Page::Guide {
                     ui.horizontal_wrapped(|ui| {
                         for (at, (title, _)) in GUIDE.iter().enumerate() {
-                            ui.select(&mut self.guide, at, *title, "A page of the guide");
+                            ui.select(&mut self.guide, at, title, "A page of the guide");
                         }
                     });
                 }

@@ -48,14 +48,14 @@ pub fn menu<'a>(
             }
             button
         });
-        if let Some(print) = print {
-            if ui.press(
+        if let Some(print) = print
+            && ui.press(
                 "Save as SVG…",
                 "The lines themselves, dark on light, for print",
-            ) {
-                ui.close();
-                out.push(Command::ChooseFileFor(svg(&print())));
-            }
+            )
+        {
+            ui.close();
+            out.push(Command::ChooseFileFor(svg(&print())));
         }
         first
     });

@@ -132,11 +132,10 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
         if ui.press_small("Copy list", "Roles, names, samples and errors as tab-separated text") {
             ui.copy_text(as_table(engine).tab_separated());
         }
-        if engine.project().split.is_some() {
-            if ui.press("Undo split", "Puts the recordings together again") {
+        if engine.project().split.is_some()
+            && ui.press("Undo split", "Puts the recordings together again") {
                 out.push(Edit::Unsplit.into());
             }
-        }
     });
 }
 
@@ -181,15 +180,14 @@ fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 }
             });
         }
-        if n_faulty > 0 || project.gauge_range.is_some() {
-            if ui.press(
+        if (n_faulty > 0 || project.gauge_range.is_some())
+            && ui.press(
                 "Leave out",
                 "Takes the faulty samples out of the recordings; history does not cross what is missing for longer than a \
                  gap. Exported code then says where a gauge is clipped. Undo takes it back",
             ) {
                 out.push(Action::LeaveOutFaulty.into());
             }
-        }
     });
 }
 

@@ -18,11 +18,10 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
         // First in the line, so that it stays in its place while bars come and go.
         let runs = !running.is_empty() || refit.is_some();
-        if runs {
-            if ui.press("Cancel", "Ends what runs; what is loaded stays as it is") {
+        if runs
+            && ui.press("Cancel", "Ends what runs; what is loaded stays as it is") {
                 out.push(Action::Cancel.into());
             }
-        }
         for running in &running {
             let (title, fraction) = (&*running.title, running.progress.fraction());
             let time_left = running.time_left();
