@@ -104,17 +104,16 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
         ..Columns::default()
     };
     for array in arrays {
-        let is_reference_time = is_reference_time(&array.name) && array.is_vector();
+        let is_reference_time = array.is_reference_time();
         let n_rows = match reference_rows {
             Some(rows) if is_reference_time || (is_load(&array.name) && array.lies_in(rows)) => {
                 rows
             }
             _ => n_rows,
         };
-        let array = if array.lies_in(n_rows) {
-            array
-        } else {
-            array.turned()
+        let array = match array.lies_in(n_rows) {
+            true => array,
+            false => array.turned(),
         };
         let n_columns = array.values.len().checked_div(n_rows).unwrap_or(0);
         if !array.lies_in(n_rows) || table.columns.len() + n_columns > COLUMN_LIMIT {
@@ -124,10 +123,9 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
         if is_reference_time {
             table.reference_time = Some(table.columns.len());
         }
-        let names = column_names(&array.name, n_columns, array.is_vector(), &table);
-        let names: Vec<String> = match array.labels.len() == n_columns {
+        let names = match array.labels.len() == n_columns {
             true => array.labels.clone(),
-            false => names,
+            false => column_names(&array.name, n_columns, array.is_vector(), &table),
         };
         for (index, name) in names.into_iter().enumerate() {
             table.columns.push(Column {
@@ -143,6 +141,17 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
 }
 
 impl Array {
+    /// Whether it is a time of several samples.
+    pub(super) fn is_time(&self) -> bool {
+        is_time_name(&self.name) && self.is_vector() && self.values.len() > 1
+    }
+
+    /// Whether it is the clock of a reference that has its own.
+    fn is_reference_time(&self) -> bool {
+        let name = last_part(&self.name).to_lowercase();
+        REFERENCE_TIMES.contains(&name.as_str()) && self.is_vector()
+    }
+
     fn is_vector(&self) -> bool {
         self.shape.iter().filter(|&&length| length != 1).count() <= 1
     }
@@ -177,19 +186,9 @@ impl Array {
     }
 }
 
-/// Whether one of them is a time.
-pub(super) fn has_time(arrays: &[Array]) -> bool {
-    let is_time = |array: &Array| is_time_name(&array.name) && array.is_vector();
-    arrays
-        .iter()
-        .any(|array| is_time(array) && array.values.len() > 1)
-}
-
 /// How many samples there are: as many as times, or else what most numbers stand in.
 pub(super) fn n_rows(arrays: &[Array]) -> usize {
-    let is_time =
-        |array: &&Array| is_time_name(&array.name) && array.is_vector() && array.values.len() > 1;
-    if let Some(time) = arrays.iter().find(is_time) {
+    if let Some(time) = arrays.iter().find(|array| array.is_time()) {
         return time.values.len();
     }
     let length = |array: &Array| match array.shape[..] {
@@ -212,12 +211,8 @@ fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
     let has_gauge_time = arrays.iter().any(|array| {
         is_time_name(&array.name) && array.is_vector() && array.values.len() == n_rows
     });
-    let is_it = |array: &&Array| is_reference_time(&array.name) && array.is_vector();
-    arrays.iter().find(is_it).filter(|_| has_gauge_time)
-}
-
-fn is_reference_time(name: &str) -> bool {
-    REFERENCE_TIMES.contains(&last_part(name).to_lowercase().as_str())
+    let mut times = arrays.iter().filter(|array| array.is_reference_time());
+    times.next().filter(|_| has_gauge_time)
 }
 
 /// Of a path the part that says what it is.

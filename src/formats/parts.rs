@@ -125,16 +125,13 @@ pub(super) fn of_groups(
     wanted: &[String],
 ) -> Result<Columns, FileError> {
     let is_table = |group: &Group| group.arrays.iter().any(|array| array.values.len() > 1);
-    let n_tables = groups.iter().filter(|group| is_table(group)).count();
-    let shape = |group: &Group| {
-        (
-            arrays::n_rows(&group.arrays),
-            arrays::has_time(&group.arrays),
-        )
-    };
-    let shapes: Vec<(usize, bool)> = groups.iter().filter(|g| is_table(g)).map(shape).collect();
-    let are_alike = shapes.iter().all(|(n_rows, _)| *n_rows == shapes[0].0);
-    let n_times = shapes.iter().filter(|(_, has_time)| *has_time).count();
+    let tables = || groups.iter().filter(|group| is_table(group));
+    let n_tables = tables().count();
+    let mut n_rows = tables().map(|group| arrays::n_rows(&group.arrays));
+    let first = n_rows.next();
+    let are_alike = n_rows.all(|n_rows| Some(n_rows) == first);
+    let has_time = |group: &&Group| group.arrays.iter().any(Array::is_time);
+    let n_times = tables().filter(has_time).count();
     if wanted.is_empty() && (n_tables <= 1 || (are_alike && n_times <= 1)) {
         let all = groups.into_iter().flat_map(|group| {
             let name = move |name: &str| match group.name.as_str() {

@@ -36,7 +36,8 @@ pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<R
             Angles::FixedXyz => rotation_from_roll_pitch_yaw(roll, pitch, yaw),
             // Turning about turned axes is turning about fixed ones in the other order, the other way round.
             Angles::IntrinsicXyz => {
-                transposed(&rotation_from_roll_pitch_yaw_reversed(roll, pitch, yaw))
+                let back = rotation_from_roll_pitch_yaw(-roll, -pitch, -yaw);
+                std::array::from_fn(|i| std::array::from_fn(|j| back[j][i]))
             }
         },
         (Attitude::Matrix, &[a, b, c, d, e, f, g, h, i]) => [[a, b, c], [d, e, f], [g, h, i]],
@@ -45,24 +46,18 @@ pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<R
     is_rotation(&rotation).then_some(rotation)
 }
 
-/// `(Rx(roll) Ry(pitch) Rz(yaw))ᵀ`, which is `Rz(-yaw) Ry(-pitch) Rx(-roll)`.
-fn rotation_from_roll_pitch_yaw_reversed(roll: f64, pitch: f64, yaw: f64) -> Rotation {
-    rotation_from_roll_pitch_yaw(-roll, -pitch, -yaw)
-}
-
-fn transposed(rotation: &Rotation) -> Rotation {
-    std::array::from_fn(|i| std::array::from_fn(|j| rotation[j][i]))
-}
-
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn less(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
 }
 
 fn is_rotation(rotation: &Rotation) -> bool {
     let [x, y, z] = rotation;
     let is = |value: f64, expected: f64| (value - expected).abs() <= ROTATION_TOLERANCE;
-    let handedness = x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0])
-        + x[2] * (y[0] * z[1] - y[1] * z[0]);
+    let handedness = dot(x, &cross(*y, *z));
     [x, y, z].into_iter().all(|row| is(dot(row, row), 1.0))
         && is(dot(x, y), 0.0)
         && is(dot(x, z), 0.0)
@@ -187,7 +182,6 @@ pub fn estimate_weight(
         std::array::from_fn(|i| values.iter().map(|v| v[i]).sum::<f64>() / n)
     };
     let (pull_mean, force_mean) = (mean(&pulls), mean(forces));
-    let less = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
     let mut spread = [[0.0; 3]; 3];
     let mut along = 0.0;
     for (pull, force) in pulls.iter().zip(forces) {
@@ -205,16 +199,11 @@ pub fn estimate_weight(
         return None;
     }
     let mass_kg = along / trace;
-    let force_offset = std::array::from_fn(|i| force_mean[i] - mass_kg * pull_mean[i]);
-    let left = |expected: [f64; 3], measured: &[f64; 3]| {
-        let left = less(measured, &expected);
-        dot(&left, &left)
-    };
+    let force_offset = less(&force_mean, &pull_mean.map(|pull| mass_kg * pull));
     let force_left = pulls.iter().zip(forces).map(|(pull, force)| {
-        left(
-            std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]),
-            force,
-        )
+        let expected = std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]);
+        let left = less(force, &expected);
+        dot(&left, &left)
     });
     let mut estimate = WeightEstimate {
         mass_kg,
@@ -250,24 +239,17 @@ impl WeightEstimate {
     ) {
         let mut right = [0.0; 3];
         for (pull, moment) in pulls.iter().zip(moments) {
-            let p: [f64; 3] = std::array::from_fn(|i| pull[i] - pull_mean[i]);
-            let m: [f64; 3] = std::array::from_fn(|i| moment[i] - moment_mean[i]);
-            let turned = cross(p, m);
+            let turned = cross(less(pull, &pull_mean), less(moment, &moment_mean));
             (0..3).for_each(|i| right[i] += turned[i]);
         }
         let matrix: Rotation = std::array::from_fn(|i| {
             std::array::from_fn(|j| if i == j { trace } else { 0.0 } - spread[i][j])
         });
         let first_moment = solve(&matrix, right);
-        let offset = {
-            let of_mean = cross(first_moment, pull_mean);
-            std::array::from_fn(|i| moment_mean[i] - of_mean[i])
-        };
+        let offset = less(&moment_mean, &cross(first_moment, pull_mean));
         let squares = pulls.iter().zip(moments).map(|(pull, moment)| {
-            let expected = cross(first_moment, *pull);
-            (0..3)
-                .map(|i| (moment[i] - expected[i] - offset[i]).powi(2))
-                .sum::<f64>()
+            let left = less(&less(moment, &cross(first_moment, *pull)), &offset);
+            dot(&left, &left)
         });
         self.moment_rms = Some((squares.sum::<f64>() / (3.0 * pulls.len() as f64)).sqrt());
         self.centre_m = Some(first_moment.map(|x| x / self.mass_kg));

@@ -19,35 +19,30 @@ const BYTES_PER_CONTROL_CHARACTER: usize = 20;
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// How a file writes its characters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[serde(into = "&'static str")]
 pub enum Encoding {
     /// UTF-8, or ASCII.
-    #[serde(rename = "UTF-8")]
+    #[strum(serialize = "UTF-8")]
     Utf8,
     /// Two bytes a character, the low one first.
-    #[serde(rename = "UTF-16 (little-endian)")]
+    #[strum(serialize = "UTF-16 (little-endian)")]
     Utf16LittleEndian,
     /// Two bytes a character, the high one first.
-    #[serde(rename = "UTF-16 (big-endian)")]
+    #[strum(serialize = "UTF-16 (big-endian)")]
     Utf16BigEndian,
     /// One byte a character, not UTF-8: taken for Latin-1, as far as names go.
-    #[serde(rename = "Latin-1")]
+    #[strum(serialize = "Latin-1")]
     Latin1,
     /// Not in characters: a file of arrays.
-    #[serde(rename = "arrays")]
+    #[strum(serialize = "arrays")]
     Arrays,
 }
 
 impl Encoding {
     /// What people call it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Utf8 => "UTF-8",
-            Self::Utf16LittleEndian => "UTF-16 (little-endian)",
-            Self::Utf16BigEndian => "UTF-16 (big-endian)",
-            Self::Latin1 => "Latin-1",
-            Self::Arrays => "arrays",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 
     /// How many bytes of the file one byte of plain text stands for.
@@ -85,8 +80,7 @@ impl Text {
         if head.is_empty() {
             return Err(FileError::Empty);
         }
-        let (encoding, mark_bytes) = encoding_of(&head)
-            .map_err(|Other { what, instead }| FileError::NotText { what, instead })?;
+        let (encoding, mark_bytes) = encoding_of(&head)?;
         file.seek(SeekFrom::Start(mark_bytes as u64))?;
         let head = head.split_off(mark_bytes);
         let (head, _) = decoded(encoding, head);
@@ -210,9 +204,9 @@ fn has_bare_returns(text: &[u8]) -> bool {
 }
 
 /// The encoding of a file that starts so and the length of its byte order mark, or what the file is instead of text.
-pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), Other> {
-    if let Some(what) = other_kind(head) {
-        return Err(what);
+pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
+    if let Some(other) = other_kind(head) {
+        return Err(other);
     }
     if head.starts_with(BYTE_ORDER_MARK) {
         return Ok((Encoding::Utf8, BYTE_ORDER_MARK.len()));
@@ -242,7 +236,7 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), Other> {
     let is_control = |byte: &&u8| **byte < b' ' && !b"\t\n\x0b\x0c\r\x1b".contains(byte);
     let n_controls = head.iter().filter(is_control).count();
     if n_controls * BYTES_PER_CONTROL_CHARACTER > head.len() {
-        return Err(Other {
+        return Err(FileError::NotText {
             what: "binary data",
             instead: "unpack it, or export the recording as CSV",
         });
@@ -252,18 +246,15 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), Other> {
         // The head may end in the middle of a character.
         Err(error) => error.error_len().is_none(),
     };
-    Ok((
-        if is_utf8 {
-            Encoding::Utf8
-        } else {
-            Encoding::Latin1
-        },
-        0,
-    ))
+    let encoding = match is_utf8 {
+        true => Encoding::Utf8,
+        false => Encoding::Latin1,
+    };
+    Ok((encoding, 0))
 }
 
 /// What a file that starts so is, if its first bytes name another kind of file, and the way out.
-fn other_kind(head: &[u8]) -> Option<Other> {
+fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
     const TO_XLSX: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
     const EXPORT: &str = "export the recording as CSV";
@@ -330,14 +321,7 @@ fn other_kind(head: &[u8]) -> Option<Other> {
     let named = SIGNATURES
         .iter()
         .find(|(start, ..)| head.starts_with(start));
-    named.map(|&(_, what, instead)| Other { what, instead })
-}
-
-/// A kind of file that is not read, and the way out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Other {
-    what: &'static str,
-    instead: &'static str,
+    named.map(|&(_, what, instead)| FileError::NotText { what, instead })
 }
 
 #[cfg(test)]
@@ -415,7 +399,10 @@ mod tests {
             assert!(matches!(error, FileError::NotText { what: told, .. } if told == what));
         }
         let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
-        assert_eq!(encoding_of(&few_zeros), Ok((Encoding::Utf8, 0)));
-        assert_eq!(encoding_of(b"t,F [N\xb7m]\n"), Ok((Encoding::Latin1, 0)));
+        assert_eq!(encoding_of(&few_zeros).unwrap(), (Encoding::Utf8, 0));
+        assert_eq!(
+            encoding_of(b"t,F [N\xb7m]\n").unwrap(),
+            (Encoding::Latin1, 0)
+        );
     }
 }

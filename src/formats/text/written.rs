@@ -31,8 +31,11 @@ pub struct TextLayout {
 }
 
 /// What stands between two cells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Delimiter {
     #[default]
     Comma,
@@ -47,13 +50,8 @@ impl Delimiter {
     pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Spaces];
 
     /// As in the file of a map.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Comma => "comma",
-            Self::Semicolon => "semicolon",
-            Self::Tab => "tab",
-            Self::Spaces => "spaces",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 
@@ -77,8 +75,9 @@ pub enum Preamble {
 }
 
 /// Separator of thousands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Thousands {
     /// As in `1,234.5`.
     Comma,
@@ -95,13 +94,8 @@ impl Thousands {
     pub const ALL: [Self; 4] = [Self::Comma, Self::Point, Self::Apostrophe, Self::Space];
 
     /// Returns the name in the file of a map.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Comma => "comma",
-            Self::Point => "point",
-            Self::Apostrophe => "apostrophe",
-            Self::Space => "space",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 
     pub(super) fn is(self, letter: char) -> bool {

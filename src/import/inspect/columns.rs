@@ -77,8 +77,9 @@ impl ColumnReport {
 }
 
 /// What most cells of a column are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Content {
     Numbers,
     Times,
@@ -88,13 +89,8 @@ pub enum Content {
 
 impl Content {
     /// What people call it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Numbers => "numbers",
-            Self::Times => "times",
-            Self::Text => "text",
-            Self::Nothing => "nothing",
-        }
+    pub fn name(self) -> &'static str {
+        self.into()
     }
 }
 

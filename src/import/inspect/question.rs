@@ -72,22 +72,16 @@ impl fmt::Display for Question {
             Self::Time => f.write_str(
                 "no column runs like a clock: say which is the time, or give \"sample_rate_hz\"; without either, rows with gauges and loads are load cases",
             ),
-            Self::ReferenceClock(columns) => {
-                let columns: Vec<String> = columns.iter().map(usize::to_string).collect();
-                write!(
-                    f,
-                    "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
-                    listed(&columns)
-                )
-            }
-            Self::LoadAxis(columns) => {
-                let columns: Vec<String> = columns.iter().map(usize::to_string).collect();
-                write!(
-                    f,
-                    "columns that look like a load: {}; say which axis each is, Fx to Mz",
-                    listed(&columns)
-                )
-            }
+            Self::ReferenceClock(columns) => write!(
+                f,
+                "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
+                numbers(columns)
+            ),
+            Self::LoadAxis(columns) => write!(
+                f,
+                "columns that look like a load: {}; say which axis each is, Fx to Mz",
+                numbers(columns)
+            ),
             Self::Gauges {
                 has_loads: false, ..
             } => f.write_str(
@@ -98,6 +92,11 @@ impl fmt::Display for Question {
             ),
         }
     }
+}
+
+fn numbers(columns: &[usize]) -> String {
+    let columns: Vec<String> = columns.iter().map(usize::to_string).collect();
+    listed(&columns)
 }
 
 impl From<Question> for String {

@@ -66,9 +66,9 @@ fn resolved<'a>(
 
 /// What a plan is made from.
 pub(super) struct Making<'a> {
-    table: &'a TableMap,
-    head: &'a Head,
-    side: Side,
+    pub(super) table: &'a TableMap,
+    pub(super) head: &'a Head,
+    pub(super) side: Side,
     /// Each with its index in the file, in file order.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
@@ -136,11 +136,6 @@ impl Making<'_> {
             unit: unit.to_owned(),
             known,
         }
-    }
-
-    /// The map, the start of the file, and what is read of it.
-    pub(super) fn parts(&self) -> (&TableMap, &Head, Side) {
-        (self.table, self.head, self.side)
     }
 
     pub(super) fn no_time(&self) -> TableError {

@@ -250,7 +250,6 @@ impl Plan {
         weight: Option<&WeightMap>,
         is_static: bool,
     ) -> Result<Self, TableError> {
-        let (table, head, side) = making.parts();
         let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
         let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
         let mut pose = making.pose(weight, &mut uses)?;
@@ -261,8 +260,8 @@ impl Plan {
         let axes = making.loads(pose.is_some(), &mut uses)?;
         let names = making.names(&gauge_names, &uses);
         Ok(Self {
-            line: head.line,
-            text: table.text.clone(),
+            line: making.head.line,
+            text: making.table.text.clone(),
             dropouts: making.dropouts(&uses),
             uses,
             names,
@@ -275,7 +274,7 @@ impl Plan {
             auxiliary_units,
             axes,
             pose,
-            may_be_blank: side != Side::Both,
+            may_be_blank: making.side != Side::Both,
             is_static,
         })
     }
