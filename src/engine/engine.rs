@@ -38,7 +38,7 @@ use crate::questions::thresholds::Measure;
 use crate::questions::{
     Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
 };
-use crate::recording::{Recording, RecordingSet, Role, Tare};
+use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 use crate::scoring::numbers::significant;
 
 /// Files with the maps that they are read by.
@@ -287,6 +287,11 @@ impl Engine {
         &self.project
     }
 
+    /// The recordings of the document, with what each is for.
+    pub fn entries(&self) -> &[Entry] {
+        self.project.recordings.entries()
+    }
+
     /// What can be gone back and forward over.
     pub fn history(&self) -> &History {
         &self.history
@@ -304,7 +309,7 @@ impl Engine {
 
     /// How a recording of the document came out, in the newest analysis that has it.
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
-        let own = &self.project.recordings.entries().get(at)?.recording;
+        let own = &self.entries().get(at)?.recording;
         let of = self.analysis.answered()?.0.recordings.entries();
         let is_own = |at: &usize| Arc::ptr_eq(&of[*at].recording, own);
         let same_place = Some(at).filter(|at| *at < of.len() && is_own(at));
@@ -390,7 +395,7 @@ impl Engine {
     /// The share of training samples, or of all without any, for which the first look-back finds a past sample; `None` without a
     /// look-back.
     pub fn share_with_past(&self) -> Option<f64> {
-        let entries = self.project.recordings.entries();
+        let entries = self.entries();
         let share = |is_asked: &dyn Fn(Role) -> bool| {
             let (mut found, mut all) = (0.0, 0.0);
             for (at, _) in entries
@@ -547,7 +552,7 @@ impl Engine {
             self.default_thresholds = Some((Arc::clone(own), distance, default));
         }
         // Before anything was opened there is nothing to ask, and nothing to complain about.
-        let is_empty = self.project.recordings.entries().is_empty();
+        let is_empty = self.entries().is_empty();
         if !is_empty || self.analysis.asked().is_some() {
             if is_empty && self.analysis.answer().is_some() {
                 self.analysis.forget();
@@ -589,14 +594,14 @@ impl Engine {
     /// Asks what a pane shows of the loops, by the newest analysis.
     pub fn ask_loops(&mut self, visible: Option<(f64, f64)>, question: Question) {
         if let Some(look) = self.look(visible, question) {
-            ask_look(&mut self.loops, look);
+            self.loops.ask(look);
         }
     }
 
     /// Asks for the metrology figures, by the newest analysis.
     pub fn ask_figures(&mut self, question: Question) {
         if let Some(look) = self.look(None, question) {
-            ask_look(&mut self.figures, look);
+            self.figures.ask(look);
         }
     }
 
@@ -627,10 +632,7 @@ impl Engine {
             project.thresholds(),
             &self.datasets,
         );
-        let is_other = |of: &StudyThresholds| !of.has_same_map(&asked);
-        if self.study.asked().is_some_and(is_other) {
-            self.study.forget();
-        }
+
         self.study.ask(asked);
     }
 
@@ -641,11 +643,7 @@ impl Engine {
             self.check.forget();
             return;
         }
-        let is_other =
-            |of: &CheckData| of.request.recordings.layout() != request.recordings.layout();
-        if self.check.asked().is_some_and(is_other) {
-            self.check.forget();
-        }
+
         self.check.ask(CheckData { request, hanging });
     }
 
@@ -706,7 +704,7 @@ impl Engine {
 
     fn begin(&mut self, task: Task, turn: Option<InTurn>) {
         let mut lane = Lane::new(&self.notify);
-        let is_seen = task.is_seen();
+        let is_seen = task.is_seen;
         lane.ask_again(task);
         self.tasks.push(Begun {
             is_seen,
@@ -730,7 +728,7 @@ impl Engine {
         };
         let recordings = Arc::clone(&self.project.recordings);
         let task = match turn.clone() {
-            InTurn::Read(files) => Task::Open(files, self.preferences.maps.clone()),
+            InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
             InTurn::Tare(which, tare) => {
                 let is_meant = |own: &Recording| {
                     let mut which = which.iter();
@@ -739,10 +737,10 @@ impl Engine {
                 let entries = recordings.entries().iter().enumerate();
                 let meant = entries.filter(|(_, entry)| is_meant(&entry.recording));
                 let meant = meant.map(|(at, _)| at).collect();
-                Task::Tare(recordings, meant, tare)
+                Task::tare(recordings, meant, tare)
             }
-            InTurn::LeaveOutFaulty => Task::LeaveOut(recordings, self.project.valid_range()),
-            InTurn::Simulate => Task::Simulate(recordings),
+            InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
+            InTurn::Simulate => Task::simulate(recordings),
         };
         self.begin(task, Some(turn));
     }
@@ -757,7 +755,7 @@ impl Engine {
             Action::Open(paths) => self.open(paths),
             Action::OpenBuiltIn => self.await_turn(InTurn::Simulate),
             Action::Tare(which, tare) => {
-                let entries = self.project.recordings.entries();
+                let entries = self.entries();
                 let which = which.iter().filter_map(|at| entries.get(*at));
                 let which = which.map(|entry| Arc::clone(&entry.recording)).collect();
                 self.await_turn(InTurn::Tare(which, tare));
@@ -826,7 +824,7 @@ impl Engine {
                 }
             }
             Action::Import(command) => self.import(command),
-            Action::Restore(path) => self.start(Task::Restore(path)),
+            Action::Restore(path) => self.start(Task::restore(path)),
             Action::DropLeft(path) => {
                 self.recoverable.retain(|left| left.path != path);
                 drop_left(&path);
@@ -844,7 +842,7 @@ impl Engine {
             Action::Locate(place) => {
                 let lost = self.project.lost.clone();
                 let open = self.project.files().map(Path::to_owned).collect();
-                self.start(Task::Locate(lost, place, open));
+                self.start(Task::locate(lost, place, open));
             }
             Action::Forget(at) => {
                 if at < self.project.lost.len() {
@@ -962,9 +960,8 @@ impl Engine {
             Done::Changed(_, Err(error)) => self.tell(Level::Error, error),
             Done::Simulated(_, set) => {
                 // A session that was just opened and asked for it is still the same.
-                let is_saved = self.project.recordings.entries().is_empty()
-                    && self.saved.is_some()
-                    && !self.is_unsaved();
+                let is_saved =
+                    self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
                 let refused = self.change(|project| {
                     // That of a session which was opened, and waits for its recordings.
                     let waits = |split: &&Split| split.whole.entries().is_empty();
@@ -1154,7 +1151,7 @@ impl Engine {
         let recordings = &self.project.recordings;
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
         if let Some(trained) = self.unproven.as_ref().filter(|_| is_whole) {
-            let task = Task::Prove(Arc::clone(recordings), Arc::clone(trained));
+            let task = Task::prove(Arc::clone(recordings), Arc::clone(trained));
             self.start(task);
         }
     }
@@ -1265,12 +1262,7 @@ impl Engine {
         // The notice about it must say where a relative path led.
         let path = std::path::absolute(&path).unwrap_or(path);
         let inputs = self.project.files().map(Path::to_owned).collect();
-        self.start(Task::Write {
-            content,
-            path,
-            existing,
-            inputs,
-        });
+        self.start(Task::write(content, path, existing, inputs));
     }
 
     fn export(&mut self, path: PathBuf, existing: Existing) {
@@ -1347,8 +1339,8 @@ impl Engine {
         };
         let calibration = Arc::clone(&analysis.calibration);
         let recordings = Arc::clone(&self.project.recordings);
-        let settings = Box::new(self.project.settings.clone());
-        self.start(Task::Keep(recordings, settings, calibration));
+        let settings = self.project.settings.clone();
+        self.start(Task::keep(recordings, settings, calibration));
     }
 
     /// Takes how far the models are that are being tried.
@@ -1429,7 +1421,7 @@ impl Engine {
                 self.project.maps.insert(path.clone(), map);
                 return self.open([vec![path], waiting].concat());
             }
-            ImportCommand::ReadMap(path) => return self.start(Task::ReadMap(path)),
+            ImportCommand::ReadMap(path) => return self.start(Task::read_map(path)),
             _ => {}
         }
         let Some(importing) = &mut self.importing else {
@@ -1437,8 +1429,7 @@ impl Engine {
         };
         match command {
             ImportCommand::FindWeight => {
-                let task =
-                    Task::FindWeight(importing.path.clone(), Box::new(importing.map.clone()));
+                let task = Task::find_weight(importing.path.clone(), importing.map.clone());
                 self.start(task);
             }
             ImportCommand::WriteMap(path) => {
@@ -1456,13 +1447,4 @@ impl Engine {
             }
         }
     }
-}
-
-/// Asks; answers about other recordings go, those that are still to come as well.
-fn ask_look(lane: &mut Lane<LookAt>, look: LookAt) {
-    let is_other = |of: &LookAt| !Arc::ptr_eq(&of.0.recordings, &look.0.recordings);
-    if lane.asked().is_some_and(is_other) {
-        lane.forget();
-    }
-    lane.ask(look);
 }

@@ -42,8 +42,8 @@ impl Query for Preview {
         "Looking at a file".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        self.path == other.path && self.known == other.known
+    fn key(&self) -> impl PartialEq {
+        (&self.path, &self.known)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {

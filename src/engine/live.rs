@@ -71,8 +71,8 @@ impl Query for Follow {
         "Following".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        self.path == other.path && Arc::ptr_eq(&self.calibration, &other.calibration)
+    fn key(&self) -> impl PartialEq {
+        (&self.path, Arc::as_ptr(&self.calibration))
     }
 
     fn compute(&self, Work { progress, show, .. }: Work<'_, Self>) -> Result<Followed, Unanswered> {

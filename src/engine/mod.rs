@@ -9,7 +9,7 @@ mod engine;
 mod files;
 mod importing;
 #[cfg(all(test, feature = "gui"))]
-mod killed;
+mod killed_tests;
 mod live;
 mod lost;
 mod models;

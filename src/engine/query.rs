@@ -73,8 +73,13 @@ pub trait Query: Clone + Send + Sync + 'static {
     /// What people see while it runs.
     fn title(&self) -> String;
 
-    /// Whether the other question has the same answer.
-    fn is_same(&self, other: &Self) -> bool;
+    /// What the answer depends on: what is shared by its place in memory, settings by their values.
+    fn key(&self) -> impl PartialEq;
+
+    /// Returns true if an answer to the other question may stay on screen until this one is answered.
+    fn is_akin(&self, _other: &Self) -> bool {
+        true
+    }
 
     /// Finds the answer.
     ///
@@ -216,12 +221,17 @@ impl<Q: Query> Lane<Q> {
         }
     }
 
-    /// Asks, unless this is what was asked last.
+    /// Asks, unless this is what was asked last; an answer to a question that is not akin goes.
     pub fn ask(&mut self, question: Q) {
-        let is_same = |asked: &Q| asked.is_same(&question);
-        if !self.asked.as_ref().is_some_and(is_same) {
-            self.ask_again(question);
+        if let Some(asked) = &self.asked {
+            if asked.key() == question.key() {
+                return;
+            }
+            if !question.is_akin(asked) {
+                self.forget();
+            }
         }
+        self.ask_again(question);
     }
 
     /// Asks, whatever was asked before; what waits goes.
@@ -348,7 +358,7 @@ impl<Q: Query> Lane<Q> {
     pub fn is_current(&self) -> bool {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let both = shown.zip(self.asked.as_ref());
-        both.is_some_and(|(shown, asked)| shown.question.is_same(asked))
+        both.is_some_and(|(shown, asked)| shown.question.key() == asked.key())
     }
 
     /// Why the newest question has no answer.
@@ -482,8 +492,8 @@ mod tests {
             "a test".to_owned()
         }
 
-        fn is_same(&self, other: &Self) -> bool {
-            self.number == other.number
+        fn key(&self) -> impl PartialEq {
+            self.number
         }
 
         fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {

@@ -42,18 +42,15 @@ impl From<LookError> for Unanswered {
     }
 }
 
-/// Whether both are there and the same one, or neither.
-fn is_same_one<T>(one: Option<&Arc<T>>, other: Option<&Arc<T>>) -> bool {
-    one.map(Arc::as_ptr) == other.map(Arc::as_ptr)
-}
-
-fn is_same_request(one: &Request, other: &Request) -> bool {
-    Arc::ptr_eq(&one.recordings, &other.recordings)
-        && one.settings == other.settings
-        && one.view == other.view
-        && one.trained == other.trained
-        && is_same_one(one.calibration.as_ref(), other.calibration.as_ref())
-        && is_same_one(one.factory.as_ref(), other.factory.as_ref())
+fn request_key(request: &Request) -> impl PartialEq {
+    (
+        Arc::as_ptr(&request.recordings),
+        &request.settings,
+        request.view,
+        request.trained,
+        request.calibration.as_ref().map(Arc::as_ptr),
+        request.factory.as_ref().map(Arc::as_ptr),
+    )
 }
 
 /// Fit and score, and make the traces.
@@ -69,8 +66,8 @@ impl Query for Analyse {
         "Updating".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        is_same_request(&self.0, &other.0)
+    fn key(&self) -> impl PartialEq {
+        request_key(&self.0)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -121,8 +118,8 @@ impl Query for Train {
         "Training".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        is_same_request(&self.request, &other.request)
+    fn key(&self) -> impl PartialEq {
+        request_key(&self.request)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -166,11 +163,19 @@ impl Query for CheckData {
         "Checking the data".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.request.recordings, &other.request.recordings)
-            && self.request.settings == other.request.settings
-            && self.request.gauge_range == other.request.gauge_range
-            && self.hanging == other.hanging
+    fn key(&self) -> impl PartialEq {
+        let request = &self.request;
+        let recordings = Arc::as_ptr(&request.recordings);
+        (
+            recordings,
+            &request.settings,
+            &request.gauge_range,
+            &self.hanging,
+        )
+    }
+
+    fn is_akin(&self, other: &Self) -> bool {
+        self.request.recordings.layout() == other.request.recordings.layout()
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -201,9 +206,9 @@ impl Query for AskExpectedError {
         "Expected error".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.request.recordings, &other.request.recordings)
-            && Arc::ptr_eq(&self.calibration, &other.calibration)
+    fn key(&self) -> impl PartialEq {
+        let recordings = Arc::as_ptr(&self.request.recordings);
+        (recordings, Arc::as_ptr(&self.calibration))
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -238,8 +243,8 @@ impl Query for FindBest {
         "Finding the best model".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        self.run == other.run
+    fn key(&self) -> impl PartialEq {
+        self.run
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -283,8 +288,8 @@ impl Query for Compare {
         "Comparing regressors".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        self.run == other.run
+    fn key(&self) -> impl PartialEq {
+        self.run
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -333,8 +338,7 @@ pub struct ThresholdStudy {
 
 /// A study with what it was prepared for, and its map as far as it has come.
 struct Prepared {
-    recordings: Arc<RecordingSet>,
-    settings: FitSettings,
+    of: StudyThresholds,
     study: Study,
     map: Option<Arc<ThresholdMap>>,
 }
@@ -365,9 +369,9 @@ impl StudyThresholds {
         }
     }
 
-    /// Whether the other study has the same map.
-    pub fn has_same_map(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings) && self.settings == other.settings
+    /// What its map depends on.
+    fn map_key(&self) -> (*const RecordingSet, &FitSettings) {
+        (Arc::as_ptr(&self.recordings), &self.settings)
     }
 }
 
@@ -379,8 +383,12 @@ impl Query for StudyThresholds {
         "Studying thresholds".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        self.has_same_map(other) && self.thresholds == other.thresholds
+    fn key(&self) -> impl PartialEq {
+        (self.map_key(), self.thresholds)
+    }
+
+    fn is_akin(&self, other: &Self) -> bool {
+        self.map_key() == other.map_key()
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -389,23 +397,14 @@ impl Query for StudyThresholds {
             progress,
             show,
         } = work;
-        let Self {
-            recordings,
-            settings,
-            thresholds,
-            datasets,
-        } = self;
-        let holds =
-            |own: &Prepared| Arc::ptr_eq(&own.recordings, recordings) && own.settings == *settings;
+        let holds = |own: &Prepared| own.of.is_akin(self);
         if !cache.0.as_ref().is_some_and(holds) {
             // Taken away first: two of them need not fit in memory at once.
             cache.0 = None;
-            let study =
-                Study::prepare(datasets, Arc::clone(recordings), settings.clone(), progress)?;
+            let (recordings, settings) = (Arc::clone(&self.recordings), self.settings.clone());
             cache.0 = Some(Prepared {
-                recordings: Arc::clone(recordings),
-                settings: settings.clone(),
-                study,
+                study: Study::prepare(&self.datasets, recordings, settings, progress)?,
+                of: self.clone(),
                 map: None,
             });
         }
@@ -413,7 +412,7 @@ impl Query for StudyThresholds {
         let study = &prepared.study;
         let mut found = ThresholdStudy {
             map: prepared.map.clone(),
-            past_ages: study.past_ages(*thresholds),
+            past_ages: study.past_ages(self.thresholds),
             hysteresis: study.mean_hysteresis(),
         };
         if found.map.as_ref().is_some_and(|map| map.is_complete()) {
@@ -471,11 +470,9 @@ impl Query for ChooseBlock {
         format!("Choosing {}", self.block.setting().label.to_lowercase())
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        self.block == other.block
-            && self.measure == other.measure
-            && Arc::ptr_eq(&self.recordings, &other.recordings)
-            && self.settings == other.settings
+    fn key(&self) -> impl PartialEq {
+        let recordings = Arc::as_ptr(&self.recordings);
+        (self.block, self.measure, recordings, &self.settings)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -532,8 +529,8 @@ impl Query for FindFaults {
         "Looking for faulty samples".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings) && self.range == other.range
+    fn key(&self) -> impl PartialEq {
+        (Arc::as_ptr(&self.recordings), &self.range)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -558,15 +555,21 @@ impl Query for LookAt {
         "Drawing loops".to_owned()
     }
 
-    fn is_same(&self, other: &Self) -> bool {
-        let (one, other) = (&self.0, &other.0);
-        Arc::ptr_eq(&one.calibration, &other.calibration)
-            && Arc::ptr_eq(&one.recordings, &other.recordings)
-            && Arc::ptr_eq(&one.traces, &other.traces)
-            && one.decimation == other.decimation
-            && one.visible == other.visible
-            && one.measuring == other.measuring
-            && one.question == other.question
+    fn key(&self) -> impl PartialEq {
+        let own = &self.0;
+        (
+            Arc::as_ptr(&own.calibration),
+            Arc::as_ptr(&own.recordings),
+            Arc::as_ptr(&own.traces),
+            own.decimation,
+            own.visible,
+            &own.measuring,
+            &own.question,
+        )
+    }
+
+    fn is_akin(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0.recordings, &other.0.recordings)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {

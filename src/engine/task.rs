@@ -14,45 +14,21 @@ use crate::export::{TargetError, check_targets};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
+use crate::progress::Progress;
 use crate::questions::Model;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
 
 /// Something to do.
-#[derive(Clone, Debug)]
-pub enum Task {
-    /// Read these files, each by its map if it has one, or else by a remembered map of files like it.
-    Open(Vec<(PathBuf, Option<ColumnMap>)>, Vec<ColumnMap>),
-    /// Tare some of these recordings.
-    Tare(Arc<RecordingSet>, Vec<usize>, Tare),
-    /// Leave what is faulty by this range out of these recordings.
-    LeaveOut(Arc<RecordingSet>, ValidRange),
-    /// Make the built-in recordings, to stand in the place of these.
-    Simulate(Arc<RecordingSet>),
-    /// Write a file; the inputs must not be written over.
-    Write {
-        /// What.
-        content: FileContent,
-        /// Where.
-        path: PathBuf,
-        /// What to do where it is there already.
-        existing: Existing,
-        /// Files that must stay as they are.
-        inputs: Vec<PathBuf>,
-    },
-    /// Read a column map.
-    ReadMap(PathBuf),
-    /// Find the weight in a file by this map.
-    FindWeight(PathBuf, Box<ColumnMap>),
-    /// Read this autosaved session.
-    Restore(PathBuf),
-    /// Find these files of the session, of which this is one or the folder that they are in, and read them; others are open.
-    Locate(Vec<SessionFile>, PathBuf, Vec<PathBuf>),
-    /// Check that a session's trained calibration is of these recordings.
-    Prove(Arc<RecordingSet>, Arc<Calibration>),
-    /// Find out what a calibration of these recordings costs, to list it with these settings.
-    Keep(Arc<RecordingSet>, Box<FitSettings>, Arc<Calibration>),
+#[derive(Clone)]
+pub struct Task {
+    title: String,
+    /// Whether it can be seen, and stopped.
+    pub is_seen: bool,
+    run: Arc<Run>,
 }
+
+type Run = dyn Fn(&Progress) -> Answered<Task> + Send + Sync;
 
 /// What came of it.
 #[derive(Debug)]
@@ -82,12 +58,140 @@ pub enum Done {
 }
 
 impl Task {
-    /// Whether it can be seen, and stopped. A file that is written ends by itself, so that none is left half written.
-    pub fn is_seen(&self) -> bool {
-        match self {
-            Self::Write { content, .. } => content.takes_long(),
-            _ => true,
+    fn new(
+        title: impl Into<String>,
+        run: impl Fn(&Progress) -> Answered<Self> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            title: title.into(),
+            is_seen: true,
+            run: Arc::new(run),
         }
+    }
+
+    /// Reads these files, each by its map if it has one, or else by a remembered map of files like it.
+    pub fn open(files: Vec<(PathBuf, Option<ColumnMap>)>, remembered: Vec<ColumnMap>) -> Self {
+        let title = match &files[..] {
+            [(one, _)] => format!("Reading {}", file_name(one)),
+            many => format!("Reading {} files", many.len()),
+        };
+        Self::new(title, move |progress| {
+            Ok(Done::Opened(open_all(&files, &remembered, progress)))
+        })
+    }
+
+    /// Tares some of these recordings.
+    pub fn tare(recordings: Arc<RecordingSet>, which: Vec<usize>, tare: Tare) -> Self {
+        Self::new("Taring", move |_| {
+            let tared = tared(&recordings, &which, tare);
+            Ok(Done::Changed(Arc::clone(&recordings), tared))
+        })
+    }
+
+    /// Leaves what is faulty by this range out of these recordings.
+    pub fn leave_out(recordings: Arc<RecordingSet>, range: ValidRange) -> Self {
+        Self::new("Leaving out faulty samples", move |_| {
+            let rest = left_out(&recordings, &range);
+            Ok(Done::Changed(Arc::clone(&recordings), rest))
+        })
+    }
+
+    /// Makes the built-in recordings, to stand in the place of these.
+    pub fn simulate(replaced: Arc<RecordingSet>) -> Self {
+        Self::new("Simulating the built-in sensor", move |progress| {
+            let made = simulated::demonstration(simulated::DEFAULT_SEED);
+            progress.check()?;
+            Ok(Done::Simulated(Arc::clone(&replaced), made))
+        })
+    }
+
+    /// Writes a file; the inputs must not be written over. One that is soon written ends by itself, so that none is left half
+    /// written.
+    pub fn write(
+        content: FileContent,
+        path: PathBuf,
+        existing: Existing,
+        inputs: Vec<PathBuf>,
+    ) -> Self {
+        let (title, is_seen) = (
+            format!("Writing {}", file_name(&path)),
+            content.takes_long(),
+        );
+        let write = Self::new(title, move |progress| {
+            let (content, path) = (content.clone(), path.clone());
+            let replaces = existing == Existing::Replace;
+            let written = match check_targets(&inputs, &content.files(&path), replaces) {
+                Err(TargetError::Exists { .. }) => return Ok(Done::IsThere(content, path)),
+                Err(error) => Err(error.to_string()),
+                Ok(()) => content.write(&path, progress),
+            };
+            Ok(Done::Written(content, path, written))
+        });
+        Self { is_seen, ..write }
+    }
+
+    /// Reads a column map.
+    pub fn read_map(path: PathBuf) -> Self {
+        Self::new("Reading a column map", move |_| {
+            let read = ColumnMap::read(&path).map(Box::new);
+            Ok(Done::Map(read.map_err(|error| error.to_string())))
+        })
+    }
+
+    /// Finds the weight in a file by this map.
+    pub fn find_weight(path: PathBuf, map: ColumnMap) -> Self {
+        Self::new("Finding the weight", move |progress| {
+            let found = import::estimate_weight(&path, &map, progress).map(Box::new);
+            let found = found.map_err(|error| error.to_string());
+            Ok(Done::Weight(path.clone(), found))
+        })
+    }
+
+    /// Reads this autosaved session.
+    pub fn restore(path: PathBuf) -> Self {
+        Self::new("Restoring", move |progress| {
+            let opened = OpenedSession::read(&path, progress).map(Box::new);
+            progress.check()?;
+            Ok(Done::Restored(path.clone(), opened))
+        })
+    }
+
+    /// Finds these files of the session, of which `place` is one or the folder that they are in, and reads them; others are open.
+    pub fn locate(lost: Vec<SessionFile>, place: PathBuf, others: Vec<PathBuf>) -> Self {
+        Self::new("Finding the session's files", move |progress| {
+            let found = find(&lost, &place, &others).into_iter();
+            let found = found.map(|(at, path)| {
+                let part = SessionPart::at(&lost[at], path, progress);
+                (lost[at].clone(), part)
+            });
+            let found = found.collect();
+            progress.check()?;
+            Ok(Done::Located(place.clone(), found))
+        })
+    }
+
+    /// Checks that a session's trained calibration is of these recordings.
+    pub fn prove(recordings: Arc<RecordingSet>, trained: Arc<Calibration>) -> Self {
+        Self::new("Checking the trained calibration", move |_| {
+            let proven = prove_trained(&trained, &recordings);
+            Ok(Done::Proven(
+                Arc::clone(&trained),
+                Arc::clone(&recordings),
+                proven,
+            ))
+        })
+    }
+
+    /// Finds out what a calibration of these recordings costs, to list it with these settings.
+    pub fn keep(
+        recordings: Arc<RecordingSet>,
+        settings: FitSettings,
+        calibration: Arc<Calibration>,
+    ) -> Self {
+        Self::new("Keeping the model", move |_| {
+            let model = Model::fitted(settings.clone(), &calibration, &recordings);
+            Ok(Done::Kept(Arc::clone(&recordings), Box::new(model)))
+        })
     }
 }
 
@@ -96,92 +200,16 @@ impl Query for Task {
     type Cache = ();
 
     fn title(&self) -> String {
-        match self {
-            Self::Open(files, _) => match &files[..] {
-                [(one, _)] => format!("Reading {}", file_name(one)),
-                many => format!("Reading {} files", many.len()),
-            },
-            Self::Tare(..) => "Taring".to_owned(),
-            Self::LeaveOut(..) => "Leaving out faulty samples".to_owned(),
-            Self::Simulate(_) => "Simulating the built-in sensor".to_owned(),
-            Self::Write { path, .. } => format!("Writing {}", file_name(path)),
-            Self::ReadMap(_) => "Reading a column map".to_owned(),
-            Self::FindWeight(..) => "Finding the weight".to_owned(),
-            Self::Restore(_) => "Restoring".to_owned(),
-            Self::Prove(..) => "Checking the trained calibration".to_owned(),
-            Self::Locate(..) => "Finding the session's files".to_owned(),
-            Self::Keep(..) => "Keeping the model".to_owned(),
-        }
+        self.title.clone()
     }
 
-    fn is_same(&self, _: &Self) -> bool {
-        false
+    /// Each is done once, whatever was done before.
+    fn key(&self) -> impl PartialEq {
+        f64::NAN
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work { progress, .. } = work;
-        Ok(match self {
-            Self::Open(files, remembered) => Done::Opened(open_all(files, remembered, progress)),
-            Self::Tare(recordings, which, tare) => {
-                Done::Changed(Arc::clone(recordings), tared(recordings, which, *tare))
-            }
-            Self::LeaveOut(recordings, range) => {
-                Done::Changed(Arc::clone(recordings), left_out(recordings, range))
-            }
-            Self::Simulate(replaced) => {
-                let made = simulated::demonstration(simulated::DEFAULT_SEED);
-                progress.check()?;
-                Done::Simulated(Arc::clone(replaced), made)
-            }
-            Self::Write {
-                content,
-                path,
-                existing,
-                inputs,
-            } => {
-                let outputs = content.files(path);
-                let (content, path) = (content.clone(), path.clone());
-                match check_targets(inputs, &outputs, *existing == Existing::Replace) {
-                    Err(TargetError::Exists { .. }) => Done::IsThere(content, path),
-                    Err(error) => Done::Written(content, path, Err(error.to_string())),
-                    Ok(()) => {
-                        let written = content.write(&path, progress);
-                        Done::Written(content, path, written)
-                    }
-                }
-            }
-            Self::ReadMap(path) => {
-                let read = ColumnMap::read(path).map(Box::new);
-                Done::Map(read.map_err(|error| error.to_string()))
-            }
-            Self::FindWeight(path, map) => {
-                let found = import::estimate_weight(path, map, progress).map(Box::new);
-                Done::Weight(path.clone(), found.map_err(|error| error.to_string()))
-            }
-            Self::Restore(path) => {
-                let opened = OpenedSession::read(path, progress).map(Box::new);
-                progress.check()?;
-                Done::Restored(path.clone(), opened)
-            }
-            Self::Locate(lost, place, others) => {
-                let found = find(lost, place, others).into_iter();
-                let found = found.map(|(at, path)| {
-                    let part = SessionPart::at(&lost[at], path, progress);
-                    (lost[at].clone(), part)
-                });
-                let found = found.collect();
-                progress.check()?;
-                Done::Located(place.clone(), found)
-            }
-            Self::Prove(recordings, trained) => {
-                let proven = prove_trained(trained, recordings);
-                Done::Proven(Arc::clone(trained), Arc::clone(recordings), proven)
-            }
-            Self::Keep(recordings, settings, calibration) => {
-                let model = Model::fitted(FitSettings::clone(settings), calibration, recordings);
-                Done::Kept(Arc::clone(recordings), Box::new(model))
-            }
-        })
+        (self.run)(work.progress)
     }
 }
 

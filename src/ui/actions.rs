@@ -106,7 +106,7 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             None,
             Edit::CloseAll.into(),
         )
-        .only_if(!engine.project().recordings.entries().is_empty()),
+        .only_if(!engine.entries().is_empty()),
     ]
 }
 
@@ -283,7 +283,7 @@ pub fn pictures() -> Vec<Action> {
 
 /// What all recordings are for, and taring them.
 pub fn roles(engine: &Engine) -> Vec<Action> {
-    let entries = 0..engine.project().recordings.entries().len();
+    let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
     let all =
         |name, explanation, role| action(name, explanation, None, Edit::AllRoles(role).into());
@@ -329,7 +329,7 @@ fn settings(engine: &Engine) -> Vec<Action> {
 
 /// Trying models.
 pub fn models(engine: &Engine) -> Vec<Action> {
-    let any = !engine.project().recordings.entries().is_empty();
+    let any = !engine.entries().is_empty();
     let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
     vec![
         action(

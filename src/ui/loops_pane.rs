@@ -216,7 +216,7 @@ impl LoopsPane {
         if matches!(self.up, Up::Gauge(gauge) if gauge >= n_gauges) {
             self.up = Up::default();
         }
-        if matches!(self.span, Span::One(at) if at >= engine.project().recordings.entries().len()) {
+        if matches!(self.span, Span::One(at) if at >= engine.entries().len()) {
             self.span = Span::default();
         }
         let first = axes.first().copied();
@@ -337,7 +337,7 @@ impl LoopsPane {
     }
 
     fn span_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
-        let entries = engine.project().recordings.entries();
+        let entries = engine.entries();
         let name = |span: Span| match span {
             Span::Visible => "As in Traces",
             Span::Of(TableOf::Test) => "Test recordings",

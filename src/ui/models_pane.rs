@@ -91,7 +91,7 @@ impl View {
                 out.push(Action::StopTrying.into());
             }
         } else {
-            let ready = !engine.project().recordings.entries().is_empty();
+            let ready = !engine.entries().is_empty();
             ui.add_enabled_ui(ready, |ui| {
                 if ui.press(
                     "Find the best",

@@ -64,7 +64,7 @@ impl PaneView for View {
 fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     path_field(ui, fields, out);
     split_row(ui, engine, fields, out);
-    if !engine.project().recordings.entries().is_empty() {
+    if !engine.entries().is_empty() {
         faults_row(ui, engine, out);
     }
     if engine.project().recordings.is_simulated() {
@@ -85,7 +85,7 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
         });
     }
     ui.separator();
-    if engine.project().recordings.entries().is_empty() {
+    if engine.entries().is_empty() {
         ui.weak("Open files, drop them on the window, or choose File > Built-in sensor.");
         return;
     }
@@ -323,10 +323,10 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
         .body(|body| {
             body.rows(
                 20.0,
-                engine.project().recordings.entries().len(),
+                engine.entries().len(),
                 |mut row| {
                     let at = row.index();
-                    let entry = &engine.project().recordings.entries()[at];
+                    let entry = &engine.entries()[at];
                     row.set_selected(engine.project().view == questions::View::One(at));
                     row.col(|ui| role_menu(ui, at, entry, out));
                     row.col(|ui| name_button(ui, engine, at, fields, out));
@@ -362,7 +362,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
 
 /// The group of a recording: as it was set, else as it was found.
 fn group_of(engine: &Engine, at: usize) -> Option<&str> {
-    let entry = engine.project().recordings.entries().get(at)?;
+    let entry = engine.entries().get(at)?;
     let found = || engine.result_of(at)?.group.as_deref();
     entry.group.as_deref().or_else(found)
 }
@@ -391,7 +391,7 @@ fn group_menu(
     (of, text): &mut (usize, String),
     out: &mut Vec<Command>,
 ) {
-    let entries = engine.project().recordings.entries();
+    let entries = engine.entries();
     if *of != at {
         *of = at;
         *text = group_of(engine, at).unwrap_or_default().to_owned();
@@ -448,7 +448,7 @@ fn day_menu(
     (of, text): &mut (usize, String),
     out: &mut Vec<Command>,
 ) {
-    let entries = engine.project().recordings.entries();
+    let entries = engine.entries();
     let recording = &entries[at].recording;
     if *of != at {
         *of = at;
@@ -502,7 +502,7 @@ fn as_table(engine: &Engine) -> Table {
             ..report::Column::numbers(format!("{} RMSE {}", trace.label(), axis.symbol()))
         }));
     }
-    let entries = engine.project().recordings.entries().iter().enumerate();
+    let entries = engine.entries().iter().enumerate();
     let rows = entries.map(|(at, entry)| {
         let group = group_of(engine, at).unwrap_or_default();
         let mut cells = [entry.role.label(), entry.recording.name(), group]
@@ -559,7 +559,7 @@ fn name_button(
     fields: &mut View,
     out: &mut Vec<Command>,
 ) {
-    let recording = &engine.project().recordings.entries()[at].recording;
+    let recording = &engine.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
     let button = egui::Button::selectable(engine.project().view == questions::View::One(at), name)

@@ -242,8 +242,6 @@ fn force_range(engine: &Engine) -> f64 {
 
 fn t_range(engine: &Engine) -> f64 {
     let longest = engine
-        .project()
-        .recordings
         .entries()
         .iter()
         .map(|entry| entry.recording.duration_secs())

@@ -71,7 +71,7 @@ fn trace_panes(
     let Some(analysis) = engine.analysis() else {
         ui.centered_and_justified(|ui| match engine.problem() {
             Some(problem) => ui.label(problem),
-            None if engine.project().recordings.entries().is_empty() => ui.label(
+            None if engine.entries().is_empty() => ui.label(
                 "Open recordings to see them here: File > Open, or drop files on the window",
             ),
             None => ui.label("Fitting…"),
@@ -281,7 +281,7 @@ fn line_sample(ui: &mut egui::Ui, trace: Trace) {
 }
 
 fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-    let entries = engine.project().recordings.entries();
+    let entries = engine.entries();
     let name = |view: Shown| match view {
         Shown::One(at) => entries
             .get(at)

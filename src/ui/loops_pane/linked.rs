@@ -59,7 +59,7 @@ impl<'a> Shared<'a> {
             .axes
             .iter()
             .find(|own| own.axis == plot.question.axis)?;
-        let entries = engine.project().recordings.entries();
+        let entries = engine.entries();
         let part = |(recording, own): &(usize, Range<usize>)| {
             let mut segments = traces.segments.iter();
             let segment = segments.find(|segment| segment.recording == *recording)?;

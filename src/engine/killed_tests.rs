@@ -88,7 +88,7 @@ fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
     for kill in 1..=KILLS {
         let mut program = Command::new(std::env::current_exe().unwrap())
             .args(["--ignored", "--exact"])
-            .arg("engine::killed::writes_until_it_is_killed")
+            .arg("engine::killed_tests::writes_until_it_is_killed")
             .env(FOLDER, folder.path())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
