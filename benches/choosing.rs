@@ -96,26 +96,10 @@ const PLAIN: Sensor = Sensor {
 };
 
 const SENSORS: &[Sensor] = &[
-    Sensor {
-        name: "linear, no past",
-        ..PLAIN
-    },
-    Sensor {
-        name: "linear, six axes, much noise",
-        axes: WRENCH,
-        noise: 0.03,
-        ..PLAIN
-    },
-    Sensor {
-        name: "nonlinear, no past",
-        square: 0.1,
-        ..PLAIN
-    },
-    Sensor {
-        name: "Bouc-Wen",
-        pasts: &[Past::BoucWen(0.15, 0.3)],
-        ..PLAIN
-    },
+    Sensor { name: "linear, no past", ..PLAIN },
+    Sensor { name: "linear, six axes, much noise", axes: WRENCH, noise: 0.03, ..PLAIN },
+    Sensor { name: "nonlinear, no past", square: 0.1, ..PLAIN },
+    Sensor { name: "Bouc-Wen", pasts: &[Past::BoucWen(0.15, 0.3)], ..PLAIN },
     Sensor {
         name: "Bouc-Wen, three recordings",
         pasts: &[Past::BoucWen(0.1, 0.2)],
@@ -179,11 +163,7 @@ const SENSORS: &[Sensor] = &[
         n_train: 12,
         secs: 20.0,
     },
-    Sensor {
-        name: "slow gauges",
-        pasts: &[Past::Delay(0.15)],
-        ..PLAIN
-    },
+    Sensor { name: "slow gauges", pasts: &[Past::Delay(0.15)], ..PLAIN },
 ];
 
 /// The state of one gauge's past.
@@ -285,37 +265,24 @@ fn recording(
     let (g, q) = (sensor.n_gauges, sensor.axes.len());
     let before = (5.0 * RATE) as usize;
     let n = (sensor.secs * RATE) as usize;
-    let sizes: Vec<f64> = sensor
-        .axes
-        .iter()
-        .map(|axis| if axis.unit() == "N" { 20.0 } else { 0.8 })
-        .collect();
-    let moved: Vec<Vec<f64>> = (0..q)
-        .map(|_| motion(sensor.motion, before + n, numbers))
-        .collect();
+    let sizes: Vec<f64> =
+        sensor.axes.iter().map(|axis| if axis.unit() == "N" { 20.0 } else { 0.8 }).collect();
+    let moved: Vec<Vec<f64>> = (0..q).map(|_| motion(sensor.motion, before + n, numbers)).collect();
     let mut memories: Vec<Vec<Memory>> = (0..g)
         .map(|_| {
             sensor
                 .pasts
                 .iter()
-                .map(|past| Memory {
-                    past: *past,
-                    before: 0.0,
-                    states: [0.0; 4],
-                })
+                .map(|past| Memory { past: *past, before: 0.0, states: [0.0; 4] })
                 .collect()
         })
         .collect();
     let (mut gauges, mut loads) = (Vec::new(), Vec::new());
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "the same sample of several axes"
-    )]
+    #[expect(clippy::needless_range_loop, reason = "the same sample of several axes")]
     for k in 0..before + n {
         for (gauge, memories) in memories.iter_mut().enumerate() {
-            let strain: f64 = (0..q)
-                .map(|axis| compliance[gauge * q + axis] * moved[axis][k])
-                .sum();
+            let strain: f64 =
+                (0..q).map(|axis| compliance[gauge * q + axis] * moved[axis][k]).sum();
             let past: f64 = memories.iter_mut().map(|memory| memory.step(strain)).sum();
             let reads =
                 strain + sensor.square * strain * strain + past + sensor.noise * numbers.normal();
@@ -329,16 +296,8 @@ fn recording(
     }
     let times = (0..n).map(|k| k as f64 / RATE).collect();
     let names = (1..=g).map(|at| format!("S{at}")).collect();
-    Recording::new(
-        name,
-        Source::Simulated,
-        times,
-        names,
-        gauges,
-        sensor.axes.to_vec(),
-        loads,
-    )
-    .expect("the parts belong together")
+    Recording::new(name, Source::Simulated, times, names, gauges, sensor.axes.to_vec(), loads)
+        .expect("the parts belong together")
 }
 
 fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
@@ -350,15 +309,11 @@ fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
         })
         .collect();
     let mut set = RecordingSet::default();
-    for (role, count) in [
-        (Role::Train, sensor.n_train),
-        (Role::Test, sensor.n_train.max(4)),
-    ] {
+    for (role, count) in [(Role::Train, sensor.n_train), (Role::Test, sensor.n_train.max(4))] {
         for at in 0..count {
             let name = format!("{role:?} {at}");
             let made = recording(sensor, &compliance, name, &mut numbers);
-            set.push(Entry::new(made, role))
-                .expect("all have the same columns");
+            set.push(Entry::new(made, role)).expect("all have the same columns");
         }
     }
     set
@@ -366,17 +321,12 @@ fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
 
 /// The root of the mean over the axes of squared errors, relative to the conventional calibration's.
 fn relative(rmse: &[f64], conventional: &[f64]) -> f64 {
-    let ratios = rmse
-        .iter()
-        .zip(conventional)
-        .map(|(own, other)| (own / other).powi(2));
+    let ratios = rmse.iter().zip(conventional).map(|(own, other)| (own / other).powi(2));
     (ratios.sum::<f64>() / rmse.len() as f64).sqrt()
 }
 
 fn main() {
-    let seed = std::env::args()
-        .find_map(|word| word.parse().ok())
-        .unwrap_or(1);
+    let seed = std::env::args().find_map(|word| word.parse().ok()).unwrap_or(1);
     println!(
         "| sensor | proposed | its error (left out) | its error (test) | best on the test | its error | above it |"
     );
@@ -391,22 +341,13 @@ fn main() {
         let best = find_best(&search, &Progress::default(), &|_| {}).expect("all can be fitted");
         let test = |at: usize| {
             let scores = &best.tried[at].model.scores;
-            scores
-                .test_rmse
-                .as_deref()
-                .expect("there are test recordings")
+            scores.test_rmse.as_deref().expect("there are test recordings")
         };
-        let errors: Vec<f64> = (0..best.tried.len())
-            .map(|at| relative(test(at), test(0)))
-            .collect();
-        let least = (0..errors.len())
-            .min_by(|a, b| errors[*a].total_cmp(&errors[*b]))
-            .expect("some");
-        let chosen = best
-            .tried
-            .iter()
-            .position(|tried| tried.is_proposed)
-            .expect("one is");
+        let errors: Vec<f64> =
+            (0..best.tried.len()).map(|at| relative(test(at), test(0))).collect();
+        let least =
+            (0..errors.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b])).expect("some");
+        let chosen = best.tried.iter().position(|tried| tried.is_proposed).expect("one is");
         let above = errors[chosen] / errors[least] - 1.0;
         n_near += usize::from(above <= 0.05);
         worst = worst.max(errors[chosen]);

@@ -16,48 +16,23 @@ use loopscope::recording::simulated;
 fn main() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let present = FeatureSettings::present();
-    let with = |blocks: Blocks| FeatureSettings {
-        blocks,
-        ..present.clone()
-    };
+    let with = |blocks: Blocks| FeatureSettings { blocks, ..present.clone() };
     let none = Blocks::default();
     let polynomial = Blocks::every().with(&Polynomial, &[2.0]);
     for (name, features, history_rate_hz) in [
         ("default", FeatureSettings::default(), 0.0),
         ("default, history 100 Hz", FeatureSettings::default(), 100.0),
         ("lag", with(none.clone().with(&FixedLag, &[0.5])), 0.0),
-        (
-            "creep",
-            with(none.clone().with(&Creep, &[1.0, 6.0, 40.0])),
-            0.0,
-        ),
-        (
-            "play",
-            with(none.clone().with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6])),
-            0.0,
-        ),
+        ("creep", with(none.clone().with(&Creep, &[1.0, 6.0, 40.0])), 0.0),
+        ("play", with(none.clone().with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6])), 0.0),
         (
             "play, squares",
-            with(
-                none.with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6])
-                    .with(&Polynomial, &[2.0]),
-            ),
+            with(none.with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6]).with(&Polynomial, &[2.0])),
             0.0,
         ),
-        (
-            "every block",
-            FeatureSettings {
-                blocks: polynomial,
-                ..FeatureSettings::default()
-            },
-            0.0,
-        ),
+        ("every block", FeatureSettings { blocks: polynomial, ..FeatureSettings::default() }, 0.0),
     ] {
-        let settings = FitSettings {
-            features,
-            history_rate_hz,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { features, history_rate_hz, ..FitSettings::default() };
         let request = Request::fit(Arc::clone(&recordings), settings);
         let calibration = train(&request, &Progress::default(), &mut |_| {})
             .expect("the built-in recordings can be fitted");
@@ -84,29 +59,17 @@ fn write_header(calibration: &Calibration, directory: &Path) {
     write_calibration(calibration, &directory.join("timed.h")).expect("the header can be written");
     // Moves the load by F_th from peak to peak.
     let scale = &calibration.gauge_scale;
-    let force = calibration
-        .axes
-        .iter()
-        .zip(&calibration.conventional.matrix);
+    let force = calibration.axes.iter().zip(&calibration.conventional.matrix);
     let force = force.filter(|(axis, _)| axis.is_force()).map(|(_, row)| {
         let moved = row.iter().zip(&scale.deviation);
-        moved
-            .map(|(slope, deviation)| slope * deviation)
-            .sum::<f64>()
-            .powi(2)
+        moved.map(|(slope, deviation)| slope * deviation).sum::<f64>().powi(2)
     });
     let brush = 1.5 / force.sum::<f64>().sqrt();
-    let brush: Vec<f64> = scale
-        .deviation
-        .iter()
-        .map(|deviation| brush * deviation)
-        .collect();
+    let brush: Vec<f64> = scale.deviation.iter().map(|deviation| brush * deviation).collect();
     let mut means = String::from("#include \"timed.h\"\n");
-    for (what, values) in [
-        ("mean", &scale.shift),
-        ("deviation", &scale.deviation),
-        ("brush", &brush),
-    ] {
+    for (what, values) in
+        [("mean", &scale.shift), ("deviation", &scale.deviation), ("brush", &brush)]
+    {
         let values: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
         writeln!(
             means,
@@ -123,18 +86,12 @@ fn compile(directory: &Path, real: &str) {
     let compiled = Command::new("cc")
         .args(["-std=c99", "-O2", "-o"])
         .arg(directory.join("timed"))
-        .arg(format!(
-            "-DHEADER=\"{}\"",
-            directory.join("wrapper.h").display()
-        ))
+        .arg(format!("-DHEADER=\"{}\"", directory.join("wrapper.h").display()))
         .arg(format!("-DLOOPSCOPE_REAL={real}"))
         .arg(driver)
         .arg("-lm")
         .status();
-    assert!(
-        compiled.is_ok_and(|status| status.success()),
-        "the header compiles"
-    );
+    assert!(compiled.is_ok_and(|status| status.success()), "the header compiles");
 }
 
 /// Bytes of program and memory in float, and whether any double is computed with.
@@ -152,40 +109,22 @@ fn on_arm(directory: &Path) -> String {
             "-mfpu=fpv4-sp-d16",
             "-mfloat-abi=hard",
         ])
-        .args([
-            "-ffreestanding",
-            "-DLOOPSCOPE_REAL=float",
-            "-c",
-            "arm.c",
-            "-o",
-            "arm.o",
-        ])
+        .args(["-ffreestanding", "-DLOOPSCOPE_REAL=float", "-c", "arm.c", "-o", "arm.o"])
         .current_dir(directory)
         .status();
     if !compiled.is_ok_and(|status| status.success()) {
         return "skipped: no arm-none-eabi-gcc with its C library here".to_owned();
     }
     let run = |tool: &str| {
-        let output = Command::new(tool)
-            .arg("arm.o")
-            .current_dir(directory)
-            .output();
+        let output = Command::new(tool).arg("arm.o").current_dir(directory).output();
         output.map_or_else(
             |_| String::new(),
             |output| String::from_utf8_lossy(&output.stdout).into_owned(),
         )
     };
     let size = run("arm-none-eabi-size");
-    let numbers: Vec<&str> = size
-        .lines()
-        .nth(1)
-        .unwrap_or_default()
-        .split_whitespace()
-        .collect();
-    let doubles = run("arm-none-eabi-nm")
-        .lines()
-        .filter(|line| line.contains("__aeabi_d"))
-        .count();
+    let numbers: Vec<&str> = size.lines().nth(1).unwrap_or_default().split_whitespace().collect();
+    let doubles = run("arm-none-eabi-nm").lines().filter(|line| line.contains("__aeabi_d")).count();
     format!(
         "program {} bytes, memory {} bytes, {doubles} functions of double arithmetic",
         numbers.first().unwrap_or(&"?"),

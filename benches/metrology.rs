@@ -62,10 +62,7 @@ fn loop_pane(c: &mut Criterion, recordings: &RecordingSet, applied: &[AppliedLoa
         });
     });
     let loops = Loops::of(loads(), default_dead_band(loads()));
-    let whole = Frame {
-        loads: (-12.0, 12.0),
-        outputs: (-14.0, 14.0),
-    };
+    let whole = Frame { loads: (-12.0, 12.0), outputs: (-14.0, 14.0) };
     c.bench_function("outline of one axis and output, 243,000 samples", |b| {
         b.iter(|| {
             let branches = (columns.iter().zip(loops.branches())).flat_map(|(column, own)| {

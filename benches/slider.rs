@@ -15,16 +15,11 @@ use loopscope::recording::simulated;
 fn slider_step(c: &mut Criterion) {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let mut group = c.benchmark_group("slider step, 243,000 samples");
-    for (name, view) in [
-        ("one recording on screen", View::One(80)),
-        ("all on screen", View::All),
-    ] {
+    for (name, view) in [("one recording on screen", View::One(80)), ("all on screen", View::All)] {
         for f_th in [0.0, 3.0, 20.0] {
             let mut analyst = Analyst::default();
-            let mut request = Request {
-                view,
-                ..Request::fit(Arc::clone(&recordings), FitSettings::default())
-            };
+            let mut request =
+                Request { view, ..Request::fit(Arc::clone(&recordings), FitSettings::default()) };
             let mut nudge = 0.0;
             group.bench_function(format!("{name}, F_th {f_th} N"), |b| {
                 b.iter(|| {
@@ -46,16 +41,12 @@ fn every_block(c: &mut Criterion) {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let mut settings = FitSettings::default();
     let features = &mut settings.features;
-    features.look_backs.push(Thresholds {
-        f_th: 8.0,
-        t_th_secs: 15.0,
-    });
+    features.look_backs.push(Thresholds { f_th: 8.0, t_th_secs: 15.0 });
     features.blocks = Blocks::every().with(&Polynomial, &[3.0]);
     let mut group = c.benchmark_group("every block, 243,000 samples");
-    for (name, ridge) in [
-        ("no ridge", RidgeChoice::Strength(0.0)),
-        ("ridge auto", RidgeChoice::Auto),
-    ] {
+    for (name, ridge) in
+        [("no ridge", RidgeChoice::Strength(0.0)), ("ridge auto", RidgeChoice::Auto)]
+    {
         settings.ridge = ridge;
         let request = Request::fit(Arc::clone(&recordings), settings.clone());
         let mut analyst = Analyst::default();
@@ -77,11 +68,7 @@ fn turning_load(n: usize, rate_hz: f64) -> (Vec<f64>, Vec<f64>) {
         .iter()
         .flat_map(|t| {
             let (a, b) = (0.31 * t, 0.23 * t);
-            [
-                11.0 * a.sin() * b.cos(),
-                11.0 * b.sin(),
-                11.0 * a.cos() * b.cos(),
-            ]
+            [11.0 * a.sin() * b.cos(), 11.0 * b.sin(), 11.0 * a.cos() * b.cos()]
         })
         .collect();
     (times, loads)
@@ -93,10 +80,7 @@ fn search(c: &mut Criterion) {
         let path = LoadPath::new(&loads, &[1.0; 3]);
         let mut group = c.benchmark_group(format!("search, {n} samples at {rate_hz} Hz, 15 s"));
         for f_th in [0.0, 1.0, 3.0, 8.0, 15.0, 20.0, 21.0, 30.0] {
-            let thresholds = Thresholds {
-                f_th,
-                t_th_secs: 15.0,
-            };
+            let thresholds = Thresholds { f_th, t_th_secs: 15.0 };
             group.bench_function(format!("F_th {f_th} N"), |b| {
                 b.iter(|| black_box(path.past_samples(&times, thresholds)));
             });

@@ -14,19 +14,11 @@ fn thresholds(c: &mut Criterion) {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let progress = Progress::default();
     let lay = |settings: &FitSettings| {
-        Study::prepare(
-            &Datasets::default(),
-            Arc::clone(&recordings),
-            settings.clone(),
-            &progress,
-        )
-        .expect("the built-in sensor can be fitted")
+        Study::prepare(&Datasets::default(), Arc::clone(&recordings), settings.clone(), &progress)
+            .expect("the built-in sensor can be fitted")
     };
     let plain = FitSettings::default();
-    let auto = FitSettings {
-        ridge: RidgeChoice::Auto,
-        ..plain.clone()
-    };
+    let auto = FitSettings { ridge: RidgeChoice::Auto, ..plain.clone() };
     let grid = ThresholdGrid::new(
         (0..40).map(|at| 0.35 * f64::from(at)).collect(),
         (1..=40).map(f64::from).collect(),
@@ -39,25 +31,17 @@ fn thresholds(c: &mut Criterion) {
             b.iter(|| lay(settings).threshold_map(&grid, &progress, &|_| {}));
         });
     }
-    let map = lay(&plain)
-        .threshold_map(&grid, &progress, &|_| {})
-        .expect("long enough");
+    let map = lay(&plain).threshold_map(&grid, &progress, &|_| {}).expect("long enough");
     group.bench_function("suggestion from the map", |b| {
         b.iter(|| map.suggestion(Measure::FullScale));
     });
     group.bench_function("what a pair touches, and the mean hysteresis", |b| {
         b.iter(|| {
             let study = lay(&plain);
-            (
-                study.past_ages(Thresholds::default()),
-                study.mean_hysteresis(),
-            )
+            (study.past_ages(Thresholds::default()), study.mean_hysteresis())
         });
     });
-    let present = FitSettings {
-        features: FeatureSettings::present(),
-        ..plain
-    };
+    let present = FitSettings { features: FeatureSettings::present(), ..plain };
     for block in [&Play as HistoryBlock, &Creep] {
         group.bench_function(format!("list for {block:?}"), |b| {
             b.iter(|| lay(&present).suggest_block(block, Measure::FullScale, &progress));

@@ -22,18 +22,13 @@ fn samples(n: usize) -> Samples {
             std::array::from_fn(|i| (0.013 * (i + 1) as f64 * k as f64 + i as f64).sin());
         let targets: [f64; N_TARGETS] =
             std::array::from_fn(|i| (inputs[i] + inputs[i + 1] * inputs[i + 6]).sin());
-        samples
-            .push_rows(&inputs, &targets)
-            .expect("the values are finite");
+        samples.push_rows(&inputs, &targets).expect("the values are finite");
     }
     samples
 }
 
 fn train(samples: &Samples, epochs: u64) -> Duration {
-    let settings = NetworkSettings {
-        epochs: epochs as usize,
-        ..NetworkSettings::default()
-    };
+    let settings = NetworkSettings { epochs: epochs as usize, ..NetworkSettings::default() };
     let start = Instant::now();
     Network::train(samples, None, &settings, &Progress::default(), &mut |_| {})
         .expect("smooth functions can be learned");

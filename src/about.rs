@@ -5,10 +5,8 @@ use std::sync::LazyLock;
 /// The version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// This program's own licences, one of them at the user's choice, each with its name.
-pub const OWN_LICENCES: [(&str, &str); 2] = [
-    ("MIT", include_str!("../LICENSE-MIT")),
-    ("Apache-2.0", include_str!("../LICENSE-APACHE")),
-];
+pub const OWN_LICENCES: [(&str, &str); 2] =
+    [("MIT", include_str!("../LICENSE-MIT")), ("Apache-2.0", include_str!("../LICENSE-APACHE"))];
 /// The crates in it with theirs, as `.ci/licences.py` lists them.
 pub const LICENCES_OF_CRATES: &str = include_str!("../assets/licences.txt");
 
@@ -27,12 +25,7 @@ pub fn built() -> [(&'static str, &'static str); 4] {
         "" => "none",
         features => features,
     };
-    [
-        ("version", VERSION),
-        ("commit", commit),
-        ("features", features),
-        ("target", TARGET),
-    ]
+    [("version", VERSION), ("commit", commit), ("features", features), ("target", TARGET)]
 }
 
 /// What `--version` prints after the program's name.
@@ -78,13 +71,7 @@ mod tests {
     #[test]
     fn the_features_are_those_that_it_was_built_with() {
         let [_, _, (_, features), _] = built();
-        assert_eq!(
-            features.split(' ').any(|own| own == "gui"),
-            cfg!(feature = "gui")
-        );
-        assert_eq!(
-            features.split(' ').any(|own| own == "xlsx"),
-            cfg!(feature = "xlsx")
-        );
+        assert_eq!(features.split(' ').any(|own| own == "gui"), cfg!(feature = "gui"));
+        assert_eq!(features.split(' ').any(|own| own == "xlsx"), cfg!(feature = "xlsx"));
     }
 }

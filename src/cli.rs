@@ -133,11 +133,9 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
         }
         _ => None,
     };
-    if let (Some(is_not), Some(value), Some(name)) = (
-        is_not,
-        error.get(ContextKind::InvalidValue),
-        error.get(ContextKind::InvalidArg),
-    ) {
+    if let (Some(is_not), Some(value), Some(name)) =
+        (is_not, error.get(ContextKind::InvalidValue), error.get(ContextKind::InvalidArg))
+    {
         let message = format!("invalid value '{value}' for '{name}': {is_not}\n");
         return clap::Error::raw(error.kind(), message);
     }
@@ -149,10 +147,7 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
         && let Some(ContextValue::String(bare)) = error.get(ContextKind::InvalidArg)
         && !bare.starts_with('-')
     {
-        let tip = format!(
-            "recordings are named after --train: {} --train {bare}",
-            job.get_name()
-        );
+        let tip = format!("recordings are named after --train: {} --train {bare}", job.get_name());
         let tips = ContextValue::StyledStrs(vec![tip.into()]);
         error.insert(ContextKind::Suggested, tips);
     }
@@ -271,10 +266,7 @@ struct Rated {
 impl Rated {
     /// Those of `--full-scale`.
     fn of(full_scale: &[f64]) -> Self {
-        Self {
-            full_scale: full_scale.to_vec(),
-            ..Self::default()
-        }
+        Self { full_scale: full_scale.to_vec(), ..Self::default() }
     }
 
     /// They, then those of a sensor's file.
@@ -287,22 +279,17 @@ impl Rated {
     fn and_of(self, calibration: Option<&Calibration>) -> Self {
         let Some(own) = calibration else { return self };
         let all = own.axes.iter().zip(&own.full_scale).zip(&own.rated);
-        let rated_loads = all
-            .filter(|(_, is_rated)| **is_rated)
-            .map(|((axis, scale), _)| (*axis, *scale));
-        self.and(&SensorFile {
-            rated_loads: rated_loads.collect(),
-            ..SensorFile::default()
-        })
+        let rated_loads =
+            all.filter(|(_, is_rated)| **is_rated).map(|((axis, scale), _)| (*axis, *scale));
+        self.and(&SensorFile { rated_loads: rated_loads.collect(), ..SensorFile::default() })
     }
 
     /// One for each of these axes; what is no load, or one too many, is told elsewhere.
     fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
         let is_of_them = self.full_scale.len() <= axes.len();
         let own = self.full_scale.iter().filter(|_| is_of_them);
-        let mut rated: Vec<Option<f64>> = own
-            .map(|load| Some(*load).filter(|load| *load > 0.0))
-            .collect();
+        let mut rated: Vec<Option<f64>> =
+            own.map(|load| Some(*load).filter(|load| *load > 0.0)).collect();
         for sensor in &self.by_axis {
             sensor.rate(axes, &mut rated);
         }
@@ -335,10 +322,7 @@ impl ReadArgs {
         if let Some(GaugeRange::Each(ranges)) = &self.gauge_range
             && ranges.len() != n_gauges
         {
-            return Err(JobError::GaugeRanges {
-                given: ranges.len(),
-                n_gauges,
-            });
+            return Err(JobError::GaugeRanges { given: ranges.len(), n_gauges });
         }
         let range = ValidRange {
             gauges: self.gauge_range.clone(),
@@ -346,9 +330,7 @@ impl ReadArgs {
         };
         let all: Vec<&Recording> = recordings.iter().collect();
         let found = faults_of(&all, &range);
-        let table = all
-            .first()
-            .filter(|_| all.iter().all(|own| own.is_static()));
+        let table = all.first().filter(|_| all.iter().all(|own| own.is_static()));
         let table = table.map(|_| Recording::table_of(&all));
         let of_table = table.as_ref().map(|table| (table, faults(table, &range)));
         let noted: Vec<(&Recording, &Faults)> = match &of_table {
@@ -370,9 +352,7 @@ impl ReadArgs {
         }
         let more = faulty().count().saturating_sub(LISTED_FAULTY);
         if more > 0 {
-            tell(&format_args!(
-                "note: and so in {more} more recordings of this file"
-            ));
+            tell(&format_args!("note: and so in {more} more recordings of this file"));
         }
         let name = || recordings.first().map_or("", Recording::name).to_owned();
         let n = recordings.len();
@@ -403,9 +383,7 @@ impl ReadArgs {
         let (tared, (from, to)) = recording.tared(tare)?;
         if tare == Tare::Auto {
             let name = tared.name();
-            tell(&format_args!(
-                "note: {name}: tared over {from:.3} s to {to:.3} s"
-            ));
+            tell(&format_args!("note: {name}: tared over {from:.3} s to {to:.3} s"));
         }
         Ok(tared)
     }
@@ -456,10 +434,7 @@ pub enum JobError {
     #[error("out of limits: {}", .failed.join("; "))]
     OutOfLimits { failed: Vec<String> },
     #[error("{source}. It is in {folder}, or leave out what cannot be read by --keep-going")]
-    InFolder {
-        source: Box<JobError>,
-        folder: ReadError,
-    },
+    InFolder { source: Box<JobError>, folder: ReadError },
     #[error("left out because they could not be read: {count}")]
     LeftOut { count: usize },
     #[error("{}: no file is called like this", .path.display())]
@@ -483,10 +458,7 @@ pub enum JobError {
     #[error(transparent)]
     Metrology(#[from] MetrologyError),
     #[error("{}: {source}", .path.display())]
-    Apply {
-        path: PathBuf,
-        source: CalibrationError,
-    },
+    Apply { path: PathBuf, source: CalibrationError },
     #[error(transparent)]
     Target(#[from] TargetError),
     #[error(transparent)]
@@ -524,10 +496,7 @@ pub enum JobError {
     #[error("{count} of {of} files would not be loaded")]
     NotLoaded { count: usize, of: usize },
     #[error("--full-scale has {given} where there are {}; write one for each", .axes.join(" "))]
-    FullScales {
-        given: usize,
-        axes: Vec<&'static str>,
-    },
+    FullScales { given: usize, axes: Vec<&'static str> },
     #[error(
         "{recording}: what {pattern:?} stands for is not in its name, nor in that of its folder"
     )]
@@ -537,17 +506,11 @@ pub enum JobError {
     )]
     GaugeRanges { given: usize, n_gauges: usize },
     #[error("the recordings have no {axis}; their axes are {}", .axes.join(" "))]
-    NoSuchAxis {
-        axis: &'static str,
-        axes: Vec<&'static str>,
-    },
+    NoSuchAxis { axis: &'static str, axes: Vec<&'static str> },
     #[error("{} and {} are the same recording; name each once, and under --test what the fit has not seen", .first.display(), .second.display())]
     NamedTwice { first: PathBuf, second: PathBuf },
     #[error("{} is no calibration; the calibration comes first, then the recordings: apply {} {}", .recording.display(), .calibration.display(), .recording.display())]
-    Swapped {
-        recording: PathBuf,
-        calibration: PathBuf,
-    },
+    Swapped { recording: PathBuf, calibration: PathBuf },
     #[error("interrupted: more models were to be tried")]
     Interrupted,
     #[error("the recordings do not carry the model")]
@@ -567,18 +530,11 @@ pub enum JobError {
     #[error("{}: {source}", .path.display())]
     Follow { path: PathBuf, source: io::Error },
     #[error("the rows have the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
-    LiveGauges {
-        expected: Vec<String>,
-        actual: Vec<String>,
-    },
+    LiveGauges { expected: Vec<String>, actual: Vec<String> },
     #[error("the rows have no auxiliary channel {channel}, which the calibration needs")]
     LiveAuxiliary { channel: String },
     #[error("{} and {} would both be written to {}; apply them one by one", .first.display(), .second.display(), .output.display())]
-    SameOutput {
-        first: PathBuf,
-        second: PathBuf,
-        output: PathBuf,
-    },
+    SameOutput { first: PathBuf, second: PathBuf, output: PathBuf },
 }
 
 impl JobError {
@@ -601,10 +557,7 @@ impl JobError {
                 | Self::OnlyTests
                 | Self::InFolder { .. }
                 | Self::Swapped { .. }
-                | Self::Read(ReadError::File {
-                    source: FileError::Folder { .. },
-                    ..
-                })
+                | Self::Read(ReadError::File { source: FileError::Folder { .. }, .. })
         )
     }
 }
@@ -624,11 +577,7 @@ impl Job {
                 is_split: own.split.is_some(),
             }
         }
-        let all = |files| Named {
-            files,
-            test: None,
-            is_split: false,
-        };
+        let all = |files| Named { files, test: None, is_split: false };
         Some(match self {
             Self::Fit(args) => of(&mut args.recordings),
             Self::Report(args) => of(&mut args.recordings),
@@ -638,10 +587,7 @@ impl Job {
             Self::Check(args) => of(args.moved()),
             Self::Metrology(args) => match args.calibration {
                 Some(_) => all(&mut args.files),
-                None => Named {
-                    test: Some(&mut args.test),
-                    ..all(&mut args.files)
-                },
+                None => Named { test: Some(&mut args.test), ..all(&mut args.files) },
             },
             Self::Apply(args) => all(&mut args.files),
             Self::Inspect(args) => all(&mut args.files),
@@ -661,10 +607,7 @@ impl Job {
         };
         let mut tests = Vec::new();
         let name = |path: &PathBuf| -> String {
-            path.file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into()
+            path.file_name().unwrap_or_default().to_string_lossy().into()
         };
         if let Some(test) = named.test {
             *test = opened(test, &mut folders, |_, inside| inside)?;
@@ -739,15 +682,12 @@ fn opened(
 /// Of what cannot be read in a folder, that it is one of all of them.
 fn in_folder(error: JobError, folders: &[PathBuf]) -> JobError {
     let text = error.to_string();
-    let folder = folders
-        .iter()
-        .find(|folder| text.contains(&*folder.to_string_lossy()));
+    let folder = folders.iter().find(|folder| text.contains(&*folder.to_string_lossy()));
     let refused = |folder| import::read(folder, None, &[], &Progress::default()).err();
     match (&error, folder.and_then(|folder| refused(folder))) {
-        (JobError::Read(_) | JobError::NoReference { .. }, Some(folder)) => JobError::InFolder {
-            source: Box::new(error),
-            folder,
-        },
+        (JobError::Read(_) | JobError::NoReference { .. }, Some(folder)) => {
+            JobError::InFolder { source: Box::new(error), folder }
+        }
         _ => error,
     }
 }
@@ -842,10 +782,8 @@ fn print_path(path: &Path) -> io::Result<()> {
 }
 
 fn make_directory(path: &Path) -> Result<(), JobError> {
-    std::fs::create_dir_all(path).map_err(|source| JobError::Directory {
-        path: path.to_owned(),
-        source,
-    })
+    std::fs::create_dir_all(path)
+        .map_err(|source| JobError::Directory { path: path.to_owned(), source })
 }
 
 const DEMO_README: &str = "\
@@ -861,19 +799,15 @@ fn write_demo(demo: &Demo) -> Result<(), JobError> {
         Pattern::B => 10,
     };
     let names = (set.entries().iter()).map(|entry| format!("{}.csv", entry.recording.name()));
-    let files: Vec<PathBuf> = names
-        .chain(["README.txt".to_owned()])
-        .map(|name| demo.dir.join(name))
-        .collect();
+    let files: Vec<PathBuf> =
+        names.chain(["README.txt".to_owned()]).map(|name| demo.dir.join(name)).collect();
     check_targets([], &files, demo.force)?;
     let mut written = Together::default();
     for (entry, path) in set.entries().iter().zip(&files) {
         let recording = entry.recording.decimated(step);
         written.write(path, |mut out| write_csv(&recording, &mut out))?;
     }
-    written.write(&files[set.entries().len()], |out| {
-        out.write_all(DEMO_README.as_bytes())
-    })?;
+    written.write(&files[set.entries().len()], |out| out.write_all(DEMO_README.as_bytes()))?;
     written.finish()?;
     writeln!(
         io::stdout(),
@@ -901,10 +835,7 @@ fn check_distinct<'a>(files: impl Iterator<Item = &'a PathBuf>) -> Result<(), Jo
             continue;
         };
         if let Some(first) = seen.insert(whole, path) {
-            return Err(JobError::NamedTwice {
-                first: first.clone(),
-                second: path.clone(),
-            });
+            return Err(JobError::NamedTwice { first: first.clone(), second: path.clone() });
         }
     }
     Ok(())
@@ -1008,10 +939,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                     path.display()
                 ));
             }
-            for beyond in recordings
-                .iter()
-                .flat_map(|own| calibration.auxiliary_beyond(own))
-            {
+            for beyond in recordings.iter().flat_map(|own| calibration.auxiliary_beyond(own)) {
                 tell(&format_args!("warning: {beyond}"));
             }
             if let Some(output) = outputs.get(at) {
@@ -1020,8 +948,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
                 }
                 let applied =
                     write_atomically_applied(&calibration, path, &recordings, args.status, output);
-                args.read
-                    .or_left_out(applied.and_then(|()| Ok(print_path(output)?)))?;
+                args.read.or_left_out(applied.and_then(|()| Ok(print_path(output)?)))?;
             }
             if args.traces.traces.is_some() {
                 all.extend(recordings);
@@ -1030,8 +957,7 @@ fn run_apply(args: &Apply) -> Result<(), JobError> {
     }
     args.traces.check_intervals(all.iter(), 1)?;
     let mut traces = Together::default();
-    args.traces
-        .write(&mut traces, &calibration, all.iter(), 1)?;
+    args.traces.write(&mut traces, &calibration, all.iter(), 1)?;
     traces.finish()?;
     if let Some(path) = &args.traces.traces {
         print_path(path)?;
@@ -1056,12 +982,7 @@ fn run_live(args: &Apply, calibration: Calibration, names_gauges: bool) -> Resul
         ));
     }
     let map = args.read.columns.as_deref().map(ColumnMap::read);
-    let tap = live::Tap {
-        calibration,
-        names_gauges,
-        map: map.transpose()?,
-        tare: args.read.tare,
-    };
+    let tap = live::Tap { calibration, names_gauges, map: map.transpose()?, tare: args.read.tare };
     match path.as_os_str() == "-" {
         true => live::standard_input(tap),
         false => live::follow(tap, path),
@@ -1114,13 +1035,8 @@ fn write_atomically_applied(
 ) -> Result<(), JobError> {
     let check = |recording| calibration.prepared(recording).map(|_| ());
     let checked: Result<(), CalibrationError> = recordings.iter().try_for_each(check);
-    checked.map_err(|source| JobError::Apply {
-        path: path.to_owned(),
-        source,
-    })?;
-    write_atomically(output, |out| {
-        write_loads_csv(calibration, recordings, with_status, out)
-    })?;
+    checked.map_err(|source| JobError::Apply { path: path.to_owned(), source })?;
+    write_atomically(output, |out| write_loads_csv(calibration, recordings, with_status, out))?;
     Ok(())
 }
 

@@ -57,18 +57,10 @@ mod tests {
 
     #[test]
     fn errors_of_dialogs_are_kept_and_nothing_else_is() {
-        let logger = Logger(
-            env_logger::Builder::new()
-                .filter_level(LevelFilter::Off)
-                .build(),
-        );
+        let logger = Logger(env_logger::Builder::new().filter_level(LevelFilter::Off).build());
         let log = |target: &str, level: Level, text: &str| {
             let arguments = format_args!("{text}");
-            let record = Record::builder()
-                .target(target)
-                .level(level)
-                .args(arguments)
-                .build();
+            let record = Record::builder().target(target).level(level).args(arguments).build();
             logger.log(&record);
         };
         log("rfd::backend::zenity", Level::Warn, "Using zenity fallback");

@@ -23,9 +23,8 @@ pub struct Panicked {
 /// # Errors
 /// [`Panicked`] with what the panic said.
 pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| Panicked {
-        message: panic_message(&*payload),
-    })
+    catch_unwind(AssertUnwindSafe(work))
+        .map_err(|payload| Panicked { message: panic_message(&*payload) })
 }
 
 /// As [`caught`], for crates that panic on damaged files: what the error says is not written to standard error, too.

@@ -29,10 +29,7 @@ impl Progress {
 
     /// A handle for a part of the work: cancelled with the whole, but with a count of its own.
     pub fn part(&self) -> Self {
-        Self(Arc::new(Inner {
-            cancelled: Arc::clone(&self.0.cancelled),
-            ..Inner::default()
-        }))
+        Self(Arc::new(Inner { cancelled: Arc::clone(&self.0.cancelled), ..Inner::default() }))
     }
 
     /// Whether somebody asked the work to stop.
@@ -45,11 +42,7 @@ impl Progress {
     /// # Errors
     /// [`Cancelled`] after [`Progress::cancel`].
     pub fn check(&self) -> Result<(), Cancelled> {
-        if self.is_cancelled() {
-            Err(Cancelled)
-        } else {
-            Ok(())
-        }
+        if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
     /// Adds to how many steps there are in all (bytes, samples, folds: any unit).

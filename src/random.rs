@@ -11,10 +11,7 @@ pub(crate) struct Random {
 impl Random {
     /// The stream that belongs to a seed and a list of keys; other keys give unrelated streams.
     pub(crate) fn new(seed: u64, keys: &[u64]) -> Self {
-        let mut stream = Self {
-            state: seed,
-            spare_normal: None,
-        };
+        let mut stream = Self { state: seed, spare_normal: None };
         for key in keys {
             stream.state = stream.next() ^ key;
         }
@@ -77,10 +74,7 @@ mod tests {
 
     #[test]
     fn keys_in_another_order_give_another_stream() {
-        assert_ne!(
-            Random::new(1, &[2, 3]).next(),
-            Random::new(1, &[3, 2]).next()
-        );
+        assert_ne!(Random::new(1, &[2, 3]).next(), Random::new(1, &[3, 2]).next());
         assert_ne!(Random::new(1, &[2]).next(), Random::new(2, &[1]).next());
     }
 

@@ -68,11 +68,7 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
 
 /// The first few names, and how many more there are.
 pub(crate) fn listed(names: &[String]) -> String {
-    let first: Vec<_> = names
-        .iter()
-        .take(LISTED_NAMES)
-        .map(|name| shown(name))
-        .collect();
+    let first: Vec<_> = names.iter().take(LISTED_NAMES).map(|name| shown(name)).collect();
     match names.len().saturating_sub(LISTED_NAMES) {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
@@ -85,10 +81,7 @@ mod tests {
 
     #[test]
     fn what_acts_upon_a_terminal_or_a_reader_is_shown_by_its_code() {
-        assert_eq!(
-            printable("a\u{1b}[2J\r\n\u{202e}b 力"),
-            "a\\u{1b}[2J\\u{d}\\u{a}\\u{202e}b 力"
-        );
+        assert_eq!(printable("a\u{1b}[2J\r\n\u{202e}b 力"), "a\\u{1b}[2J\\u{d}\\u{a}\\u{202e}b 力");
         assert!(matches!(printable("Fx [N·m]"), Cow::Borrowed(_)));
     }
 

@@ -12,9 +12,7 @@ pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
     // Asked before opening: opening a named pipe would wait for its other end.
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
-        return Err(io::Error::other(
-            "it is a folder and not a file; name a file in it",
-        ));
+        return Err(io::Error::other("it is a folder and not a file; name a file in it"));
     }
     if !kind.is_file() {
         return Err(io::Error::other(

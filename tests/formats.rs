@@ -19,9 +19,7 @@ use loopscope::recording::{Axis, DateSource, Recording};
 const N: usize = 40;
 
 fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/formats")
-        .join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats").join(name)
 }
 
 fn loaded(path: &Path) -> Loaded {
@@ -29,9 +27,7 @@ fn loaded(path: &Path) -> Loaded {
 }
 
 fn error(path: &Path) -> String {
-    read(path, None, &[], &Progress::default())
-        .unwrap_err()
-        .to_string()
+    read(path, None, &[], &Progress::default()).unwrap_err().to_string()
 }
 
 /// The one recording of a file, and everything that is said about it.
@@ -64,11 +60,7 @@ fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis])
             assert_eq!(recording.gauges_at(k)[j], gauge(k, j), "gauge {j} of {k}");
         }
         for a in 0..axes.len() {
-            assert_eq!(
-                recording.loads()[k * axes.len() + a],
-                load(k, a),
-                "axis {a} of {k}"
-            );
+            assert_eq!(recording.loads()[k * axes.len() + a], load(k, a), "axis {a} of {k}");
         }
     }
 }
@@ -76,11 +68,7 @@ fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis])
 fn check_numpy(folder: &Path) {
     let (plain, told) = sound(&folder.join("plain.npz"));
     check(&plain, 0.0, 6, &Axis::ALL);
-    for part in [
-        "operator (texts)",
-        "settings (Python objects)",
-        "rate (one number)",
-    ] {
+    for part in ["operator (texts)", "settings (Python objects)", "rate (one number)"] {
         assert!(told.contains(part), "{told}");
     }
     let (packed, told) = sound(&folder.join("packed.npz"));
@@ -109,12 +97,7 @@ fn check_matlab(folder: &Path) {
     for name in ["plain.mat", "packed.mat"] {
         let (recording, told) = sound(&folder.join(name));
         check(&recording, 0.0, 6, &Axis::ALL);
-        for part in [
-            "counts",
-            "note (text)",
-            "rig (a struct)",
-            "z (complex numbers)",
-        ] {
+        for part in ["counts", "note (text)", "rig (a struct)", "z (complex numbers)"] {
             assert!(told.contains(part), "{told}");
         }
     }
@@ -130,30 +113,16 @@ fn check_parquet(folder: &Path) {
     check_dated(&folder.join("dated.parquet"));
     let (recording, told) = sound(&folder.join("snappy.parquet"));
     check(&recording, 0.0, 6, &Axis::ALL);
-    assert!(
-        told.contains("label (no numbers), pose.list.element (lists)"),
-        "{told}"
-    );
-    for name in [
-        "gzip.parquet",
-        "lz4.parquet",
-        "none.parquet",
-        "zstd.parquet",
-    ] {
+    assert!(told.contains("label (no numbers), pose.list.element (lists)"), "{told}");
+    for name in ["gzip.parquet", "lz4.parquet", "none.parquet", "zstd.parquet"] {
         let (recording, told) = sound(&folder.join(name));
         assert_eq!(recording.n_samples(), N - 2);
         assert_eq!(recording.gauges()[..4], [1.0, 1.25, 1.5, 2.25]);
-        assert!(
-            told.contains(":4: column 2 (S1) holds NaN, which is not a finite"),
-            "{told}"
-        );
+        assert!(told.contains(":4: column 2 (S1) holds NaN, which is not a finite"), "{told}");
         assert!(told.contains("(2 times, last on line 5)"), "{told}");
     }
     let told = error(&folder.join("brotli.parquet"));
-    assert!(
-        told.contains("is compressed by brotli") && told.contains("snappy"),
-        "{told}"
-    );
+    assert!(told.contains("is compressed by brotli") && told.contains("snappy"), "{told}");
 }
 
 #[cfg(feature = "mcap")]
@@ -166,10 +135,7 @@ fn check_mcap(folder: &Path) {
             // The reference ends a sample earlier; between its samples it is on the line, which is exact here.
             assert!(told.contains("no reference at"), "{told}");
             assert_eq!(recording.n_samples(), N - 1);
-            assert_eq!(
-                recording.loads()[6..12],
-                [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]
-            );
+            assert_eq!(recording.loads()[6..12], [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]);
         } else {
             check(&recording, 1000.0, 6, &Axis::ALL);
         }
@@ -193,15 +159,9 @@ fn read_parts(path: &Path, parts: &[&str]) -> Result<Loaded, String> {
 fn check_structs(folder: &Path) {
     let (recording, told) = sound(&folder.join("struct.mat"));
     assert_eq!(recording.gauge_names()[0], "run.S1");
-    assert_eq!(
-        (recording.gauges_at(3)[5], recording.loads()[6]),
-        (gauge(3, 5), load(1, 0))
-    );
+    assert_eq!((recording.gauges_at(3)[5], recording.loads()[6]), (gauge(3, 5), load(1, 0)));
     assert_eq!(recording.axes(), Axis::ALL);
-    assert!(
-        told.contains("run.out.unit (text), run.note (text), gain"),
-        "{told}"
-    );
+    assert!(told.contains("run.out.unit (text), run.note (text), gain"), "{told}");
     check_dated(&folder.join("dated.mat"));
     let path = folder.join("structs.mat");
     let (recording, told) = sound(&path);
@@ -211,20 +171,13 @@ fn check_structs(folder: &Path) {
     let lengths: Vec<usize> = both.recordings.iter().map(Recording::n_samples).collect();
     assert_eq!(lengths, [N, 10]);
     let missing = read_parts(&path, &["run(3)"]).unwrap_err();
-    assert!(
-        missing.contains("no run(3) in this file, but run(1), run(2)"),
-        "{missing}"
-    );
+    assert!(missing.contains("no run(3) in this file, but run(1), run(2)"), "{missing}");
 }
 
 fn check_dated(path: &Path) {
     let dated = sound(path).0.dated().expect("its file says so");
     let (day, from) = (dated.day.to_string(), dated.from);
-    assert_eq!(
-        (&*day, from),
-        ("2024-03-05", DateSource::Header),
-        "{path:?}"
-    );
+    assert_eq!((&*day, from), ("2024-03-05", DateSource::Header), "{path:?}");
 }
 
 #[cfg(feature = "hdf5")]
@@ -270,10 +223,7 @@ fn check_workbooks(folder: &Path) {
     check(&recording, 0.0, 6, &Axis::ALL);
     assert_eq!(recording.gauge_units()[0], "mV/V");
     assert!(told.contains("Data is read, not read: Short"), "{told}");
-    assert!(
-        told.contains("label (text), Notes (no numbers in rows)"),
-        "{told}"
-    );
+    assert!(told.contains("label (text), Notes (no numbers in rows)"), "{told}");
     check_dated(&folder.join("dated.xlsx"));
     let short = read_parts(&path, &["Short"]).unwrap();
     assert_eq!(short.recordings[0].n_samples(), 5);
@@ -286,19 +236,13 @@ fn check_workbooks(folder: &Path) {
         [0, 1, 2, 3, 4].map(|k| recording.clock_time(k)),
         [-0.5, -0.375, -0.25, -0.125, 0.0].map(|t| 1_709_683_200.0 + t)
     );
-    assert_eq!(
-        (recording.gauges()[1], recording.loads()[1]),
-        (gauge(1, 0), load(1, 0))
-    );
+    assert_eq!((recording.gauges()[1], recording.loads()[1]), (gauge(1, 0), load(1, 0)));
 }
 
 fn check_labview(folder: &Path) {
     let (recording, told) = sound(&folder.join("segments.lvm"));
     check(&recording, 0.0, 6, &Axis::ALL[..1]);
-    assert_eq!(
-        (recording.gauge_units()[5].as_str(), told.as_str()),
-        ("mV/V", "")
-    );
+    assert_eq!((recording.gauge_units()[5].as_str(), told.as_str()), ("mV/V", ""));
 }
 
 /// Of three wrenches the one that is called the reference, of two arrays that of gauges; or whichever is wanted.
@@ -308,24 +252,15 @@ fn check_several_topics(folder: &Path) {
     let (recording, told) = sound(&path);
     let text = "/strain, /ati/wrench is read, not read: /ft, /joints, /estimate, /temperatures";
     assert!(told.contains(text), "{told}");
-    assert_eq!(
-        (recording.gauges()[0], recording.loads()[0]),
-        (gauge(0, 0), -load(0, 0))
-    );
+    assert_eq!((recording.gauges()[0], recording.loads()[0]), (gauge(0, 0), -load(0, 0)));
     let other = read_parts(&path, &["/ft", "/temperatures"]).unwrap();
     let other = &other.recordings[0];
-    assert_eq!(
-        (other.gauges()[0], other.loads()[0]),
-        (-gauge(0, 0), load(0, 0))
-    );
+    assert_eq!((other.gauges()[0], other.loads()[0]), (-gauge(0, 0), load(0, 0)));
     assert_eq!(other.axes(), Axis::ALL);
     let three = read_parts(&path, &["/ft", "/temperatures", "/strain"]).unwrap_err();
     assert!(three.contains("two at most are read together"), "{three}");
     let gone = read_parts(&path, &["/gone"]).unwrap_err();
-    assert!(
-        gone.contains("no /gone in this file, but /strain"),
-        "{gone}"
-    );
+    assert!(gone.contains("no /gone in this file, but /strain"), "{gone}");
 }
 
 #[test]
@@ -407,11 +342,7 @@ fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
             fs::write(&path, &content).unwrap();
             check_dated(&path);
             let (recording, told) = sound(&path);
-            assert_eq!(
-                recording.gauges()[2..4],
-                [3.0, 4.0],
-                "{kind} {is_big_endian}"
-            );
+            assert_eq!(recording.gauges()[2..4], [3.0, 4.0], "{kind} {is_big_endian}");
             assert_eq!(recording.gauges()[2 * N - 1], 118.0);
             assert_eq!(recording.times()[N - 1], 39.0 / 64.0);
             let left_out = "recorded_on (text), where (a sparse matrix)";
@@ -445,10 +376,7 @@ fn what_is_not_read_says_how_else() {
     ] {
         fs::write(&path, [start, &[0; 600]].concat()).unwrap();
         let told = error(&path);
-        assert!(
-            told.contains("not text but") && told.contains(way_out),
-            "{told}"
-        );
+        assert!(told.contains("not text but") && told.contains(way_out), "{told}");
     }
     let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
     let options =
@@ -558,10 +486,7 @@ fn without_its_feature_an_mcap_recording_is_named() {
 fn files_made_now_read_like_those_made_then() {
     let folder = tempfile::tempdir().unwrap();
     let script = fixture("generate.py");
-    let made = Command::new("python3")
-        .arg(script)
-        .arg(folder.path())
-        .output();
+    let made = Command::new("python3").arg(script).arg(folder.path()).output();
     let is_there = |name: &str| folder.path().join(name).exists();
     if made.is_err() || !is_there("plain.npz") {
         println!("no python3 with NumPy here: nothing compared");
@@ -600,10 +525,7 @@ fn arrays_on_two_clocks_are_joined() {
     assert_eq!(recording.axes(), &Axis::ALL[..3]);
     assert_eq!(recording.n_samples(), N - 1);
     for k in 0..N - 1 {
-        assert_eq!(
-            recording.loads()[3 * k..3 * k + 3],
-            [load(k, 0), load(k, 1), load(k, 2)]
-        );
+        assert_eq!(recording.loads()[3 * k..3 * k + 3], [load(k, 0), load(k, 1), load(k, 2)]);
     }
     assert!(told.contains("no reference at 0.609375 s"), "{told}");
 }
@@ -612,26 +534,16 @@ fn arrays_on_two_clocks_are_joined() {
 fn an_array_without_names_needs_a_map_and_is_read_by_it() {
     let path = fixture("lone.npy");
     let told = error(&path);
-    assert!(
-        told.contains("an array of 13 columns without names; say what they are"),
-        "{told}"
-    );
+    assert!(told.contains("an array of 13 columns without names; say what they are"), "{told}");
     let proposed = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
     assert_eq!(proposed.table.columns[0].is, ColumnRole::Time);
-    assert_eq!(
-        (proposed.table.about_rows, proposed.table.kind),
-        (40, Some("NumPy array"))
-    );
+    assert_eq!((proposed.table.about_rows, proposed.table.kind), (40, Some("NumPy array")));
     let mut map = ColumnMap::default();
     map.table.shape.columns = 13;
     let rule = |number, is| ColumnRule::new(ColumnKey::Number(number), is);
     map.table.columns = vec![rule(1, ColumnRole::Time)];
-    map.table
-        .columns
-        .extend((2..8).map(|n| rule(n, ColumnRole::Gauge)));
-    map.table
-        .columns
-        .extend((0..6).map(|a| rule(8 + a, ColumnRole::Load(Axis::ALL[a]))));
+    map.table.columns.extend((2..8).map(|n| rule(n, ColumnRole::Gauge)));
+    map.table.columns.extend((0..6).map(|a| rule(8 + a, ColumnRole::Load(Axis::ALL[a]))));
     let loaded = read(&path, Some(&map), &[], &Progress::default()).unwrap();
     check(&loaded.recordings[0], 0.0, 6, &Axis::ALL);
 }
@@ -639,19 +551,10 @@ fn an_array_without_names_needs_a_map_and_is_read_by_it() {
 #[test]
 fn a_map_chooses_among_arrays_as_among_columns_of_text() {
     let path = fixture("plain.npz");
-    let mut map = inspect(&path, Known::Nothing, &Progress::default())
-        .unwrap()
-        .map;
-    map.table
-        .columns
-        .retain(|rule| rule.is != ColumnRole::Load(Axis::Fy));
+    let mut map = inspect(&path, Known::Nothing, &Progress::default()).unwrap().map;
+    map.table.columns.retain(|rule| rule.is != ColumnRole::Load(Axis::Fy));
     let fx = ColumnRole::Load(Axis::Fx);
-    let rule = map
-        .table
-        .columns
-        .iter_mut()
-        .find(|rule| rule.is == fx)
-        .unwrap();
+    let rule = map.table.columns.iter_mut().find(|rule| rule.is == fx).unwrap();
     (rule.unit, rule.scale) = (Some("kN".to_owned()), -1.0);
     let loaded = read(&path, Some(&map), &[], &Progress::default()).unwrap();
     assert_eq!(loaded.recordings[0].axes().len(), 5);
@@ -724,17 +627,10 @@ fn npy(header: &str, data: &[u8]) -> Vec<u8> {
 fn declared_sizes_are_not_believed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
-    for shape in [
-        "(9999999999999,)",
-        "(18446744073709551615, 2)",
-        "(1000000, 1000000)",
-    ] {
+    for shape in ["(9999999999999,)", "(18446744073709551615, 2)", "(1000000, 1000000)"] {
         let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
         fs::write(&path, npy(&header, &[0; 64])).unwrap();
-        assert!(
-            error(&path).contains("the file ends inside the array"),
-            "{shape}"
-        );
+        assert!(error(&path).contains("the file ends inside the array"), "{shape}");
     }
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 0), }\n";
     fs::write(&path, npy(header, &[])).unwrap();
@@ -745,41 +641,13 @@ fn declared_sizes_are_not_believed() {
         assert!(error(&path).contains("no numbers in rows"));
     }
     for (descr, shape, expected) in [
-        (
-            "[('t', '<f8'), ('S1', '<f8', (999999999,))]",
-            "(2,)",
-            "the file ends inside the array",
-        ),
-        (
-            "[('t', '<f8'), ('S1', '<f8', (999999999,))]",
-            "(0,)",
-            "no numbers in rows",
-        ),
-        (
-            "[('t', '<f8', (9999999999, 9999999999))]",
-            "(0,)",
-            "its header describes no kind",
-        ),
-        (
-            "[('t', '<U1'), ('S1', '<f8', (0,))]",
-            "(99999999999,)",
-            "holds records without numbers",
-        ),
-        (
-            "[('t', '<f8'), ('S1', '|O')]",
-            "(2,)",
-            "holds Python objects",
-        ),
-        (
-            "[('t', '<f8'), ('S1', '<f8')",
-            "(2,)",
-            "its header describes no kind",
-        ),
-        (
-            &"[('t', ".repeat(9000),
-            "(2,)",
-            "its header describes no kind",
-        ),
+        ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(2,)", "the file ends inside the array"),
+        ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(0,)", "no numbers in rows"),
+        ("[('t', '<f8', (9999999999, 9999999999))]", "(0,)", "its header describes no kind"),
+        ("[('t', '<U1'), ('S1', '<f8', (0,))]", "(99999999999,)", "holds records without numbers"),
+        ("[('t', '<f8'), ('S1', '|O')]", "(2,)", "holds Python objects"),
+        ("[('t', '<f8'), ('S1', '<f8')", "(2,)", "its header describes no kind"),
+        (&"[('t', ".repeat(9000), "(2,)", "its header describes no kind"),
     ] {
         let header = format!("{{'descr': {descr}, 'fortran_order': False, 'shape': {shape}, }}\n");
         fs::write(&path, npy(&header, &[0; 64])).unwrap();
@@ -801,9 +669,7 @@ fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
     let path = folder.path().join("run.mcap");
     let content = fs::read(fixture("plain.mcap")).unwrap();
     let starts = content.windows(3).enumerate();
-    let encodings = starts
-        .filter(|(_, bytes)| bytes == b"cdr")
-        .map(|(at, _)| at);
+    let encodings = starts.filter(|(_, bytes)| bytes == b"cdr").map(|(at, _)| at);
     for at in encodings.take(2) {
         let mut damaged = content.clone();
         damaged[at - 4..at].copy_from_slice(&0xffff_fff0_u32.to_le_bytes());
@@ -846,10 +712,7 @@ fn check_no_defect(fixture: &Path, error: &ReadError) {
     let ending = fixture.extension().and_then(|ending| ending.to_str());
     let is_by_crate = ending.is_some_and(|ending| by_crate.contains(&ending));
     let told = error.to_string();
-    assert!(
-        is_by_crate || !told.contains("its reader failed"),
-        "{fixture:?}: {told}"
-    );
+    assert!(is_by_crate || !told.contains("its reader failed"), "{fixture:?}: {told}");
 }
 
 #[test]
@@ -872,10 +735,9 @@ fn a_file_that_is_cut_short_says_so() {
                     let is_told = told.iter().any(|told| told.contains("ends early"));
                     assert!(is_told || is_whole, "{fixture:?} {part}: {told:?}");
                 }
-                Err(ReadError::File {
-                    source: FileError::Io(source),
-                    ..
-                }) => panic!("{fixture:?}: {source}"),
+                Err(ReadError::File { source: FileError::Io(source), .. }) => {
+                    panic!("{fixture:?}: {source}")
+                }
                 Err(error) => check_no_defect(&fixture, &error),
             }
         }
@@ -909,10 +771,7 @@ fn mutated_files_never_panic() {
                     0 => content[at] = [0, 1, 0x7f, 0x80, 0xff][next(5)],
                     1 => content[at] ^= 1 << next(8),
                     2 => content[at] = next(256) as u8,
-                    _ => content[at..]
-                        .iter_mut()
-                        .take(4)
-                        .for_each(|byte| *byte = 0xff),
+                    _ => content[at..].iter_mut().take(4).for_each(|byte| *byte = 0xff),
                 }
             }
             fs::write(&path, &content).unwrap();
@@ -945,14 +804,8 @@ fn workbook(path: &Path, rows: &str, strings: &str) {
                 r#"<workbook xmlns="{main}" xmlns:r="{kinds}"><sheets><sheet name="Data" sheetId="1" r:id="rId1"/></sheets></workbook>"#
             ),
         ),
-        (
-            "xl/_rels/workbook.xml.rels",
-            links("worksheet", "worksheets/sheet1.xml"),
-        ),
-        (
-            "xl/sharedStrings.xml",
-            format!(r#"<sst xmlns="{main}" {strings}</sst>"#),
-        ),
+        ("xl/_rels/workbook.xml.rels", links("worksheet", "worksheets/sheet1.xml")),
+        ("xl/sharedStrings.xml", format!(r#"<sst xmlns="{main}" {strings}</sst>"#)),
         (
             "xl/worksheets/sheet1.xml",
             format!(r#"<worksheet xmlns="{main}"><sheetData>{rows}</sheetData></worksheet>"#),
@@ -991,27 +844,16 @@ fn cells_at_the_far_corner_and_shared_texts_take_no_memory_of_their_own() {
 
     let lie = format!(r#"uniqueCount="{}">"#, u32::MAX);
     workbook(&path, &table, &lie);
-    assert!(
-        error(&path).contains("4294967295 texts"),
-        "{}",
-        error(&path)
-    );
+    assert!(error(&path).contains("4294967295 texts"), "{}", error(&path));
 
     // Numbers on a diagonal: few cells, and a table of 40,000 rows and 4,096 columns.
     let letter = |at: usize| char::from(b'A' + (at % 26) as u8);
     let cell = |k: usize| {
-        let column: String = [k % 5000 / 676, k % 676 / 26, k % 26]
-            .map(letter)
-            .iter()
-            .collect();
+        let column: String = [k % 5000 / 676, k % 676 / 26, k % 26].map(letter).iter().collect();
         format!(r#"<row><c r="{column}{}"><v>{k}</v></c></row>"#, k + 1)
     };
     workbook(&path, &(0..40_000).map(cell).collect::<String>(), ">");
-    assert!(
-        error(&path).contains("Data would unpack to more than"),
-        "{}",
-        error(&path)
-    );
+    assert!(error(&path).contains("Data would unpack to more than"), "{}", error(&path));
 }
 
 /// An archive of arrays.
@@ -1021,14 +863,9 @@ fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
         zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
     for (name, values) in arrays {
         archive.start_file(format!("{name}.npy"), options).unwrap();
-        let header = format!(
-            "{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}\n",
-            values.len()
-        );
-        let data: Vec<u8> = values
-            .iter()
-            .flat_map(|value| value.to_le_bytes())
-            .collect();
+        let header =
+            format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}\n", values.len());
+        let data: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
         archive.write_all(&npy(&header, &data)).unwrap();
     }
     archive.finish().unwrap();
@@ -1047,18 +884,9 @@ fn presses_in_arrays_are_recordings_and_bursts_are_told() {
         let loaded = loaded(&path);
         assert_eq!(loaded.recordings.len(), n_recordings);
         let told = loaded.warnings[0].to_string();
-        assert_eq!(
-            told.contains("rows come in bursts"),
-            n_recordings == 1,
-            "{told}"
-        );
-        let map = inspect(&path, Known::Nothing, &Progress::default())
-            .unwrap()
-            .map;
-        let map = ColumnMap {
-            gap_secs: Some(0.1),
-            ..map
-        };
+        assert_eq!(told.contains("rows come in bursts"), n_recordings == 1, "{told}");
+        let map = inspect(&path, Known::Nothing, &Progress::default()).unwrap().map;
+        let map = ColumnMap { gap_secs: Some(0.1), ..map };
         let cut = read(&path, Some(&map), &[], &Progress::default()).unwrap();
         assert_eq!(cut.recordings.len(), 60);
     }
@@ -1076,17 +904,9 @@ fn a_reader_that_fails_inside_is_an_error_of_the_file() {
     let told = error(&path);
     assert!(told.contains("run.parquet: the file is damaged"), "{told}");
     let binary = env!("CARGO_BIN_EXE_loopscope");
-    let output = Command::new(binary)
-        .arg("inspect")
-        .arg(&path)
-        .output()
-        .unwrap();
+    let output = Command::new(binary).arg("inspect").arg(&path).output().unwrap();
     let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(
-        (output.status.code(), told.lines().count()),
-        (Some(1), 1),
-        "{told}"
-    );
+    assert_eq!((output.status.code(), told.lines().count()), (Some(1), 1), "{told}");
 }
 
 /// More arrays than a table may have columns: nothing takes longer than in proportion.
@@ -1094,15 +914,10 @@ fn a_reader_that_fails_inside_is_an_error_of_the_file() {
 fn thousands_of_arrays_are_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.npz");
-    let arrays: Vec<(String, Vec<f64>)> = (1..=12_000)
-        .map(|k| (format!("S{k}"), vec![0.0, 1.0, 2.0]))
-        .collect();
+    let arrays: Vec<(String, Vec<f64>)> =
+        (1..=12_000).map(|k| (format!("S{k}"), vec![0.0, 1.0, 2.0])).collect();
     let mut named: Vec<(&str, Vec<f64>)> = vec![("t", vec![0.0, 0.1, 0.2])];
-    named.extend(
-        arrays
-            .iter()
-            .map(|(name, values)| (name.as_str(), values.clone())),
-    );
+    named.extend(arrays.iter().map(|(name, values)| (name.as_str(), values.clone())));
     npz(&path, &named);
     assert!(error(&path).contains("4095 gauge columns where at most 64 are supported: t, S1"));
     let found = inspect(&path, Known::Nothing, &Progress::default()).unwrap();

@@ -16,18 +16,14 @@ use table::Table;
 const TOLERANCE: f64 = 1e-8;
 
 fn golden() -> PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "tests", "golden"]
-        .iter()
-        .collect()
+    [env!("CARGO_MANIFEST_DIR"), "tests", "golden"].iter().collect()
 }
 
 /// The cases of one kind (`fits` or `applied`) and sensor.
 fn cases(kind: &str, sensor: &str) -> Vec<Value> {
     let text = std::fs::read_to_string(golden().join("expected.json")).unwrap();
     let mut all: Value = serde_json::from_str(&text).unwrap();
-    let Value::Array(mut cases) = all[kind].take() else {
-        panic!("no list of {kind}")
-    };
+    let Value::Array(mut cases) = all[kind].take() else { panic!("no list of {kind}") };
     cases.retain(|case| case["sensor"] == sensor);
     assert!(!cases.is_empty(), "no {kind} of {sensor}");
     cases
@@ -44,10 +40,7 @@ fn assert_near(actual: &[f64], expected: &[f64], scale: impl Fn(usize) -> f64, w
     assert_eq!(actual.len(), expected.len(), "{what}");
     for (at, (actual, expected)) in actual.iter().zip(expected).enumerate() {
         let off = (actual - expected).abs() / scale(at);
-        assert!(
-            off <= TOLERANCE,
-            "{what} {at}: {actual} is not {expected}, off by {off:e}"
-        );
+        assert!(off <= TOLERANCE, "{what} {at}: {actual} is not {expected}, off by {off:e}");
     }
 }
 

@@ -102,11 +102,7 @@ fn look_back_does_little_for_a_metal_sensor() {
     let [first, second, third, fourth] = [1, 2, 3, 4].map(|run| format!("directional_{run}.txt"));
     let roles = ["--train", &first, &second, &fourth, "--test", &third];
     let thresholds = ["--f-th", "10", "--t-th", "15"];
-    let report = fit_by(
-        "headerless.json",
-        &folder,
-        &[&roles[..], &thresholds].concat(),
-    );
+    let report = fit_by("headerless.json", &folder, &[&roles[..], &thresholds].concat());
     assert_eq!(report["recordings"], 4);
     let conventional = [6.882583, 6.285746, 1.655491, 1.072821, 1.255908, 0.1283777];
     let compensated = [7.186475, 6.187605, 1.655938, 1.041042, 1.310694, 0.1153050];
@@ -213,9 +209,7 @@ fn assert_to_the_pixel(
         let inside = |at: &[f64; 2]| (0..2).all(|i| (0.0..=pixels[i]).contains(&at[i]));
         let steps = |points: &[[f64; 2]]| -> Vec<Step> {
             let pairs = points.windows(2);
-            pairs
-                .map(|pair| [place(&pair[0]), place(&pair[1])])
-                .collect()
+            pairs.map(|pair| [place(&pair[0]), place(&pair[1])]).collect()
         };
         let mut drawn: Vec<Step> = strokes.iter().flat_map(|points| steps(points)).collect();
         for density in &densities {
@@ -231,23 +225,16 @@ fn assert_to_the_pixel(
             let ends = steps.iter().flatten().filter(|at| inside(at));
             ends.copied().collect()
         };
-        for (what, places, near) in [
-            ("measured", ends(&measured), &near[0]),
-            ("drawn", ends(&drawn), &near[1]),
-        ] {
-            assert!(
-                chosen.is_some() || !places.is_empty(),
-                "{name}: nothing is {what}"
-            );
+        for (what, places, near) in
+            [("measured", ends(&measured), &near[0]), ("drawn", ends(&drawn), &near[1])]
+        {
+            assert!(chosen.is_some() || !places.is_empty(), "{name}: nothing is {what}");
             let distances = places.iter().map(|at| near.distance(*at));
             let far = distances.fold(0.0, f64::max);
             assert!(far <= 1.0, "{name}: {what} {far} pixels beside");
         }
         let middle = |(low, high): (f64, f64)| (0.55 * low + 0.45 * high, 0.45 * low + 0.55 * high);
-        chosen = Some(Frame {
-            loads: middle(frame.loads),
-            outputs: middle(frame.outputs),
-        });
+        chosen = Some(Frame { loads: middle(frame.loads), outputs: middle(frame.outputs) });
     }
 }
 
@@ -352,13 +339,8 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
             let measured: Measured = measured.collect();
             let what = format!("{name}: {up:?} over {across:?}");
             assert_to_the_pixel(&what, &measured, |frame, pixels| {
-                request.question = Question::Cross(CrossQuestion {
-                    across,
-                    up,
-                    span: Span::All,
-                    frame,
-                    pixels,
-                });
+                request.question =
+                    Question::Cross(CrossQuestion { across, up, span: Span::All, frame, pixels });
                 match viewer.look(&request, &Progress::default()) {
                     Ok(Look::Cross(plot)) => {
                         let strokes = plot.drawn.strokes.iter().map(|one| one.points.clone());
@@ -399,9 +381,8 @@ fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
                     );
                     // The ends of the largest cycle can be taken from another one, which a mean does not notice.
                     if row.definition.id == "hysteresis_mean_width" {
-                        for other in [basis.dead_band_halved, basis.dead_band_doubled]
-                            .into_iter()
-                            .flatten()
+                        for other in
+                            [basis.dead_band_halved, basis.dead_band_doubled].into_iter().flatten()
                         {
                             let off = (other / value.value - 1.0).abs();
                             assert!(off < 0.15, "{name} {:?}: {off}", cell.axis);

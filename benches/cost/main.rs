@@ -21,17 +21,13 @@ const STEPS: usize = 5;
 const WIDTH: usize = 13;
 
 fn main() {
-    let asked: Vec<usize> = std::env::args()
-        .filter_map(|argument| argument.parse().ok())
-        .collect();
+    let asked: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
     // Cargo's tests of benches do without.
     if !std::env::args().any(|argument| argument == "--bench") {
         return;
     }
     let sizes = match asked.is_empty() {
-        true => vec![
-            100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000,
-        ],
+        true => vec![100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000],
         false => asked,
     };
     println!(
@@ -78,9 +74,7 @@ fn report(n: usize) {
         let ratio = bytes.map(|bytes| bytes / (n * WIDTH * size_of::<f64>()) as f64);
         ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.2}"))
     };
-    let preview = preview
-        .get()
-        .map(|shown: Duration| 1e3 * shown.as_secs_f64());
+    let preview = preview.get().map(|shown: Duration| 1e3 * shown.as_secs_f64());
     println!(
         "{n:>12} {:>12.1} {:>12.1} {:>12.1} {:>12} {:>10} {:>10}",
         1e3 * first.as_secs_f64(),

@@ -23,17 +23,9 @@ pub fn report() {
     );
     let sensor = || simulated::recordings(simulated::DEFAULT_SEED);
     // Few enough for lines, all of the built-in sensor, and very many: both by their density.
-    row(
-        "2,700, one recording",
-        Screen::showing(sensor()),
-        View::One(0),
-    );
+    row("2,700, one recording", Screen::showing(sensor()), View::One(0));
     row("243,000", Screen::showing(sensor()), View::All);
-    row(
-        "20,000,000",
-        Screen::showing(long_recording(20_000_000)),
-        View::All,
-    );
+    row("20,000,000", Screen::showing(long_recording(20_000_000)), View::All);
 }
 
 fn row(name: &str, mut screen: Screen, view: View) {

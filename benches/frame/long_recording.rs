@@ -21,7 +21,6 @@ pub fn long_recording(n: usize) -> RecordingSet {
     )
     .expect("the recording is whole");
     let mut set = RecordingSet::default();
-    set.push(Entry::new(recording, Role::Train))
-        .expect("the set is empty");
+    set.push(Entry::new(recording, Role::Train)).expect("the set is empty");
     set
 }

@@ -26,16 +26,11 @@ fn frame(c: &mut Criterion) {
     let sensor = simulated::recordings(simulated::DEFAULT_SEED);
     let sets: [(&str, MakeSet); 2] = [
         ("243,000 samples", Arc::new(move || sensor.clone())),
-        (
-            "20,000,000 samples",
-            Arc::new(|| long_recording(20_000_000)),
-        ),
+        ("20,000,000 samples", Arc::new(|| long_recording(20_000_000))),
     ];
     for (name, set) in sets {
         let mut screen = Screen::showing(set());
-        group.bench_function(format!("{name}, at rest"), |b| {
-            b.iter(|| screen.frame(None))
-        });
+        group.bench_function(format!("{name}, at rest"), |b| b.iter(|| screen.frame(None)));
         let mut x = 700.0;
         group.bench_function(format!("{name}, pointer moving over a trace"), |b| {
             b.iter(|| {
@@ -43,10 +38,9 @@ fn frame(c: &mut Criterion) {
                 screen.frame(Some(egui::pos2(x, 150.0)));
             });
         });
-        for (shown, what) in [
-            (pane("loops").unwrap(), "loop pane"),
-            (pane("metrology").unwrap(), "metrology"),
-        ] {
+        for (shown, what) in
+            [(pane("loops").unwrap(), "loop pane"), (pane("metrology").unwrap(), "metrology")]
+        {
             screen.shell.send(Command::ShowPane(shown));
             screen.settle();
             group.bench_function(format!("{name}, {what}"), |b| b.iter(|| screen.frame(None)));

@@ -42,13 +42,7 @@ pub fn report() {
         "samples", "meanwhile", "median", "95 %", "worst", "> 1 frame", "> 2 frames"
     );
     let sensor = simulated::recordings(simulated::DEFAULT_SEED);
-    let all = [
-        Work::Nothing,
-        Work::Slider,
-        Work::SliderAndMap,
-        Work::Network,
-        Work::Comparison,
-    ];
+    let all = [Work::Nothing, Work::Slider, Work::SliderAndMap, Work::Network, Work::Comparison];
     rows("243,000", &sensor, &all);
     let long = long_recording(20_000_000);
     rows("20,000,000", &long, &all[..3]);

@@ -38,11 +38,7 @@ impl Screen {
             self.frame(None);
         }
         self.frame(None);
-        assert!(
-            self.shell.engine().analysis().is_some(),
-            "{:?}",
-            self.shell.engine().problem()
-        );
+        assert!(self.shell.engine().analysis().is_some(), "{:?}", self.shell.engine().problem());
     }
 
     /// Draws one frame.

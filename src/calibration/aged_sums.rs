@@ -30,12 +30,7 @@ impl AgedSums {
         let (first, n_columns) = (design.n_gauges(), design.n_gauges() * n_look_backs);
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
         let rows = n_columns.next_multiple_of(TILE);
-        Self {
-            first,
-            n_columns,
-            stride,
-            products: vec![0.0; n_classes * rows * stride],
-        }
+        Self { first, n_columns, stride, products: vec![0.0; n_classes * rows * stride] }
     }
 
     /// The memory that one of these takes with the first look-back (bytes).
@@ -161,27 +156,12 @@ mod tests {
         let n = recording.n_samples();
         let pieces = [(0..n / 3, 0), (n / 3..n, 1)].map(|(samples, fold)| Piece { samples, fold });
         let t_ths_secs = [0.5, 2.0, 2.5, 9.0];
-        let ages = ThresholdAges {
-            past: &past(2.0, 9.0),
-            further: &further,
-            t_ths_secs: &t_ths_secs,
-        };
-        let aged = aged_sums(
-            &design,
-            conventional_loads,
-            ages,
-            &pieces,
-            &Progress::default(),
-        );
+        let ages =
+            ThresholdAges { past: &past(2.0, 9.0), further: &further, t_ths_secs: &t_ths_secs };
+        let aged = aged_sums(&design, conventional_loads, ages, &pieces, &Progress::default());
         let direct = |own: Vec<u32>| {
             let past = [own, further[0].clone()];
-            recording_sums(
-                &design,
-                conventional_loads,
-                &past,
-                &pieces,
-                &Progress::default(),
-            )
+            recording_sums(&design, conventional_loads, &past, &pieces, &Progress::default())
         };
         let mut running = direct((0..n as u32).collect());
         for (class, t_th_secs) in t_ths_secs.into_iter().enumerate() {

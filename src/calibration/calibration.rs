@@ -349,10 +349,7 @@ impl Calibration {
 
     /// This of the sensor that somebody says it is; what it knows of it stays where nothing else is said.
     pub fn of_sensor(&self, identity: &Identity) -> Self {
-        Self {
-            identity: self.identity.with(identity),
-            ..self.clone()
-        }
+        Self { identity: self.identity.with(identity), ..self.clone() }
     }
 
     /// The names of the columns of the compensated matrix, in order.
@@ -363,13 +360,8 @@ impl Calibration {
     /// How many numbers a load is made with: coefficients that are not zero, and what was learned.
     pub fn n_coefficients(&self) -> usize {
         let maps = self.compensated.iter().chain([&self.conventional]);
-        let linear = maps.map(|map| {
-            map.matrix
-                .iter()
-                .flatten()
-                .filter(|number| **number != 0.0)
-                .count()
-        });
+        let linear =
+            maps.map(|map| map.matrix.iter().flatten().filter(|number| **number != 0.0).count());
         let learned = self.learned.as_ref().map_or(0, Learned::n_numbers);
         linear.sum::<usize>() + learned
     }
@@ -402,11 +394,7 @@ impl Calibration {
     /// The regressor and the blocks in words.
     pub fn describe(&self) -> String {
         let blocks = self.features.describe();
-        let blocks = if blocks.is_empty() {
-            "no history"
-        } else {
-            &blocks
-        };
+        let blocks = if blocks.is_empty() { "no history" } else { &blocks };
         match self.regressor {
             Regressor::Linear => blocks.to_owned(),
             regressor => format!("{}; {blocks}", regressor.label()),
@@ -416,10 +404,8 @@ impl Calibration {
     /// Whether it was fitted to no more samples than it has coefficients.
     pub fn undetermined(&self) -> Option<Undetermined> {
         let (samples, coefficients) = (self.quality.n_train, self.design().n_columns());
-        (samples > 0 && samples <= coefficients as u64).then_some(Undetermined {
-            samples,
-            coefficients,
-        })
+        (samples > 0 && samples <= coefficients as u64)
+            .then_some(Undetermined { samples, coefficients })
     }
 
     /// Why there are no scores of left-out recordings, where there are none though it was fitted.
@@ -497,9 +483,8 @@ impl Calibration {
             return Ok(Cow::Borrowed(recording));
         }
         let own = recording.auxiliary();
-        let own: Vec<String> = (own.names().iter().zip(own.units()))
-            .map(|(name, unit)| named(name, unit))
-            .collect();
+        let own: Vec<String> =
+            (own.names().iter().zip(own.units())).map(|(name, unit)| named(name, unit)).collect();
         let refused = |channel: &AuxiliaryChannel| CalibrationError::Auxiliary {
             recording: recording.name().to_owned(),
             channel: named(&channel.name, &channel.unit),
@@ -511,9 +496,7 @@ impl Calibration {
             refused(channel.expect("a channel has this name"))
         })?;
         let units = channels.iter().zip(picked.auxiliary().units());
-        let other = units
-            .into_iter()
-            .find(|(channel, unit)| channel.unit != **unit);
+        let other = units.into_iter().find(|(channel, unit)| channel.unit != **unit);
         match other {
             Some((channel, _)) => Err(refused(channel)),
             None => Ok(Cow::Owned(picked)),
@@ -536,11 +519,7 @@ impl Calibration {
         );
         let past = past_samples(&self.features, &path, recording, &Progress::default());
         let compensated = self.compensated_loads(recording, &past);
-        Ok(AppliedLoads {
-            conventional,
-            compensated,
-            past,
-        })
+        Ok(AppliedLoads { conventional, compensated, past })
     }
 
     /// The compensated load of every sample, `n × n_axes` row-major.
@@ -575,10 +554,7 @@ impl Calibration {
     /// The standard deviation of the load around the compensated one, `n × n_axes` row-major, where the regressor
     /// knows it.
     pub(crate) fn deviations(&self, recording: &Recording, past: &[Vec<u32>]) -> Option<Vec<f64>> {
-        let learned = self
-            .learned
-            .as_ref()
-            .filter(|learned| learned.knows_deviation())?;
+        let learned = self.learned.as_ref().filter(|learned| learned.knows_deviation())?;
         let n_axes = self.axes.len();
         let design = self.design();
         let mut deviations = vec![0.0; recording.n_samples() * n_axes];

@@ -38,23 +38,14 @@ impl Conventional {
             history_step_secs: 0.0,
         };
         let n_columns = design.n_columns();
-        let mut map = LinearMap {
-            columns: design.columns(),
-            matrix: vec![vec![0.0; n_columns]; n_axes],
-        };
+        let mut map =
+            LinearMap { columns: design.columns(), matrix: vec![vec![0.0; n_columns]; n_axes] };
         for _ in 0..2 {
             let parts: Vec<_> = training
                 .par_iter()
                 .map(|recording| {
-                    let loads = PresentLoads {
-                        map: &map,
-                        recording,
-                        kept: None,
-                    };
-                    let whole = Piece {
-                        samples: 0..recording.n_samples(),
-                        fold: 0,
-                    };
+                    let loads = PresentLoads { map: &map, recording, kept: None };
+                    let whole = Piece { samples: 0..recording.n_samples(), fold: 0 };
                     recording_sums(&design, loads, &[], &[whole], progress)
                 })
                 .collect();
@@ -70,10 +61,7 @@ impl Conventional {
             let correction = fit(&total, terms, Ridge::None).coefficients;
             map.matrix = map.corrected(&design, &correction);
         }
-        Self {
-            scale: design.scale,
-            map,
-        }
+        Self { scale: design.scale, map }
     }
 }
 
@@ -123,10 +111,7 @@ mod tests {
             for k in 0..n {
                 for axis in 0..2 {
                     let difference = loads[k * 2 + axis] - expected[(k, axis)];
-                    assert!(
-                        difference.abs() < 1e-8,
-                        "offset {offset}, sample {k}: {difference}"
-                    );
+                    assert!(difference.abs() < 1e-8, "offset {offset}, sample {k}: {difference}");
                 }
             }
         }

@@ -171,9 +171,7 @@ impl<'a> Estimator<'a> {
         let as_measured = gauges.iter().zip(&self.came_less);
         let as_measured = as_measured.map(|(gauge, less)| gauge + less);
         match is_tared {
-            true => self
-                .calibration
-                .has_gauge_beyond(self.gauges.iter().copied()),
+            true => self.calibration.has_gauge_beyond(self.gauges.iter().copied()),
             false => self.calibration.has_gauge_beyond(as_measured),
         }
     }
@@ -191,11 +189,7 @@ impl<'a> Estimator<'a> {
         if actual != expected {
             return Err(SampleError::Gauges { expected, actual });
         }
-        match gauges
-            .iter()
-            .chain(auxiliary)
-            .all(|number| number.is_finite())
-        {
+        match gauges.iter().chain(auxiliary).all(|number| number.is_finite()) {
             true => Ok(()),
             false => Err(SampleError::NotFinite),
         }
@@ -244,12 +238,7 @@ impl<'a> Estimator<'a> {
 
     fn take(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64]) {
         self.last_secs = Some(time);
-        let Calibration {
-            conventional,
-            features,
-            learned,
-            ..
-        } = self.calibration;
+        let Calibration { conventional, features, learned, .. } = self.calibration;
         let tared = gauges.iter().zip(&self.gauge_zero);
         self.gauges.clear();
         self.gauges.extend(tared.map(|(gauge, zero)| gauge - zero));
@@ -326,10 +315,7 @@ mod tests {
                 epochs: 2,
                 ..NetworkSettings::default()
             },
-            kernel: KernelSettings {
-                landmarks: 20,
-                length_scale: Some(1.0),
-            },
+            kernel: KernelSettings { landmarks: 20, length_scale: Some(1.0) },
             ..FitSettings::default()
         };
         let request = Request::fit(Arc::new(some_built_in()), settings);
@@ -341,9 +327,7 @@ mod tests {
             look_backs: [(3.0, 15.0), (8.0, 4.0)]
                 .map(|(f_th, t_th_secs)| Thresholds { f_th, t_th_secs })
                 .to_vec(),
-            blocks: Blocks::every()
-                .with(&FixedLag, &[0.5, 2.0])
-                .with(&Polynomial, &[3.0]),
+            blocks: Blocks::every().with(&FixedLag, &[0.5, 2.0]).with(&Polynomial, &[3.0]),
             ..FeatureSettings::present()
         }
     }
@@ -355,9 +339,8 @@ mod tests {
         let mut estimator = Estimator::new(calibration, &design).unwrap();
         let n_axes = calibration.axes.len();
         for (k, expected) in applied.compensated.chunks_exact(n_axes).enumerate() {
-            let (status, load) = estimator
-                .update(recording.times()[k], recording.gauges_at(k))
-                .unwrap();
+            let (status, load) =
+                estimator.update(recording.times()[k], recording.gauges_at(k)).unwrap();
             assert!(!status.has(Status::AFTER_GAP) && !status.has(Status::RESTARTED));
             for ((actual, expected), scale) in
                 load.iter().zip(expected).zip(&calibration.full_scale)
@@ -456,10 +439,7 @@ mod tests {
     #[test]
     fn the_same_time_again_is_no_time_gone_by() {
         let recording = Arc::clone(&some_built_in().entries()[1].recording);
-        let times = recording
-            .times()
-            .chunks(4)
-            .flat_map(|few| vec![few[0]; few.len()]);
+        let times = recording.times().chunks(4).flat_map(|few| vec![few[0]; few.len()]);
         let stamped = Recording::new(
             "stamped",
             recording.source().clone(),
@@ -481,8 +461,7 @@ mod tests {
         let entries = all.entries();
         let mut set = RecordingSet::default();
         for entry in entries.iter().step_by(9) {
-            set.push(Entry::new((*entry.recording).clone(), Role::Train))
-                .unwrap();
+            set.push(Entry::new((*entry.recording).clone(), Role::Train)).unwrap();
         }
         let set = Arc::new(set);
         let every = Blocks::every();
@@ -496,19 +475,10 @@ mod tests {
                 },
             ));
         }
-        sets.push((
-            "all",
-            FeatureSettings {
-                blocks: every.clone(),
-                ..FeatureSettings::default()
-            },
-        ));
+        sets.push(("all", FeatureSettings { blocks: every.clone(), ..FeatureSettings::default() }));
         for (name, features) in sets {
-            let settings = FitSettings {
-                features,
-                ridge: RidgeChoice::Auto,
-                ..FitSettings::default()
-            };
+            let settings =
+                FitSettings { features, ridge: RidgeChoice::Auto, ..FitSettings::default() };
             let request = Request::fit(Arc::clone(&set), settings);
             let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
             let design = calibration.design();
@@ -545,10 +515,7 @@ mod tests {
                     }
                 }
                 let rms = squares.map(|s: f64| 100.0 * (s / f64::from(6 * n)).sqrt());
-                assert!(
-                    rms[0] < rms[1],
-                    "{name}, {pause_secs} s: {rms:?} % of full scale"
-                );
+                assert!(rms[0] < rms[1], "{name}, {pause_secs} s: {rms:?} % of full scale");
             }
         }
     }

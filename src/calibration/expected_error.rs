@@ -73,11 +73,7 @@ impl fmt::Display for ExpectedError {
             format!("{recordings} ({} samples)", own.samples)
         });
         let held_out: Vec<String> = left_out.into_iter().chain(test).collect();
-        write!(
-            f,
-            "95 % of the errors lie within it on {}",
-            held_out.join(", and on ")
-        )?;
+        write!(f, "95 % of the errors lie within it on {}", held_out.join(", and on "))?;
         if held_out.len() > 1 {
             write!(f, "; the larger value counts")?;
         }

@@ -45,9 +45,7 @@ impl Calibration {
         check_head(&head.format, head.version)?;
         let file: Calibration<NamedMap> = serde_json::from_slice(content)?;
         let (gauges, offset) = (&file.gauges, file.offset);
-        file.features
-            .check_columns(gauges.len())
-            .map_err(CalibrationError::from)?;
+        file.features.check_columns(gauges.len()).map_err(CalibrationError::from)?;
         let map = |field, map: &NamedMap, features: &FeatureSettings| {
             let columns = features.columns(gauges.len(), offset);
             check_features(field, &Column::names(&columns, gauges), &map.features)?;
@@ -87,8 +85,7 @@ impl Calibration {
             matrix: map.matrix.clone(),
         };
         let compensated = self.compensated.as_ref().map(named);
-        self.clone()
-            .with_maps(named(&self.conventional), compensated)
+        self.clone().with_maps(named(&self.conventional), compensated)
     }
 }
 

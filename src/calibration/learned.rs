@@ -54,12 +54,7 @@ impl Learned {
             ),
             Self::Network(network) => {
                 let mut widths = vec![network.n_inputs().to_string()];
-                widths.extend(
-                    network
-                        .layers
-                        .iter()
-                        .map(|layer| layer.biases.len().to_string()),
-                );
+                widths.extend(network.layers.iter().map(|layer| layer.biases.len().to_string()));
                 format!(
                     "network of {} units, {} numbers",
                     widths.join(" → "),

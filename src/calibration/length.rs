@@ -16,10 +16,6 @@ pub struct WrongLength {
 pub(super) fn check_length(field: &str, expected: usize, actual: usize) -> Result<(), WrongLength> {
     match actual == expected {
         true => Ok(()),
-        false => Err(WrongLength {
-            field: field.to_owned(),
-            expected,
-            actual,
-        }),
+        false => Err(WrongLength { field: field.to_owned(), expected, actual }),
     }
 }

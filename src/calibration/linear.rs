@@ -77,10 +77,7 @@ impl Ridge<'_> {
 pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
-    let penalties: Vec<f64> = used
-        .iter()
-        .map(|&i| ridge.penalty(sums, i, kinds[i]))
-        .collect();
+    let penalties: Vec<f64> = used.iter().map(|&i| ridge.penalty(sums, i, kinds[i])).collect();
     let inverse_length: Vec<f64> = used
         .iter()
         .zip(&penalties)
@@ -190,10 +187,7 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
         if own.iter().all(|share| *share == 0.0) || shares[..at].contains(own) {
             continue;
         }
-        let kept = Terms {
-            used: &terms.kept(own),
-            ..terms
-        };
+        let kept = Terms { used: &terms.kept(own), ..terms };
         let shrunk = fit(sums, kept, Ridge::Shares(own)).coefficients;
         for target in (at..q).filter(|target| shares[*target] == *own) {
             for feature in 0..sums.n_features() {
@@ -209,10 +203,8 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
 ///
 /// Computed from sums, so values beyond about 1e7 only say "very large".
 pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> Option<f64> {
-    let inverse_length: Vec<f64> = used
-        .iter()
-        .map(|&i| inverse_length(sums.feature_product(i, i)))
-        .collect();
+    let inverse_length: Vec<f64> =
+        used.iter().map(|&i| inverse_length(sums.feature_product(i, i))).collect();
     let scaled = Mat::from_fn(used.len(), used.len(), |i, j| {
         sums.feature_product(used[i], used[j]) * inverse_length[i] * inverse_length[j]
     });
@@ -223,11 +215,7 @@ pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> 
 }
 
 fn inverse_length(square: f64) -> f64 {
-    if square > 0.0 {
-        1.0 / square.sqrt()
-    } else {
-        0.0
-    }
+    if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 }
 }
 
 /// Exchanges rows and columns `a ≤ b` of the lower triangle, the finished part of the factor included.
@@ -282,11 +270,7 @@ mod tests {
 
     fn plain(sums: &NormalEquations) -> Fit {
         let (used, kinds) = gauges(sums.n_features());
-        let terms = Terms {
-            used: &used,
-            kinds: &kinds,
-            known: &[],
-        };
+        let terms = Terms { used: &used, kinds: &kinds, known: &[] };
         fit(sums, terms, Ridge::None)
     }
 
@@ -324,10 +308,8 @@ mod tests {
     #[test]
     fn a_repeated_column_lowers_the_rank_and_keeps_the_residual() {
         let rows = rows(80);
-        let repeated: Vec<_> = rows
-            .iter()
-            .map(|row| [&row[..4], &row[2..3], &row[4..]].concat())
-            .collect();
+        let repeated: Vec<_> =
+            rows.iter().map(|row| [&row[..4], &row[2..3], &row[4..]].concat()).collect();
         let plain_sums = sums(&rows, 4);
         let repeated_sums = sums(&repeated, 5);
         let repeated = plain(&repeated_sums);
@@ -344,17 +326,9 @@ mod tests {
     #[test]
     fn a_ridge_solves_the_normal_equations_with_its_penalties() {
         let sums = sums(&rows(80), 4);
-        let kinds = [
-            ColumnKind::Gauge,
-            ColumnKind::Appended,
-            ColumnKind::Appended,
-            ColumnKind::Gauge,
-        ];
-        let terms = Terms {
-            used: &[0, 1, 2, 3],
-            kinds: &kinds,
-            known: &[],
-        };
+        let kinds =
+            [ColumnKind::Gauge, ColumnKind::Appended, ColumnKind::Appended, ColumnKind::Gauge];
+        let terms = Terms { used: &[0, 1, 2, 3], kinds: &kinds, known: &[] };
         let of_strength: [fn(f64) -> Ridge<'static>; 2] = [Ridge::Relative, Ridge::Absolute];
         for (ridge, strength) in of_strength.into_iter().zip([0.3, 7.0]) {
             let b = fit(&sums, terms, ridge(strength)).coefficients;
@@ -396,10 +370,7 @@ mod tests {
         let fit = fit(&sums(&left_over, 3), terms, Ridge::None);
         assert_eq!(fit.rank, 2);
         for ((b, known), expected) in fit.coefficients.iter().zip(known).zip([0.0, 2.0, 5.0]) {
-            assert!(
-                (b + known - expected).abs() < 1e-12,
-                "{b} {known} {expected}"
-            );
+            assert!((b + known - expected).abs() < 1e-12, "{b} {known} {expected}");
         }
     }
 

@@ -116,12 +116,8 @@ impl LinearMap {
             .iter()
             .enumerate()
             .map(|(axis, base)| {
-                let own: Vec<f64> = coefficients
-                    .iter()
-                    .skip(axis)
-                    .step_by(n_axes)
-                    .copied()
-                    .collect();
+                let own: Vec<f64> =
+                    coefficients.iter().skip(axis).step_by(n_axes).copied().collect();
                 let mut row = design.raw_coefficients(&own);
                 for (column, value) in present.iter().zip(base) {
                     row[*column] += value;
@@ -173,9 +169,7 @@ impl PresentLoads<'_> {
 
     /// Those of every sample on one axis.
     pub fn column(&self, axis: usize) -> Vec<f64> {
-        (0..self.recording.n_samples())
-            .map(|k| self.at(k, axis))
-            .collect()
+        (0..self.recording.n_samples()).map(|k| self.at(k, axis)).collect()
     }
 }
 

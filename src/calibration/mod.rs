@@ -2,10 +2,7 @@
 //! that comes of it.
 
 mod aged_sums;
-#[expect(
-    clippy::module_inception,
-    reason = "the room's main thing has the room's name"
-)]
+#[expect(clippy::module_inception, reason = "the room's main thing has the room's name")]
 mod calibration;
 mod coefficient_errors;
 mod conventional;

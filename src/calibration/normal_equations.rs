@@ -136,9 +136,8 @@ impl NormalEquations {
         let mut rest = self.clone();
         for (target, square) in self.squared_residuals(coefficients).into_iter().enumerate() {
             for i in 0..p {
-                let explained: f64 = (0..p)
-                    .map(|j| self.feature_product(i, j) * coefficients[j * q + target])
-                    .sum();
+                let explained: f64 =
+                    (0..p).map(|j| self.feature_product(i, j) * coefficients[j * q + target]).sum();
                 rest.gram[i * stride + p + target] -= explained;
             }
             rest.gram[(p + target) * stride + p + target] = square;
@@ -186,9 +185,7 @@ impl NormalEquations {
     /// Those of these columns that are not zero in every sample.
     pub fn present_among(&self, columns: &[usize]) -> Vec<usize> {
         let columns = columns.iter().copied();
-        columns
-            .filter(|&column| self.feature_product(column, column) > 0.0)
-            .collect()
+        columns.filter(|&column| self.feature_product(column, column) > 0.0).collect()
     }
 
     /// Entry of `XᵀX`.
@@ -215,11 +212,7 @@ impl NormalEquations {
     /// If `coefficients` has another shape.
     pub fn squared_residuals(&self, coefficients: &[f64]) -> Vec<f64> {
         let (p, q) = (self.n_features, self.n_targets);
-        assert_eq!(
-            coefficients.len(),
-            p * q,
-            "one coefficient per feature and target"
-        );
+        assert_eq!(coefficients.len(), p * q, "one coefficient per feature and target");
         (0..q)
             .map(|target| {
                 let b = |feature: usize| coefficients[feature * q + target];
@@ -384,10 +377,7 @@ mod tests {
                 let stride = sums.stride();
                 let mut rows = rows(40 + part, 3, 1);
                 if part > 0 {
-                    rows.iter_mut()
-                        .skip(1)
-                        .step_by(stride)
-                        .for_each(|x| *x = 0.0);
+                    rows.iter_mut().skip(1).step_by(stride).for_each(|x| *x = 0.0);
                 }
                 sums.add_rows(&rows);
                 sums

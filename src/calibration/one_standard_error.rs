@@ -16,10 +16,7 @@ pub(crate) fn simplest_good(
 ) -> usize {
     let tried = 0..n_tried;
     let sum = |at: usize| (0..n_parts).map(|part| square(at, part)).sum::<f64>();
-    let best = tried
-        .clone()
-        .min_by(|a, b| sum(*a).total_cmp(&sum(*b)))
-        .unwrap_or(0);
+    let best = tried.clone().min_by(|a, b| sum(*a).total_cmp(&sum(*b))).unwrap_or(0);
     let chosen = tried.rev().find(|&at| {
         let differences = (0..n_parts).map(|part| square(at, part) - square(best, part));
         let n = n_parts as f64;
@@ -45,15 +42,10 @@ impl Paired {
     /// deviation of `d` over √R, for a single one zero.
     pub(crate) fn of(parts: &[(f64, f64)]) -> Self {
         let difference: f64 = parts.iter().map(|(_, share)| share).sum();
-        let squares = parts
-            .iter()
-            .map(|(w, share)| (share - w * difference).powi(2));
+        let squares = parts.iter().map(|(w, share)| (share - w * difference).powi(2));
         let n = parts.iter().filter(|(w, _)| *w > 0.0).count() as f64;
         let correction = n / (n - 1.0).max(1.0);
-        Self {
-            difference,
-            standard_error: (correction * squares.sum::<f64>()).sqrt(),
-        }
+        Self { difference, standard_error: (correction * squares.sum::<f64>()).sqrt() }
     }
 
     /// Whether the difference is no larger than its standard error.

@@ -129,13 +129,8 @@ pub enum Learner {
 
 impl Regressor {
     /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Linear,
-        Self::Network,
-        Self::Kernel,
-        Self::HybridNetwork,
-        Self::HybridKernel,
-    ];
+    pub const ALL: [Self; 5] =
+        [Self::Linear, Self::Network, Self::Kernel, Self::HybridNetwork, Self::HybridKernel];
 
     /// What learns; `None` for the linear regressor.
     pub fn learner(self) -> Option<Learner> {

@@ -65,12 +65,7 @@ impl<'a> Pass<'a> {
         past: impl IntoIterator<Item = &'a [u32]>,
         progress: &'a Progress,
     ) -> Self {
-        Self {
-            design,
-            conventional,
-            past: past.into_iter().collect(),
-            progress,
-        }
+        Self { design, conventional, past: past.into_iter().collect(), progress }
     }
 
     /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
@@ -111,9 +106,7 @@ impl<'a> Pass<'a> {
         if design.features.has_memory() {
             let mut stream = FeatureStream::of(design, recording);
             let pieces = pieces.iter();
-            return pieces
-                .map(|piece| add(&mut stream, piece.samples.clone()))
-                .collect();
+            return pieces.map(|piece| add(&mut stream, piece.samples.clone())).collect();
         }
         // Nothing runs from sample to sample, so that threads can share even one long recording.
         let runs_of = |piece: &Piece| {
@@ -127,9 +120,8 @@ impl<'a> Pass<'a> {
             .par_iter()
             .map(|piece| {
                 let runs = runs_of(piece).into_par_iter();
-                let sums: Vec<T> = runs
-                    .map(|samples| add(&mut FeatureStream::new(design), samples))
-                    .collect();
+                let sums: Vec<T> =
+                    runs.map(|samples| add(&mut FeatureStream::new(design), samples)).collect();
                 let mut sums = sums.into_iter();
                 let mut all = sums.next().expect("a piece has one run at least");
                 sums.for_each(|run| all.add(&run));
@@ -152,12 +144,7 @@ impl<'a> Pass<'a> {
         let (from, reference) = (RowsOf::of(recording), recording.loads());
         let (n_columns, n_axes) = (design.n_columns(), recording.axes().len());
         let has_memory = design.features.has_memory();
-        let Block {
-            stride,
-            rows,
-            kept,
-            classes,
-        } = block;
+        let Block { stride, rows, kept, classes } = block;
         let stride = *stride;
         kept.clear();
         classes.clear();

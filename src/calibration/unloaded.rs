@@ -83,9 +83,7 @@ mod tests {
         let (calibration, recording) = fitted();
         assert_eq!(calibration.tare, None);
         let (tared, _) = recording.tared(Tare::Interval(0.0, 1.0)).unwrap();
-        let first = tared
-            .times()
-            .partition_point(|t| t - tared.times()[0] <= 1.0);
+        let first = tared.times().partition_point(|t| t - tared.times()[0] <= 1.0);
         let loads = calibration.apply(&tared).unwrap().conventional;
         for (axis, full_scale) in calibration.full_scale.iter().enumerate() {
             let own = loads[axis..].iter().step_by(6).take(first);

@@ -21,60 +21,37 @@ pub enum CalibrationError {
     #[error(transparent)]
     Length(#[from] WrongLength),
     #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
-    Unit {
-        axis: &'static str,
-        expected: &'static str,
-        actual: String,
-    },
+    Unit { axis: &'static str, expected: &'static str, actual: String },
     #[error(
         "{field} holds {value:?}, which is no number from {least:?} up to {LARGEST:?}; mend the file, or fit in other units"
     )]
-    Number {
-        field: String,
-        value: f64,
-        least: f64,
-    },
+    Number { field: String, value: f64, least: f64 },
     #[error("the decimation is 0; it must be 1 (every sample) or more")]
     Decimation,
     #[error("full_scale is 0 on every axis, so the calibration was made without any load")]
     NoFullScale,
     #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
-    Feature {
-        field: &'static str,
-        position: usize,
-        expected: String,
-        actual: String,
-    },
+    Feature { field: &'static str, position: usize, expected: String, actual: String },
     #[error(
         "{recording} has no auxiliary channel {channel}, which the calibration needs (it has: {}); name the column so, or make it \"auxiliary\" in a \
          column map", if .found.is_empty() { "none" } else { .found }
     )]
-    Auxiliary {
-        recording: String,
-        channel: String,
-        found: String,
-    },
+    Auxiliary { recording: String, channel: String, found: String },
     #[error("features: {0}")]
     Features(#[from] FeatureError),
     #[error("learned: {0}")]
     Learned(#[from] LearnedError),
     #[error("{recording} has the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
-    Gauges {
-        recording: String,
-        expected: Vec<String>,
-        actual: Vec<String>,
-    },
+    Gauges { recording: String, expected: Vec<String>, actual: Vec<String> },
 }
 
 /// Checks that all numbers are from `least` up, and that a load can be computed with them.
 fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {
     match numbers.iter().find(|x| !(**x >= least && is_usable(**x))) {
         None => Ok(()),
-        Some(value) => Err(CalibrationError::Number {
-            field: field.to_owned(),
-            value: *value,
-            least,
-        }),
+        Some(value) => {
+            Err(CalibrationError::Number { field: field.to_owned(), value: *value, least })
+        }
     }
 }
 
@@ -160,9 +137,7 @@ impl Calibration {
             learned.validate(n_inputs, n_axes)?;
         }
         if self.compensated.is_none() && self.learned.is_none() {
-            return Err(CalibrationError::Nothing {
-                what: "compensated map",
-            });
+            return Err(CalibrationError::Nothing { what: "compensated map" });
         }
         Ok(())
     }
@@ -178,11 +153,7 @@ impl Calibration {
             |columns: &[Column]| columns.iter().map(|column| format!("{column:?}")).collect();
         let (expected, actual): (Vec<_>, Vec<_>) = (said(&columns), said(&map.columns));
         check_features(field, &expected, &actual)?;
-        check_length(
-            &format!("{field}.matrix"),
-            self.axes.len(),
-            map.matrix.len(),
-        )?;
+        check_length(&format!("{field}.matrix"), self.axes.len(), map.matrix.len())?;
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
             let field = format!("{field}.matrix, row {}", axis.symbol());
             check_length(&field, columns.len(), row.len())?;

@@ -126,19 +126,11 @@ pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
         return ended(is_interrupted);
     }
     writeln!(out, "{}", best.table(ScoreSet::LeftOut).text())?;
-    if best
-        .tried
-        .iter()
-        .any(|tried| tried.model.scores.test_rmse.is_some())
-    {
+    if best.tried.iter().any(|tried| tried.model.scores.test_rmse.is_some()) {
         writeln!(out, "{}", best.table(ScoreSet::Test).text())?;
     }
     if let (Some(proposed), Some(fit)) = (proposed, fit) {
-        writeln!(
-            out,
-            "Proposed: {}. To fit it: loopscope fit {fit}",
-            proposed.name
-        )?;
+        writeln!(out, "Proposed: {}. To fit it: loopscope fit {fit}", proposed.name)?;
     }
     ended(is_interrupted)
 }

@@ -69,22 +69,12 @@ struct Report<'a> {
 }
 
 pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
-    let CheckArgs {
-        recordings,
-        model,
-        mass,
-        arm,
-        json,
-        ..
-    } = args;
+    let CheckArgs { recordings, model, mass, arm, json, .. } = args;
     let set = recordings.read(&model.rated())?;
     let settings = model.settings(&set);
     let features = settings.features.describe();
     let simulated = set.is_simulated();
-    let hanging = (!mass.is_empty()).then_some(HangingMass {
-        masses: mass,
-        arms: arm,
-    });
+    let hanging = (!mass.is_empty()).then_some(HangingMass { masses: mass, arms: arm });
     let request = Request {
         gauge_range: recordings.read.gauge_range.clone(),
         ..Request::fit(Arc::new(set), settings)
@@ -92,11 +82,7 @@ pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
     let found = sufficiency(&request, hanging.as_ref(), &Progress::default())?;
     let mut out = io::stdout().lock();
     if json {
-        let report = Report {
-            simulated,
-            features,
-            found: &found,
-        };
+        let report = Report { simulated, features, found: &found };
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
         writeln!(out)?;
     } else {
@@ -120,9 +106,7 @@ fn text(found: &Sufficiency) -> String {
     lines.push(format!("\n{}", found.rank_in_words()));
     lines.extend(found.undetermined.iter().map(|one| format!("  {one}")));
     lines.extend(
-        sufficiency_tables(found)
-            .iter()
-            .map(|table| format!("\n{}", table.text().trim_end())),
+        sufficiency_tables(found).iter().map(|table| format!("\n{}", table.text().trim_end())),
     );
     lines.join("\n")
 }

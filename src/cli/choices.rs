@@ -35,12 +35,7 @@ pub struct RecordingArgs {
     #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
     pub test: Vec<PathBuf>,
     /// Instead of test files: train on this first part of each recording, test on the rest.
-    #[arg(
-        long,
-        value_name = "FRACTION",
-        conflicts_with = "test",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "FRACTION", conflicts_with = "test", allow_negative_numbers = true)]
     pub split: Option<f64>,
     /// Cross-validation leaves recordings of one group out together. A name with {file}, {folder}, {recording}, or a {word}
     /// for the number or letter after it in the names, as in {mount} [default: found from names, folders and files].
@@ -78,9 +73,8 @@ impl RecordingArgs {
         let map = self.read.columns.as_deref().map(ColumnMap::read);
         let by_map = map.transpose()?.and_then(|map| map.group);
         for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
-            for (path, recordings) in files
-                .iter()
-                .zip(read_hearing(files, &self.read, rated, hear)?)
+            for (path, recordings) in
+                files.iter().zip(read_hearing(files, &self.read, rated, hear)?)
             {
                 for recording in recordings {
                     if !recording.has_reference() {
@@ -206,9 +200,7 @@ impl FromStr for LookBacks {
         if text == "none" {
             return Ok(Self(Vec::new()));
         }
-        let List(values) = text
-            .parse()
-            .map_err(|error| format!("{error}, or \"none\""))?;
+        let List(values) = text.parse().map_err(|error| format!("{error}, or \"none\""))?;
         Ok(Self(values))
     }
 }
@@ -245,10 +237,7 @@ impl Args for ListedBlocks {
 
 impl FromArgMatches for ListedBlocks {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let mut own = Self {
-            blocks: Blocks::default(),
-            any_named: false,
-        };
+        let mut own = Self { blocks: Blocks::default(), any_named: false };
         own.update_from_arg_matches(matches)?;
         Ok(own)
     }
@@ -260,16 +249,11 @@ impl FromArgMatches for ListedBlocks {
                 continue;
             }
             let values = match setting.choices() {
-                Some(_) => matches
-                    .get_one(setting.option)
-                    .map(|n: &u8| vec![f64::from(*n)]),
-                None => matches
-                    .get_one(setting.option)
-                    .map(|List(list)| list.clone()),
+                Some(_) => matches.get_one(setting.option).map(|n: &u8| vec![f64::from(*n)]),
+                None => matches.get_one(setting.option).map(|List(list)| list.clone()),
             };
             self.any_named = true;
-            self.blocks
-                .set(block, values.unwrap_or_else(|| setting.default.to_vec()));
+            self.blocks.set(block, values.unwrap_or_else(|| setting.default.to_vec()));
         }
         Ok(())
     }
@@ -373,19 +357,14 @@ impl BlockArgs {
                 "note: --auxiliary-reference {name}: no auxiliary channel has this name; {known}"
             ));
         }
-        given
-            .map(|AuxiliaryReference(name, value)| (name.clone(), *value))
-            .collect()
+        given.map(|AuxiliaryReference(name, value)| (name.clone(), *value)).collect()
     }
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
     pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
         let common = self.common.settings(recordings, decimation);
         FitSettings {
-            features: FeatureSettings {
-                blocks: self.listed.blocks.clone(),
-                ..common.features
-            },
+            features: FeatureSettings { blocks: self.listed.blocks.clone(), ..common.features },
             ridge: self.ridge.unwrap_or_default(),
             auxiliary_references: self.auxiliary_references(recordings),
             ..common
@@ -502,13 +481,10 @@ impl ModelArgs {
         for (option, of) in self.choices.of_learners() {
             if learner != Some(of) {
                 let key = self.regressor.key();
-                tell(&format_args!(
-                    "note: --{option} does nothing with --regressor {key}"
-                ));
+                tell(&format_args!("note: --{option} does nothing with --regressor {key}"));
             }
         }
-        self.choices
-            .settings(recordings, self.regressor, self.decimate)
+        self.choices.settings(recordings, self.regressor, self.decimate)
     }
 }
 
@@ -551,13 +527,9 @@ impl FitChoices {
             (CROSS_VALIDATE.option, self.cross_validate),
         ];
         let network = network.map(|own| (own, Learner::Network));
-        let kernel = (
-            (LANDMARKS.option, self.landmarks.is_some()),
-            Learner::Kernel,
-        );
+        let kernel = ((LANDMARKS.option, self.landmarks.is_some()), Learner::Kernel);
         let all = network.into_iter().chain([kernel]);
-        all.filter(|((_, is_given), _)| *is_given)
-            .map(|((option, _), of)| (option, of))
+        all.filter(|((_, is_given), _)| *is_given).map(|((option, _), of)| (option, of))
     }
 
     fn look_backs(&self, distance: Distance) -> Vec<Thresholds> {
@@ -572,9 +544,7 @@ impl FitChoices {
             (None, None) => Vec::new(),
         };
         let thresholds = f_ths.into_iter();
-        thresholds
-            .map(|f_th| Thresholds { f_th, t_th_secs })
-            .collect()
+        thresholds.map(|f_th| Thresholds { f_th, t_th_secs }).collect()
     }
 }
 
@@ -634,9 +604,8 @@ pub(super) fn one_of<T: Copy + Send + Sync + 'static>(
     all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
 ) -> impl TypedValueParser<Value = T> {
     let all: Vec<_> = all.into_iter().collect();
-    let names = all
-        .iter()
-        .map(|(_, name, explanation)| PossibleValue::new(*name).help(*explanation));
+    let names =
+        all.iter().map(|(_, name, explanation)| PossibleValue::new(*name).help(*explanation));
     let parser = PossibleValuesParser::new(names.collect::<Vec<_>>());
     parser.map(move |name| {
         let named = all.iter().find(|(_, own, _)| *own == name);
@@ -669,25 +638,16 @@ mod tests {
         let arguments = [&["x"], arguments].concat();
         let only = Only::parse_from(arguments);
         let recordings = simulated::recordings(1);
-        only.choices
-            .settings(&recordings, Regressor::Linear, 1)
-            .features
+        only.choices.settings(&recordings, Regressor::Linear, 1).features
     }
 
     #[test]
     fn named_blocks_add_up_and_others_are_not_used() {
         let f_ths = |features: &FeatureSettings| -> Vec<f64> {
-            features
-                .look_backs
-                .iter()
-                .map(|look_back| look_back.f_th)
-                .collect()
+            features.look_backs.iter().map(|look_back| look_back.f_th).collect()
         };
         assert_eq!(features(&[]), FeatureSettings::default());
-        assert_eq!(
-            features(&["--look-back", "none"]),
-            FeatureSettings::present()
-        );
+        assert_eq!(features(&["--look-back", "none"]), FeatureSettings::present());
         assert_eq!(f_ths(&features(&["--look-back", "3,8"])), [3.0, 8.0]);
         let play = features(&["--play", "0.1, 0.2"]);
         assert!(play.look_backs.is_empty());
@@ -737,26 +697,16 @@ mod tests {
         let head = "| option | setting | default | range | meaning |\n|---|---|---|---|---|\n";
         let table = head.to_owned() + &rows.collect::<String>();
         let page = include_str!("../../assets/guide/command-line.md");
-        assert!(
-            page.contains(&table),
-            "the table of command-line.md should be\n{table}"
-        );
+        assert!(page.contains(&table), "the table of command-line.md should be\n{table}");
         let list: String = BLOCKS
             .iter()
             .map(|block| {
                 let name = block.name().to_lowercase();
-                format!(
-                    "* **{name}**: {}: `{}`\n",
-                    block.setting().help(),
-                    block.formula()
-                )
+                format!("* **{name}**: {}: `{}`\n", block.setting().help(), block.formula())
             })
             .collect();
         let page = include_str!("../../assets/guide/method.md");
-        assert!(
-            page.contains(&list),
-            "the list of method.md should be\n{list}"
-        );
+        assert!(page.contains(&list), "the list of method.md should be\n{list}");
         let readme = include_str!("../../README.md");
         for setting in BLOCKS.iter().map(|block| block.setting()) {
             let values = match setting.choices() {

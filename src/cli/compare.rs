@@ -74,22 +74,14 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
     let line = Mutex::new(ProgressLine::default());
     let rows: Mutex<Vec<Option<Result<ComparedRow, AnalysisError>>>> =
         Mutex::new(candidates.iter().map(|_| None).collect());
-    compare(
-        &recordings,
-        &settings,
-        &candidates,
-        &progress,
-        &|at, event| {
-            let unpoisoned = PoisonError::into_inner;
-            line.lock().unwrap_or_else(unpoisoned).show(&progress);
-            if let RowEvent::Ended(row) = event {
-                rows.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(row);
-            }
-        },
-    );
-    line.into_inner()
-        .unwrap_or_else(PoisonError::into_inner)
-        .end();
+    compare(&recordings, &settings, &candidates, &progress, &|at, event| {
+        let unpoisoned = PoisonError::into_inner;
+        line.lock().unwrap_or_else(unpoisoned).show(&progress);
+        if let RowEvent::Ended(row) = event {
+            rows.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(row);
+        }
+    });
+    line.into_inner().unwrap_or_else(PoisonError::into_inner).end();
     let ended = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut rows = Vec::new();
     let mut failed = None;
@@ -99,17 +91,13 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
             Err(error) => {
                 let label = candidate.regressor.label();
                 let (history, pattern) = (candidate.history(), candidate.pattern());
-                tell(&format_args!(
-                    "{label}, {history}, pattern {pattern}: {error}"
-                ));
+                tell(&format_args!("{label}, {history}, pattern {pattern}: {error}"));
                 failed = Some(error);
             }
         }
     }
     if let Some(path) = &args.csv {
-        write_atomically(path, |out| {
-            comparison_table(&rows, &ScoreSet::ALL).write_csv(out)
-        })?;
+        write_atomically(path, |out| comparison_table(&rows, &ScoreSet::ALL).write_csv(out))?;
     }
     let mut out = io::stdout().lock();
     if args.json {

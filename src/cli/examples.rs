@@ -8,10 +8,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "",
         &[
             ("loopscope", "the window on the built-in sensor"),
-            (
-                "loopscope press_*.csv test.csv",
-                "the window on these recordings",
-            ),
+            ("loopscope press_*.csv test.csv", "the window on these recordings"),
             ("loopscope work.json", "a session, or a calibration"),
         ],
     ),
@@ -19,19 +16,10 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
         "inspect",
         &[
             ("loopscope inspect press.csv", "what would be loaded"),
-            (
-                "loopscope inspect log.mat --write-map map.json",
-                "a column map to correct by hand",
-            ),
+            ("loopscope inspect log.mat --write-map map.json", "a column map to correct by hand"),
         ],
     ),
-    (
-        "demo",
-        &[(
-            "loopscope demo recordings",
-            "simulated recordings to try the rest on",
-        )],
-    ),
+    ("demo", &[("loopscope demo recordings", "simulated recordings to try the rest on")]),
     (
         "fit",
         &[
@@ -52,13 +40,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
             "is it enough, and which masses to hang next; exit code 3 if not",
         )],
     ),
-    (
-        "sensor",
-        &[(
-            "loopscope sensor",
-            "a description to fill in and keep as sensor.toml",
-        )],
-    ),
+    ("sensor", &[("loopscope sensor", "a description to fill in and keep as sensor.toml")]),
     (
         "report",
         &[
@@ -96,14 +78,8 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
     (
         "apply",
         &[
-            (
-                "loopscope apply sensor.json run.csv --out loads",
-                "loads/run_loads.csv",
-            ),
-            (
-                "loopscope apply sensor.json log.csv --follow",
-                "the rows of a log that grows",
-            ),
+            ("loopscope apply sensor.json run.csv --out loads", "loads/run_loads.csv"),
+            ("loopscope apply sensor.json log.csv --follow", "the rows of a log that grows"),
         ],
     ),
     (
@@ -120,10 +96,7 @@ const EXAMPLES: &[(&str, &[(&str, &str)])] = &[
                 "loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope",
                 "for one user",
             ),
-            (
-                "loopscope completions zsh > ~/.zfunc/_loopscope",
-                "where ~/.zfunc is in fpath",
-            ),
+            ("loopscope completions zsh > ~/.zfunc/_loopscope", "where ~/.zfunc is in fpath"),
         ],
     ),
 ];

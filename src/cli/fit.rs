@@ -70,9 +70,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         }
     }
     args.traces.check()?;
-    let outputs: Vec<PathBuf> = (args.export.iter().chain(&args.traces.traces))
-        .cloned()
-        .collect();
+    let outputs: Vec<PathBuf> = (args.export.iter().chain(&args.traces.traces)).cloned().collect();
     let inputs = args.recordings.inputs().chain(&args.factory);
     let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
     check_targets(inputs, &outputs, args.force)?;
@@ -133,8 +131,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             add_calibration(&mut files, &told, path)?;
         }
     }
-    args.traces
-        .write(&mut files, &calibration, all(), args.model.decimate)?;
+    args.traces.write(&mut files, &calibration, all(), args.model.decimate)?;
     files.finish()?;
     if args.export.iter().any(|path| is_for_controllers(path)) {
         tell_footprint(&request, &calibration);
@@ -160,10 +157,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         if !limits.is_empty() {
             write!(out, "\n{}", limits_table(&limits).text())?;
         }
-        let mut others = cautions
-            .iter()
-            .filter(|caution| !is_grave(caution))
-            .peekable();
+        let mut others = cautions.iter().filter(|caution| !is_grave(caution)).peekable();
         if others.peek().is_some() {
             writeln!(out, "\nTo know beside these figures:")?;
         }
@@ -223,10 +217,8 @@ fn tell_footprint(request: &Request, calibration: &Calibration) {
 fn mean_error(calibration: &Calibration) -> Option<f64> {
     let errors = calibration.quality.compensated.cv_rmse.as_ref()?;
     let shares = errors.iter().zip(&calibration.full_scale);
-    let shares: Vec<f64> = shares
-        .filter(|(_, scale)| **scale > 0.0)
-        .map(|(error, scale)| error / scale)
-        .collect();
+    let shares: Vec<f64> =
+        shares.filter(|(_, scale)| **scale > 0.0).map(|(error, scale)| error / scale).collect();
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
@@ -256,20 +248,11 @@ fn factory_scores(
 pub(super) fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
-        return format!(
-            "cross-validation {:.0} %, {left:.0} s left",
-            100.0 * step.done()
-        );
+        return format!("cross-validation {:.0} %, {left:.0} s left", 100.0 * step.done());
     };
-    let held_out = report
-        .held_out_loss
-        .map_or_else(String::new, |loss| format!(", held out {loss:.5}"));
-    let EpochReport {
-        epoch,
-        epochs,
-        train_loss,
-        ..
-    } = report;
+    let held_out =
+        report.held_out_loss.map_or_else(String::new, |loss| format!(", held out {loss:.5}"));
+    let EpochReport { epoch, epochs, train_loss, .. } = report;
     let left = report.time_left();
     let then = match cost {
         0.0 => String::new(),
@@ -378,15 +361,10 @@ fn print_fit(
         quality.n_test,
         calibration.gauges.len(),
         calibration.describe(),
-        if calibration.offset {
-            ""
-        } else {
-            "; no offset"
-        },
+        if calibration.offset { "" } else { "; no offset" },
     )?;
-    let condition = quality
-        .condition
-        .map_or_else(|| "none".to_owned(), |condition| format!("{condition:.4}"));
+    let condition =
+        quality.condition.map_or_else(|| "none".to_owned(), |condition| format!("{condition:.4}"));
     writeln!(
         out,
         "rank {} of {} features, condition number {condition}",
@@ -409,11 +387,7 @@ fn print_fit(
                 format!("{} {width} {}", axis.symbol(), axis.unit())
             })
             .collect();
-        let samples = if quality.n_test > 0 {
-            "test"
-        } else {
-            "training"
-        };
+        let samples = if quality.n_test > 0 { "test" } else { "training" };
         writeln!(
             out,
             "band of ±2 SD, root mean square over the {samples} samples: ±{}",

@@ -40,18 +40,11 @@ pub struct Inspect {
 }
 
 pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
-    let map = args
-        .read
-        .columns
-        .as_deref()
-        .map(ColumnMap::read)
-        .transpose()?;
+    let map = args.read.columns.as_deref().map(ColumnMap::read).transpose()?;
     // The map that is read may be written again, with what is added to it.
     check_targets(&args.files, args.write_map.as_slice(), args.force)?;
-    let for_one = [
-        (args.write_map.is_some(), "--write-map"),
-        (args.estimate_weight, "--estimate-weight"),
-    ];
+    let for_one =
+        [(args.write_map.is_some(), "--write-map"), (args.estimate_weight, "--estimate-weight")];
     if let (Some((_, option)), [_, _, ..]) = (for_one.iter().find(|own| own.0), &args.files[..]) {
         return Err(JobError::OneFile { option });
     }
@@ -70,10 +63,7 @@ pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
         };
         if inspection.check.error.is_some() {
             count += 1;
-            let not_loaded = JobError::NotLoaded {
-                count,
-                of: args.files.len(),
-            };
+            let not_loaded = JobError::NotLoaded { count, of: args.files.len() };
             if let no_recording @ JobError::NotRecording { .. } = unread(file, not_loaded) {
                 return Err(no_recording);
             }
@@ -145,11 +135,7 @@ fn print_weight(estimate: &WeightEstimate, is_json: bool) -> Result<(), JobError
         return Ok(());
     }
     let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
-    writeln!(
-        out,
-        "mass: {:.6} kg, from {} samples",
-        estimate.mass_kg, estimate.n_samples
-    )?;
+    writeln!(out, "mass: {:.6} kg, from {} samples", estimate.mass_kg, estimate.n_samples)?;
     match estimate.centre_m {
         Some(centre) => writeln!(out, "centre of mass: {} m", list(centre))?,
         None => writeln!(
@@ -164,11 +150,7 @@ fn print_weight(estimate: &WeightEstimate, is_json: bool) -> Result<(), JobError
         estimate.force_rms
     )?;
     if let (Some(offset), Some(rms)) = (estimate.moment_offset, estimate.moment_rms) {
-        writeln!(
-            out,
-            "offset of its moments: {} N·m, left over {rms:.6} N·m RMS",
-            list(offset)
-        )?;
+        writeln!(out, "offset of its moments: {} N·m, left over {rms:.6} N·m RMS", list(offset))?;
     }
     if let Some(centre) = estimate.centre_m {
         let (mass, centre) = (estimate.mass_kg, list(centre));
@@ -192,11 +174,7 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
         (Some(line), true) => format!("header on line {line}"),
         (Some(line), false) => format!("no header, first row on line {line}"),
     };
-    let units = if table.text.units_row {
-        ", units below"
-    } else {
-        ""
-    };
+    let units = if table.text.units_row { ", units below" } else { "" };
     writeln!(
         out,
         "delimiter {}, decimal {decimal}{thousands}, {place}{units}",
@@ -245,11 +223,7 @@ fn start(cell: &str) -> String {
 }
 
 fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
-    let of_start = if check.is_sample {
-        ", of the start of the file"
-    } else {
-        ""
-    };
+    let of_start = if check.is_sample { ", of the start of the file" } else { "" };
     if let Some(error) = &check.error {
         writeln!(out, "would not be loaded: {}", message(error))?;
     } else {
@@ -261,9 +235,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         )?;
         const LISTED: usize = 10;
         for report in check.recordings.iter().take(LISTED) {
-            let rate = report
-                .rate_hz
-                .map_or_else(String::new, |rate| format!(", {rate:.4} Hz"));
+            let rate = report.rate_hz.map_or_else(String::new, |rate| format!(", {rate:.4} Hz"));
             writeln!(
                 out,
                 "  {}: {} samples, {:.3} s{rate}",
@@ -278,11 +250,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         }
         writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
         let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
-        let axes = if axes.is_empty() {
-            "none".to_owned()
-        } else {
-            axes.join(" ")
-        };
+        let axes = if axes.is_empty() { "none".to_owned() } else { axes.join(" ") };
         writeln!(out, "  reference: {axes}")?;
     }
     if let Some(offset) = check.clock_offset {
@@ -290,11 +258,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
             out,
             "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it, {:.2} % as the clocks are); nothing is applied unless \"clock_offset_secs\" under \"join\" in the map says so; gauges that lag behind their load look the same",
             offset.offset_secs.abs(),
-            if offset.offset_secs < 0.0 {
-                "earlier"
-            } else {
-                "later"
-            },
+            if offset.offset_secs < 0.0 { "earlier" } else { "later" },
             100.0 * offset.explained,
             100.0 * offset.explained_without
         )?;

@@ -37,8 +37,5 @@ pub fn completions(args: &CompletionsArgs) -> Result<(), JobError> {
 pub fn manual(args: &ManArgs) -> Result<(), JobError> {
     make_directory(&args.dir)?;
     let written = clap_mangen::generate_to(Cli::command(), &args.dir);
-    written.map_err(|source| JobError::Manual {
-        path: args.dir.clone(),
-        source,
-    })
+    written.map_err(|source| JobError::Manual { path: args.dir.clone(), source })
 }

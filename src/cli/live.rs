@@ -49,10 +49,7 @@ pub fn standard_input(tap: Tap) -> Result<(), JobError> {
 /// # Errors
 /// As [`standard_input`], or if the file cannot be read.
 pub fn follow(tap: Tap, path: &Path) -> Result<(), JobError> {
-    let unreadable = |source: io::Error| JobError::Follow {
-        path: path.to_owned(),
-        source,
-    };
+    let unreadable = |source: io::Error| JobError::Follow { path: path.to_owned(), source };
     let mut file = GrowingFile::open(path).map_err(unreadable)?;
     tap.answer(path, &mut || {
         let grown = file.look()?;
@@ -91,12 +88,7 @@ struct Taring {
 
 impl Taring {
     fn new(interval: (f64, f64), n_gauges: usize) -> Self {
-        Self {
-            interval,
-            first_secs: None,
-            sums: vec![0.0; n_gauges],
-            n: 0,
-        }
+        Self { interval, first_secs: None, sums: vec![0.0; n_gauges], n: 0 }
     }
 
     /// Takes a row. Returns the mean of the interval once a row comes after it.
@@ -171,12 +163,7 @@ impl Tap {
                 Some(out) => out,
                 None => {
                     let axes: Vec<Axis> = table.axes().to_vec();
-                    out.insert(LoadRows::new(
-                        &self.calibration,
-                        axes,
-                        true,
-                        io::stdout().lock(),
-                    )?)
+                    out.insert(LoadRows::new(&self.calibration, axes, true, io::stdout().lock())?)
                 }
             };
             let needed = self.calibration.features.auxiliary_names();
@@ -262,11 +249,8 @@ impl Tap {
         path: &Path,
         next: &mut dyn FnMut() -> io::Result<Option<Grown>>,
     ) -> Result<Option<(LiveTable, Vec<LiveRow>)>, JobError> {
-        let source = LiveSource {
-            path,
-            map: self.map.as_ref(),
-            step_secs: self.calibration.step_secs(),
-        };
+        let source =
+            LiveSource { path, map: self.map.as_ref(), step_secs: self.calibration.step_secs() };
         let mut head = Vec::new();
         loop {
             match next()? {

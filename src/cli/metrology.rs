@@ -40,12 +40,7 @@ pub struct MetrologyArgs {
     #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
     pub(super) calibration: Option<PathBuf>,
     /// Full scale of each axis in N and N·m, in axis order; by default the calibration's.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "FS,…",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_delimiter = ',', value_name = "FS,…", allow_negative_numbers = true)]
     full_scale: Vec<f64>,
     #[command(flatten)]
     measuring: MeasuringArgs,
@@ -68,12 +63,7 @@ pub struct MetrologyArgs {
 pub struct MeasuringArgs {
     /// How far the load of each axis must come back for a reversal, in N and N·m, in axis order; by default ten times the
     /// noise, and at least 5 % of the range.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "BAND,…",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_delimiter = ',', value_name = "BAND,…", allow_negative_numbers = true)]
     dead_band: Vec<f64>,
     /// For how long a load must stand still to show creep or a zero.
     #[arg(
@@ -152,9 +142,7 @@ fn subject(args: &MetrologyArgs) -> Result<Subject, JobError> {
     print_notes(&notes);
     let rated = Rated::of(&args.full_scale).and_of(Some(&calibration));
     let calibration = Arc::new(calibration);
-    let recordings = read_all(&args.files, &args.read, &rated)?
-        .into_iter()
-        .flatten();
+    let recordings = read_all(&args.files, &args.read, &rated)?.into_iter().flatten();
     let recordings: Vec<Arc<Recording>> = recordings.map(Arc::new).collect();
     Ok(Subject {
         extents: extents_of(recordings.iter().map(|own| &**own), &calibration.axes),
@@ -192,12 +180,7 @@ fn fitted(args: &MetrologyArgs) -> Result<Subject, JobError> {
     let request = Request::fit(Arc::new(set), settings);
     let calibration = analyse(&request, &Progress::default())?.calibration;
     let rule = calibration.describe();
-    Ok(Subject {
-        calibration,
-        recordings,
-        extents,
-        origin: format!("fitted to {on} ({rule})"),
-    })
+    Ok(Subject { calibration, recordings, extents, origin: format!("fitted to {on} ({rule})") })
 }
 
 fn recording_set(args: &MetrologyArgs) -> Result<RecordingSet, JobError> {
@@ -225,11 +208,8 @@ fn measure(args: &MetrologyArgs, subject: &Subject) -> Result<Metrology, JobErro
     let runs: Vec<Run<'_>> = (subject.recordings.iter().zip(&applied))
         .map(|(recording, applied)| Run::new(recording, applied))
         .collect();
-    let full_scale = if args.full_scale.is_empty() {
-        &calibration.full_scale
-    } else {
-        &args.full_scale
-    };
+    let full_scale =
+        if args.full_scale.is_empty() { &calibration.full_scale } else { &args.full_scale };
     let rules = Rules {
         axes: &calibration.axes,
         full_scale,

@@ -45,23 +45,16 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
     let inputs = args.recordings.inputs().chain(&args.factory);
     let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
     check_targets(inputs, std::slice::from_ref(&args.out), args.force)?;
-    let ending = args
-        .out
-        .extension()
-        .unwrap_or_default()
-        .to_ascii_lowercase();
+    let ending = args.out.extension().unwrap_or_default().to_ascii_lowercase();
     if ending != "html" && ending != "htm" {
-        return Err(JobError::ReportEnding {
-            path: args.out.clone(),
-        });
+        return Err(JobError::ReportEnding { path: args.out.clone() });
     }
     let sensor = args.sensor.read()?;
     let limits = args.limits.read()?;
     let mut heard = Vec::new();
     let rated = args.model.rated().and(&sensor);
-    let mut recordings = args
-        .recordings
-        .read_hearing(&rated, &mut |warning| heard.push(warning.to_string()))?;
+    let mut recordings =
+        args.recordings.read_hearing(&rated, &mut |warning| heard.push(warning.to_string()))?;
     if recordings.is_simulated() {
         for entry in simulated::bench(simulated::DEFAULT_SEED) {
             recordings.push(entry)?;

@@ -131,16 +131,8 @@ enum MeasureArg {
 /// Takes one by its name.
 fn measure_arg() -> impl TypedValueParser<Value = MeasureArg> {
     let groups = [
-        (
-            Measure::Forces,
-            "forces",
-            "Root mean square over the force axes",
-        ),
-        (
-            Measure::Moments,
-            "moments",
-            "Root mean square over the moment axes",
-        ),
+        (Measure::Forces, "forces", "Root mean square over the force axes"),
+        (Measure::Moments, "moments", "Root mean square over the moment axes"),
         (
             Measure::FullScale,
             "full-scale",
@@ -148,9 +140,7 @@ fn measure_arg() -> impl TypedValueParser<Value = MeasureArg> {
         ),
     ];
     let groups = groups.map(|(own, name, about)| (MeasureArg::Of(own), name, about));
-    let axes = Axis::ALL
-        .into_iter()
-        .zip(["fx", "fy", "fz", "mx", "my", "mz"]);
+    let axes = Axis::ALL.into_iter().zip(["fx", "fy", "fz", "mx", "my", "mz"]);
     let axes = axes.map(|(axis, name)| (MeasureArg::Axis(axis), name, axis.symbol()));
     one_of(groups.into_iter().chain(axes))
 }
@@ -162,10 +152,8 @@ impl MeasureArg {
             Self::Axis(axis) => axis,
         };
         let at = scale.axes.iter().position(|own| *own == axis);
-        at.map(Measure::Axis).ok_or_else(|| JobError::NoSuchAxis {
-            axis: axis.symbol(),
-            axes: symbols(&scale.axes),
-        })
+        at.map(Measure::Axis)
+            .ok_or_else(|| JobError::NoSuchAxis { axis: axis.symbol(), axes: symbols(&scale.axes) })
     }
 }
 
@@ -196,9 +184,7 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
     check_targets(args.recordings.inputs(), &outputs, args.force)?;
     let line = Mutex::new(ProgressLine::default());
     let sweep = sweep(args, &line);
-    line.into_inner()
-        .unwrap_or_else(PoisonError::into_inner)
-        .end();
+    line.into_inner().unwrap_or_else(PoisonError::into_inner).end();
     let sweep = sweep?;
     let mut files = Together::default();
     if let Some(path) = &args.csv {
@@ -231,12 +217,7 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
     let recordings = Arc::new(args.recordings.read(&args.blocks.common.rated())?);
     let settings = args.blocks.settings(&recordings, args.decimate);
     let progress = Progress::default();
-    let study = Study::prepare(
-        &Datasets::default(),
-        Arc::clone(&recordings),
-        settings,
-        &progress,
-    )?;
+    let study = Study::prepare(&Datasets::default(), Arc::clone(&recordings), settings, &progress)?;
     let measure = match args.measure {
         Some(measure) => measure.measure(&study.scale())?,
         None => study.scale().default_measure(),
@@ -248,9 +229,7 @@ fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError
     let grid = ThresholdGrid::new(f_ths, t_ths_secs).map_err(AnalysisError::from)?;
     let map = study.threshold_map(&grid, &progress, &|event| {
         if let StudyEvent::Row { .. } = event {
-            line.lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .show(&progress);
+            line.lock().unwrap_or_else(PoisonError::into_inner).show(&progress);
         }
     })?;
     let suggestion = map.suggestion(measure).map_err(AnalysisError::from)?;
@@ -312,11 +291,7 @@ impl<'a> Report<'a> {
         let pairs = (0..map.grid.f_ths().len() * n_t).map(|at| (at / n_t, at % n_t));
         let points = pairs.filter_map(|(f_at, t_at)| {
             let Thresholds { f_th, t_th_secs } = map.thresholds(f_at, t_at);
-            Some(ReportedPoint {
-                f_th,
-                t_th: t_th_secs,
-                scores: &map.point(f_at, t_at)?.scores,
-            })
+            Some(ReportedPoint { f_th, t_th: t_th_secs, scores: &map.point(f_at, t_at)?.scores })
         });
         Self {
             simulated: sweep.simulated,
@@ -367,10 +342,7 @@ fn print_sweep(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     print_suggestion(sweep, out)?;
     print_hysteresis(sweep, out)?;
     print_touch(sweep, out)?;
-    sweep
-        .picks
-        .iter()
-        .try_for_each(|pick| print_pick(sweep, pick, out))
+    sweep.picks.iter().try_for_each(|pick| print_pick(sweep, pick, out))
 }
 
 fn f_unit(distance: Distance) -> &'static str {
@@ -383,9 +355,8 @@ fn f_unit(distance: Distance) -> &'static str {
 /// Forces and moments apart, and what was asked for.
 fn printed_measures(sweep: &Sweep) -> Vec<Measure> {
     let groups = [Measure::Forces, Measure::Moments].into_iter();
-    let mut measures: Vec<Measure> = groups
-        .filter(|group| group.weights(&sweep.map.scale).is_some())
-        .collect();
+    let mut measures: Vec<Measure> =
+        groups.filter(|group| group.weights(&sweep.map.scale).is_some()).collect();
     if !measures.contains(&sweep.measure) {
         measures.push(sweep.measure);
     }
@@ -408,24 +379,14 @@ fn print_curves(
         .collect();
     let mut columns = vec![Column::numbers(head)];
     columns.extend(curves.iter().map(|(set, _)| Column::numbers(set.label())));
-    let sets = curves
-        .iter()
-        .map(|(set, _)| map.conventional_value(*set, measure));
+    let sets = curves.iter().map(|(set, _)| map.conventional_value(*set, measure));
     let sets = sets.map(|value| Cell::digits(value, 4));
-    let mut rows = vec![
-        std::iter::once(Cell::words("conventional"))
-            .chain(sets)
-            .collect(),
-    ];
+    let mut rows = vec![std::iter::once(Cell::words("conventional")).chain(sets).collect()];
     let thresholds = curves.first().map_or(&[][..], |(_, curve)| curve);
     rows.extend(thresholds.iter().enumerate().map(|(at, (threshold, _))| {
-        let values = curves
-            .iter()
-            .map(|(_, curve)| curve.get(at).map(|(_, value)| *value));
+        let values = curves.iter().map(|(_, curve)| curve.get(at).map(|(_, value)| *value));
         let values = values.map(|value| Cell::digits(value, 4));
-        std::iter::once(Cell::number(*threshold, threshold.to_string()))
-            .chain(values)
-            .collect()
+        std::iter::once(Cell::number(*threshold, threshold.to_string())).chain(values).collect()
     }));
     let table = Table {
         title: format!("RMSE of {label} [{unit}] {title}"),
@@ -545,12 +506,7 @@ fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
-    let Setting {
-        label: name,
-        option,
-        unit,
-        ..
-    } = pick.block.setting();
+    let Setting { label: name, option, unit, .. } = pick.block.setting();
     let measure_unit = sweep.measure.unit(&sweep.map.scale);
     if pick.values.is_empty() {
         return writeln!(

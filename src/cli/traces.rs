@@ -17,20 +17,10 @@ pub struct TraceArgs {
     #[arg(long, help = traces_help(), value_name = "FILE", value_parser = named_file())]
     pub traces: Option<PathBuf>,
     /// Leave out of the table what is before this time on each recording's own clock.
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        requires = "traces",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     from: Option<f64>,
     /// Leave out of the table what is after this time.
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        requires = "traces",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     to: Option<f64>,
 }
 
@@ -58,10 +48,7 @@ impl TraceArgs {
     }
 
     fn range(&self) -> (f64, f64) {
-        (
-            self.from.unwrap_or(f64::NEG_INFINITY),
-            self.to.unwrap_or(f64::INFINITY),
-        )
+        (self.from.unwrap_or(f64::NEG_INFINITY), self.to.unwrap_or(f64::INFINITY))
     }
 
     /// Checks, before any fit, that the table would hold something.
@@ -92,12 +79,6 @@ impl TraceArgs {
         };
         let (from_secs, to_secs) = self.range();
         let intervals = intervals_within(recordings, decimation, (from_secs, to_secs));
-        Ok(write_traces(
-            files,
-            path,
-            calibration,
-            &intervals,
-            &Progress::default(),
-        )?)
+        Ok(write_traces(files, path, calibration, &intervals, &Progress::default())?)
     }
 }

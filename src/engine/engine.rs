@@ -398,11 +398,7 @@ impl Engine {
         let entries = self.entries();
         let share = |is_asked: &dyn Fn(Role) -> bool| {
             let (mut found, mut all) = (0.0, 0.0);
-            for (at, _) in entries
-                .iter()
-                .enumerate()
-                .filter(|(_, entry)| is_asked(entry.role))
-            {
+            for (at, _) in entries.iter().enumerate().filter(|(_, entry)| is_asked(entry.role)) {
                 let result = self.result_of(at)?;
                 found += result.share_with_past? * result.n_samples as f64;
                 all += result.n_samples as f64;
@@ -464,9 +460,7 @@ impl Engine {
     /// Returns the trained calibration that is saved beside the session: that of the settings, where they ask for a training.
     fn trained_to_save(&self) -> Option<&Arc<Calibration>> {
         let learns = self.project.settings.regressor.learner().is_some();
-        self.unproven
-            .as_ref()
-            .or_else(|| self.fitting().filter(|_| learns))
+        self.unproven.as_ref().or_else(|| self.fitting().filter(|_| learns))
     }
 
     /// The last training, if it is of the recordings of now.
@@ -510,10 +504,8 @@ impl Engine {
 
     /// A report as a file's content.
     pub fn report_content(&self) -> FileContent {
-        let about = About {
-            notes: self.project.notes.clone(),
-            identity: self.project.identity.clone(),
-        };
+        let about =
+            About { notes: self.project.notes.clone(), identity: self.project.identity.clone() };
         FileContent::Report(Box::new(self.request()), Box::new(about))
     }
 
@@ -531,18 +523,12 @@ impl Engine {
 
     /// What is to be analysed.
     fn request(&self) -> Request {
-        Request {
-            datasets: self.datasets.clone(),
-            ..self.project.request(self.fitting())
-        }
+        Request { datasets: self.datasets.clone(), ..self.project.request(self.fitting()) }
     }
 
     /// Asks for what follows from the document.
     fn follow(&mut self) {
-        let (own, distance) = (
-            &self.project.recordings,
-            self.project.settings.features.distance,
-        );
+        let (own, distance) = (&self.project.recordings, self.project.settings.features.distance);
         let holds = self
             .default_thresholds
             .as_ref()
@@ -560,9 +546,7 @@ impl Engine {
             let request = self.request();
             self.analysis.ask(Analyse(request));
         }
-        let calibration = self
-            .exact()
-            .map(|(_, analysis)| Arc::clone(&analysis.calibration));
+        let calibration = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
         *self.current.lock().unwrap_or_else(PoisonError::into_inner) = calibration;
         if self.analysis().is_none() {
             self.loops.forget();
@@ -655,11 +639,7 @@ impl Engine {
         let (calibration, fitted) = (Arc::clone(&analysis.calibration), analysis.fitted);
         if self.is_current() {
             let request = self.request();
-            self.expected_error.ask(AskExpectedError {
-                request,
-                calibration,
-                fitted,
-            });
+            self.expected_error.ask(AskExpectedError { request, calibration, fitted });
         }
     }
 
@@ -690,10 +670,7 @@ impl Engine {
         };
         log::log!(level, "{}", notice.text);
         self.n_said += 1;
-        self.notices.push(Notice {
-            number: self.n_said,
-            ..notice
-        });
+        self.notices.push(Notice { number: self.n_said, ..notice });
         let surplus = self.notices.len().saturating_sub(MAX_NOTICES);
         self.notices.drain(..surplus);
     }
@@ -706,11 +683,7 @@ impl Engine {
         let mut lane = Lane::new(&self.notify);
         let is_seen = task.is_seen;
         lane.ask_again(task);
-        self.tasks.push(Begun {
-            is_seen,
-            turn,
-            lane,
-        });
+        self.tasks.push(Begun { is_seen, turn, lane });
     }
 
     fn await_turn(&mut self, turn: InTurn) {
@@ -806,10 +779,7 @@ impl Engine {
             }
             Action::Follow(path) => {
                 self.following.cancel();
-                self.following.ask_again(Follow {
-                    path,
-                    calibration: Arc::clone(&self.current),
-                });
+                self.following.ask_again(Follow { path, calibration: Arc::clone(&self.current) });
             }
             Action::StopFollowing => {
                 self.following.cancel();
@@ -835,8 +805,7 @@ impl Engine {
                     // Others may have left, restored or dropped some meanwhile.
                     self.recoverable = self.recovery.left();
                     let restored = &self.restored;
-                    self.recoverable
-                        .retain(|left| !restored.contains(&left.path));
+                    self.recoverable.retain(|left| !restored.contains(&left.path));
                 }
             }
             Action::Locate(place) => {
@@ -893,9 +862,7 @@ impl Engine {
             match heard {
                 LaneEvent::Answer => {
                     let chosen = self.choice.answer().cloned();
-                    chosen
-                        .into_iter()
-                        .for_each(|chosen| self.edit(Edit::Block(chosen)));
+                    chosen.into_iter().for_each(|chosen| self.edit(Edit::Block(chosen)));
                 }
                 LaneEvent::Problem => {
                     let problem = self.choice.problem().unwrap_or_default().to_owned();
@@ -931,9 +898,7 @@ impl Engine {
             !is_idle
         });
         for (done, problem) in ended {
-            problem
-                .into_iter()
-                .for_each(|problem| self.tell(Level::Error, problem));
+            problem.into_iter().for_each(|problem| self.tell(Level::Error, problem));
             done.into_iter().for_each(|done| self.finish(done));
         }
         self.begin_next();
@@ -942,9 +907,8 @@ impl Engine {
     pub(super) fn finish(&mut self, done: Done) {
         match done {
             Done::Opened(files) => {
-                let has_session = files
-                    .iter()
-                    .any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
+                let has_session =
+                    files.iter().any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
                 match has_session {
                     true => self.leave_for(Leaving::Open(files)),
                     false => self.take_files(files),
@@ -987,10 +951,7 @@ impl Engine {
                 let beside = beside.map_or_else(String::new, |own| {
                     format!(", with the trained calibration {}", own.display())
                 });
-                self.tell(
-                    Level::Info,
-                    format!("Saved the session {}{beside}", path.display()),
-                );
+                self.tell(Level::Info, format!("Saved the session {}{beside}", path.display()));
                 self.session = Some(path);
                 self.saved = Some(*project);
                 self.saved_trained = trained;
@@ -1007,9 +968,7 @@ impl Engine {
             }
             Done::Map(Ok(map)) => {
                 let preview = self.importing.as_mut().map(|own| own.take_map(*map));
-                preview
-                    .into_iter()
-                    .for_each(|preview| self.preview.ask_again(preview));
+                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
             }
             Done::Weight(path, found) => {
                 let importing = self.importing.as_mut().filter(|own| own.path == path);
@@ -1114,9 +1073,7 @@ impl Engine {
                 );
                 self.tell(Level::Info, text);
             }
-            refused
-                .into_iter()
-                .for_each(|refused| self.tell(Level::Error, refused));
+            refused.into_iter().for_each(|refused| self.tell(Level::Error, refused));
         }
         calibrations.into_iter().for_each(|edit| self.edit(edit));
     }
@@ -1162,10 +1119,7 @@ impl Engine {
             datasets: self.datasets.clone(),
             ..Request::fit(recordings, self.project.settings.clone())
         };
-        let trained = Trained {
-            calibration: Some(calibration),
-            ..Trained::default()
-        };
+        let trained = Trained { calibration: Some(calibration), ..Trained::default() };
         let autosave = self.recovery.autosave();
         self.training.put(Train { request, autosave }, trained);
     }
@@ -1321,10 +1275,8 @@ impl Engine {
         }
         match self.models.begin_paper(&self.project) {
             Some(compare) => self.comparing.ask_again(compare),
-            None => self.tell(
-                Level::Info,
-                "Every row of the comparison already has a result that holds",
-            ),
+            None => self
+                .tell(Level::Info, "Every row of the comparison already has a result that holds"),
         }
     }
 
@@ -1359,15 +1311,13 @@ impl Engine {
         if let (Some(asked), Some(best)) = (self.searching.answered(), self.searching.answer())
             && !heard[1].is_empty()
         {
-            self.models
-                .take_search(asked.run, best, &asked.search.recordings);
+            self.models.take_search(asked.run, best, &asked.search.recordings);
         }
         let problems = [self.comparing.problem(), self.searching.problem()];
         let problems = heard.iter().zip(problems);
         let problems = problems.filter(|(heard, _)| heard.contains(&LaneEvent::Problem));
-        let problems: Vec<_> = problems
-            .filter_map(|(_, problem)| Some(problem?.to_owned()))
-            .collect();
+        let problems: Vec<_> =
+            problems.filter_map(|(_, problem)| Some(problem?.to_owned())).collect();
         for problem in problems {
             self.tell(Level::Error, format!("Trying models: {problem}"));
         }
@@ -1414,9 +1364,7 @@ impl Engine {
                 let Some(importing) = self.importing.take() else {
                     return;
                 };
-                let Importing {
-                    path, map, waiting, ..
-                } = importing;
+                let Importing { path, map, waiting, .. } = importing;
                 self.preferences.remember_map(&map);
                 self.project.maps.insert(path.clone(), map);
                 return self.open([vec![path], waiting].concat());
@@ -1441,9 +1389,7 @@ impl Engine {
             }
             command => {
                 let preview = importing.apply(command, &self.preferences);
-                preview
-                    .into_iter()
-                    .for_each(|preview| self.preview.ask_again(preview));
+                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
             }
         }
     }

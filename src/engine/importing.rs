@@ -54,9 +54,7 @@ impl Query for Preview {
             KnownOf::Map(map) => Known::Map(map),
         };
         let found = inspect(&self.path, known, progress);
-        found
-            .map(Arc::new)
-            .map_err(|error| Unanswered::Because(error.to_string()))
+        found.map(Arc::new).map_err(|error| Unanswered::Because(error.to_string()))
     }
 }
 
@@ -181,9 +179,7 @@ impl Importing {
     /// Says that this file and all that wait are not read.
     pub(super) fn not_read(&self) -> String {
         let files = [&self.path].into_iter().chain(&self.waiting);
-        let names = files
-            .take(MAX_NAMED)
-            .map(|path| path.file_name().unwrap_or(path.as_os_str()));
+        let names = files.take(MAX_NAMED).map(|path| path.file_name().unwrap_or(path.as_os_str()));
         let names = names.map(|name| name.to_string_lossy().into_owned());
         let more = match (self.waiting.len() + 1).saturating_sub(MAX_NAMED) {
             0 => String::new(),
@@ -218,10 +214,7 @@ impl Importing {
                 KnownOf::Map(Box::new(self.map.clone()))
             }
             ImportCommand::TakeMap(at) => {
-                return preferences
-                    .maps
-                    .get(at)
-                    .map(|map| self.take_map(map.clone()));
+                return preferences.maps.get(at).map(|map| self.take_map(map.clone()));
             }
             _ => return None,
         };
@@ -232,10 +225,7 @@ impl Importing {
     pub(super) fn look(&mut self, known: KnownOf) -> Preview {
         self.looking = true;
         self.proposes = !matches!(known, KnownOf::Map(_));
-        Preview {
-            path: self.path.clone(),
-            known,
-        }
+        Preview { path: self.path.clone(), known }
     }
 
     /// The load is that of this weight from now on; a centre that was not found stays as it was said.

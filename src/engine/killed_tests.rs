@@ -20,10 +20,7 @@ const KILLS: usize = 50;
 const REPEATED: usize = 4000;
 
 fn session(round: u64) -> Session {
-    Session {
-        notes: format!("{round} ").repeat(REPEATED),
-        ..Session::default()
-    }
+    Session { notes: format!("{round} ").repeat(REPEATED), ..Session::default() }
 }
 
 /// The number of a session that is whole.
@@ -67,10 +64,7 @@ fn writes_until_it_is_killed() {
         let saved = FileContent::Session(Box::new(session(round)), project, None);
         let path = folder.join("saved").join("s.json");
         saved.write(&path, &Progress::default()).unwrap();
-        let unsaved = Unsaved {
-            session: session(round),
-            ..Unsaved::default()
-        };
+        let unsaved = Unsaved { session: session(round), ..Unsaved::default() };
         recovery.keep(unsaved, false);
         while !recovery.autosave().is_written() {
             thread::sleep(Duration::from_millis(1));
@@ -106,10 +100,7 @@ fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
         program.wait().unwrap();
         fs::remove_file(at("begun")).unwrap();
 
-        let now = [
-            round_of(&Session::read(&at("saved/s.json")).unwrap()),
-            round_in(folder.path()),
-        ];
+        let now = [round_of(&Session::read(&at("saved/s.json")).unwrap()), round_in(folder.path())];
         let goes_on = now.iter().zip(&last).all(|(now, last)| now >= last);
         assert!(goes_on, "{now:?} after {last:?}");
         last = now;

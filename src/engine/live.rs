@@ -140,9 +140,7 @@ impl Minute {
 
     /// Reads a line, if one is there; says whether a row came.
     fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Read, Unanswered> {
-        let grown = file
-            .look()
-            .map_err(|error| Unanswered::Because(error.to_string()))?;
+        let grown = file.look().map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
             Grown::Line(line) => line,
             Grown::Nothing => return Ok(Read::Nothing),
@@ -163,11 +161,7 @@ impl Minute {
             None if self.refused.is_some() => Vec::new(),
             None => {
                 self.head.push(line);
-                let source = LiveSource {
-                    path,
-                    map: None,
-                    step_secs: self.step_secs,
-                };
+                let source = LiveSource { path, map: None, step_secs: self.step_secs };
                 match LiveTable::begin(&self.head, source) {
                     Ok(None) => Vec::new(),
                     Ok(Some((table, rows))) => {
@@ -336,25 +330,17 @@ impl Minute {
         let back = (1..times.len()).rev().find(|at| times[*at] < times[at - 1]);
         let shown = back.unwrap_or(0)..times.len();
         let times = &times[shown.clone()];
-        let span = times
-            .first()
-            .copied()
-            .zip(times.last().copied())
-            .unwrap_or_default();
+        let span = times.first().copied().zip(times.last().copied()).unwrap_or_default();
         let column_secs = (span.1 - span.0) / COLUMNS;
         let axes = calibration.axes.iter().enumerate().map(|(at, axis)| {
             let [conventional, compensated, reference] = [0, 1, 2].map(|kind| {
-                let values = taken
-                    .range(shown.clone())
-                    .map(|taken| taken.loads[kind][at]);
+                let values = taken.range(shown.clone()).map(|taken| taken.loads[kind][at]);
                 Series::new(values.collect())
             });
             let points = |series: &Series| {
                 let mut points = Vec::new();
                 let all = 0..series.len();
-                series.draw(times, all, column_secs, |time, load| {
-                    points.push([time, load])
-                });
+                series.draw(times, all, column_secs, |time, load| points.push([time, load]));
                 points
             };
             let traces = LiveTraces {
@@ -451,24 +437,17 @@ mod tests {
                 let show = |followed| {
                     let _ = sender.lock().unwrap().send(followed);
                 };
-                let work = Work {
-                    cache: &mut (),
-                    progress: &progress,
-                    show: &show,
-                };
+                let work = Work { cache: &mut (), progress: &progress, show: &show };
                 let end = follow.compute(work).unwrap_err();
                 assert_eq!(end, Unanswered::Cancelled);
             });
-            check(&follow, &|until| {
-                receiver.iter().find(|followed| until(followed)).unwrap()
-            });
+            check(&follow, &|until| receiver.iter().find(|followed| until(followed)).unwrap());
         });
     }
 
     fn fitted(recording: &Recording, f_th: f64) -> Arc<Calibration> {
         let mut set = RecordingSet::default();
-        set.push(Entry::new(recording.clone(), Role::Train))
-            .unwrap();
+        set.push(Entry::new(recording.clone(), Role::Train)).unwrap();
         let mut settings = FitSettings::default();
         settings.features.look_backs[0].f_th = f_th;
         let request = Request::fit(Arc::new(set), settings);
@@ -493,18 +472,12 @@ mod tests {
             format!("{},{rest}\n", time.round())
         };
         let head = ["time", head.split_once(',').unwrap().1].join(",");
-        let text = format!(
-            "\u{feff}{head}\n{}",
-            rows.lines().map(milliseconds).collect::<String>()
-        );
+        let text =
+            format!("\u{feff}{head}\n{}", rows.lines().map(milliseconds).collect::<String>());
         let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
         following(&path, &calibration, |_, seen| {
             let other = seen(&|followed| followed.counts.0 == 2);
-            assert!(
-                other.notes[0].contains("gauges are S1 S2,"),
-                "{:?}",
-                other.notes
-            );
+            assert!(other.notes[0].contains("gauges are S1 S2,"), "{:?}", other.notes);
             let new = folder.path().join("new.csv");
             fs::write(&new, utf16).unwrap();
             fs::rename(&new, &path).unwrap();
@@ -512,10 +485,7 @@ mod tests {
             let right = seen(&|followed| followed.counts.0 == n);
             assert_eq!(right.status, "ok");
             let notes = right.notes.join("; ");
-            assert!(
-                notes.contains("taken in ms") && !notes.contains("gauges are"),
-                "{notes}"
-            );
+            assert!(notes.contains("taken in ms") && !notes.contains("gauges are"), "{notes}");
             assert!((right.span.1 - recording.duration_secs()).abs() < 2e-3);
         });
     }

@@ -111,10 +111,7 @@ mod tests {
     use crate::export::sha256;
 
     fn lost(path: &str) -> SessionFile {
-        SessionFile {
-            absolute: path.into(),
-            ..SessionFile::default()
-        }
+        SessionFile { absolute: path.into(), ..SessionFile::default() }
     }
 
     /// A folder with these files, each holding its own path.
@@ -140,11 +137,8 @@ mod tests {
         let all = ["day1/a.csv", "day1/b.csv", "day2/c.csv"];
         let folder = folder(&["new/day1/a.csv", "new/day1/b.csv", "new/day2/c.csv"]);
         let lost: Vec<_> = all.map(|name| lost(&format!("/old/{name}"))).into();
-        let expected: Vec<_> = all
-            .iter()
-            .enumerate()
-            .map(|(of, name)| (of, format!("new/{name}")))
-            .collect();
+        let expected: Vec<_> =
+            all.iter().enumerate().map(|(of, name)| (of, format!("new/{name}"))).collect();
         for place in ["new", "new/day1", "new/day1/b.csv", "new/day2/c.csv"] {
             assert_eq!(found(&lost, folder.path(), place), expected, "{place}");
         }

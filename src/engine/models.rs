@@ -121,10 +121,7 @@ impl Models {
 
     fn push(&mut self, row: Row) {
         self.n_rows += 1;
-        self.rows.push(Row {
-            id: self.n_rows,
-            ..row
-        });
+        self.rows.push(Row { id: self.n_rows, ..row });
     }
 
     /// The row of this number.
@@ -180,11 +177,8 @@ impl Models {
 
     /// Lists what the paper compares and has no result yet that holds; `None` where all have one.
     pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Compare> {
-        const LEARNERS: [Regressor; 3] = [
-            Regressor::Linear,
-            Regressor::Network,
-            Regressor::HybridNetwork,
-        ];
+        const LEARNERS: [Regressor; 3] =
+            [Regressor::Linear, Regressor::Network, Regressor::HybridNetwork];
         let run = self.next_run();
         let settings = shared_settings(&project.settings);
         let mut candidates = paper_candidates(&project.recordings, &project.settings, &LEARNERS);
@@ -295,13 +289,7 @@ impl Row {
             }
             State::Failed(reason) => Err(Cell::missing("failed", reason)),
         };
-        ModelRow {
-            mark,
-            name: &self.name,
-            data: &self.data,
-            settings: &self.settings,
-            state,
-        }
+        ModelRow { mark, name: &self.name, data: &self.data, settings: &self.settings, state }
     }
 }
 

@@ -28,10 +28,6 @@ impl Notice {
     /// A notice of this level; what files would have a reader see other than it is stands there by its codes.
     pub fn new(level: Level, text: impl Into<String>) -> Self {
         let text = message(&text.into());
-        Self {
-            level,
-            text,
-            number: 0,
-        }
+        Self { level, text, number: 0 }
     }
 }

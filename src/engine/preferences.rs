@@ -45,9 +45,7 @@ fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
 fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T>, D::Error> {
     let values: Vec<serde_json::Value> = one_by_one(from)?;
     let values = values.into_iter();
-    Ok(values
-        .filter_map(|value| serde_json::from_value(value).ok())
-        .collect())
+    Ok(values.filter_map(|value| serde_json::from_value(value).ok()).collect())
 }
 
 /// Remembered between runs; what an older or newer version does not know is left at its default.
@@ -201,10 +199,7 @@ impl PreferencesFile {
 
     /// That of a window which begins with `known`.
     pub fn new(folder: &Path, known: Preferences) -> Self {
-        Self {
-            path: Self::path_in(folder),
-            known,
-        }
+        Self { path: Self::path_in(folder), known }
     }
 
     /// Writes what was changed here to what is kept.
@@ -215,10 +210,7 @@ impl PreferencesFile {
         if *own == self.known {
             return Ok(());
         }
-        let at = |source: io::Error| WriteError {
-            path: self.path.clone(),
-            source,
-        };
+        let at = |source: io::Error| WriteError { path: self.path.clone(), source };
         if let Some(folder) = self.path.parent() {
             std::fs::create_dir_all(folder).map_err(at)?;
         }
@@ -253,11 +245,7 @@ mod tests {
         preferences.remember(Path::new("/a.csv"));
         assert_eq!(Preferences::from_json(&preferences.to_json()), preferences);
         for nonsense in ["", "{", "[1]", r#"{"text_scale": 1e9}"#, r#"{"theme": 3}"#] {
-            assert_eq!(
-                Preferences::from_json(nonsense),
-                Preferences::default(),
-                "{nonsense}"
-            );
+            assert_eq!(Preferences::from_json(nonsense), Preferences::default(), "{nonsense}");
         }
         let newer = r#"{"toured": true, "what a later version adds": 1, "theme": "sepia", "recent": 3, "maps": [{"version": 2}]}"#;
         assert!(Preferences::from_json(newer).toured);
@@ -271,14 +259,8 @@ mod tests {
         }
         preferences.remember(Path::new("/15.csv"));
         assert_eq!(preferences.recent.len(), MAX_RECENT);
-        assert_eq!(
-            preferences.recent[..3],
-            ["/15.csv", "/19.csv", "/18.csv"].map(PathBuf::from)
-        );
-        let of_15 = preferences
-            .recent
-            .iter()
-            .filter(|path| path.ends_with("15.csv"));
+        assert_eq!(preferences.recent[..3], ["/15.csv", "/19.csv", "/18.csv"].map(PathBuf::from));
+        let of_15 = preferences.recent.iter().filter(|path| path.ends_with("15.csv"));
         assert_eq!(of_15.count(), 1);
     }
 

@@ -175,17 +175,9 @@ pub enum EditError {
         "{}: made for the gauges {}, while the loaded recordings have {}; open recordings of that sensor first",
         .path.display(), .own.join(" "), .loaded.join(" ")
     )]
-    OtherGauges {
-        path: PathBuf,
-        own: Vec<String>,
-        loaded: Vec<String>,
-    },
+    OtherGauges { path: PathBuf, own: Vec<String>, loaded: Vec<String> },
     #[error("{}: made for {own} gauges, while the loaded recordings have {}", .path.display(), .loaded.join(" "))]
-    OtherFactoryGauges {
-        path: PathBuf,
-        own: usize,
-        loaded: Vec<String>,
-    },
+    OtherFactoryGauges { path: PathBuf, own: usize, loaded: Vec<String> },
 }
 
 impl Project {
@@ -316,10 +308,7 @@ impl Project {
 
     /// What is known of the sensor's channels.
     pub fn valid_range(&self) -> ValidRange {
-        ValidRange {
-            gauges: self.gauge_range.clone(),
-            rated: self.settings.full_scale.clone(),
-        }
+        ValidRange { gauges: self.gauge_range.clone(), rated: self.settings.full_scale.clone() }
     }
 
     /// The axes of the recordings or of the applied calibration.
@@ -333,10 +322,7 @@ impl Project {
     /// These settings with the full scales of the document's own.
     pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
         let full_scale = self.settings.full_scale.clone();
-        FitSettings {
-            full_scale,
-            ..settings
-        }
+        FitSettings { full_scale, ..settings }
     }
 
     /// Whether an axis is shown.
@@ -368,10 +354,9 @@ impl Project {
         };
         let share = |range: f64| usual.f_th / range;
         match moves {
-            Some(range) if !SENSIBLE_SHARES.contains(&share(range)) => Thresholds {
-                f_th: round_step(USUAL_SHARE * range),
-                ..usual
-            },
+            Some(range) if !SENSIBLE_SHARES.contains(&share(range)) => {
+                Thresholds { f_th: round_step(USUAL_SHARE * range), ..usual }
+            }
             _ => usual,
         }
     }
@@ -382,15 +367,9 @@ impl Project {
         let entries = self.recordings.entries().iter();
         let with_reference = entries.filter(|entry| entry.recording.has_reference());
         let ranges = load_ranges(with_reference.map(|entry| &*entry.recording));
-        let forces = layout
-            .axes
-            .iter()
-            .zip(ranges)
-            .filter(|(axis, _)| axis.is_force());
+        let forces = layout.axes.iter().zip(ranges).filter(|(axis, _)| axis.is_force());
         let spans = forces.map(|(_, (low, high))| high - low);
-        spans
-            .reduce(f64::max)
-            .filter(|span| *span > 0.0 && span.is_finite())
+        spans.reduce(f64::max).filter(|span| *span > 0.0 && span.is_finite())
     }
 
     /// The files that the recordings came from.
@@ -475,11 +454,7 @@ impl Project {
                 set.remove(before);
             }
             for segment in fresh.split(split.fraction).entries() {
-                refused.extend(
-                    set.push(segment.clone())
-                        .err()
-                        .map(|error| error.to_string()),
-                );
+                refused.extend(set.push(segment.clone()).err().map(|error| error.to_string()));
             }
             split
         });
@@ -642,10 +617,7 @@ mod tests {
     };
 
     fn applied(calibration: Calibration) -> FromFile {
-        FromFile {
-            path: "c.json".into(),
-            calibration: Arc::new(calibration),
-        }
+        FromFile { path: "c.json".into(), calibration: Arc::new(calibration) }
     }
 
     #[test]
@@ -656,11 +628,7 @@ mod tests {
         project.edit(Edit::Role(1, Role::Off)).unwrap();
         let request = project.request(None);
         assert_eq!(request.recordings.entries()[1].role, Role::Off);
-        assert_eq!(
-            before.entries()[1].role,
-            Role::Train,
-            "work goes on with what it was given"
-        );
+        assert_eq!(before.entries()[1].role, Role::Train, "work goes on with what it was given");
         project.edit(Edit::AllRoles(Role::Test)).unwrap();
         assert_eq!(roles(&project), [Role::Test; 3]);
     }
@@ -679,10 +647,7 @@ mod tests {
         let mut project = with_files();
         project.view = View::One(2);
         project.edit(Edit::Remove(0)).unwrap();
-        assert_eq!(
-            (project.view, names(&project)),
-            (View::One(1), vec!["b", "test"])
-        );
+        assert_eq!((project.view, names(&project)), (View::One(1), vec!["b", "test"]));
         project.edit(Edit::Remove(1)).unwrap();
         let request = project.request(None);
         assert_eq!((project.view, request.view), (View::One(0), View::One(0)));
@@ -702,11 +667,7 @@ mod tests {
         assert_eq!(project.request(None).recordings.entries().len(), 6);
         assert_eq!(project.view, View::One(1), "the first rest tests");
         project.edit(Edit::Split(0.25)).unwrap();
-        assert_eq!(
-            samples(&project),
-            [10, 30, 10, 30, 10, 30],
-            "of the whole, not of the halves"
-        );
+        assert_eq!(samples(&project), [10, 30, 10, 30, 10, 30], "of the whole, not of the halves");
         project.edit(Edit::Unsplit).unwrap();
         assert!(Arc::ptr_eq(&project.recordings, &whole));
         assert!(project.split.is_none());
@@ -724,11 +685,7 @@ mod tests {
         assert_eq!(refused, Vec::<String>::new());
         let entries = project.recordings.entries();
         let of = |at: usize| (entries[at].recording.n_samples(), entries[at].role);
-        assert_eq!(
-            of(1),
-            (30, Role::Off),
-            "the segments there are as they were"
-        );
+        assert_eq!(of(1), (30, Role::Off), "the segments there are as they were");
         assert_eq!((of(6), of(7)), ((10, Role::Train), (30, Role::Test)));
         project.edit(Edit::Unsplit).unwrap();
         let entries = project.recordings.entries();
@@ -745,10 +702,7 @@ mod tests {
         let error = project.edit(Edit::Split(0.001)).unwrap_err();
         assert!(error.to_string().contains("nothing to split"), "{error}");
         assert!(project.is_same(&before) && project.view == before.view);
-        assert_eq!(
-            project.split, before.split,
-            "the cut can still be taken back"
-        );
+        assert_eq!(project.split, before.split, "the cut can still be taken back");
     }
 
     #[test]
@@ -756,10 +710,7 @@ mod tests {
         let mut project = with_files();
         let before = project.clone();
         let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
-        assert!(
-            refused[0].contains("other: its gauges are G1"),
-            "{refused:?}"
-        );
+        assert!(refused[0].contains("other: its gauges are G1"), "{refused:?}");
         assert_eq!(refused.len(), 1);
         assert!(project.is_same(&before));
     }
@@ -798,10 +749,7 @@ mod tests {
         let mut project = with_files();
         let mut calibration = Calibration::clone(&fitted(&project));
         calibration.gauges = ["SG0", "SG1", "SG2"].map(str::to_owned).to_vec();
-        let factory = FromFile {
-            path: "sensor.cal".into(),
-            calibration: Arc::new(calibration),
-        };
+        let factory = FromFile { path: "sensor.cal".into(), calibration: Arc::new(calibration) };
         project.edit(Edit::Compare(Some(factory))).unwrap();
         assert_eq!(project.factory.unwrap().calibration.gauges, GAUGES);
     }
@@ -814,10 +762,7 @@ mod tests {
         let request = project.request(None);
         assert_eq!((names(&project), request.view), (vec!["a"], View::One(0)));
         add(&mut project, "test", &["G1", "G2"], &[Axis::Fz]);
-        assert_eq!(
-            (names(&project), project.view),
-            (vec!["a", "test"], View::One(1))
-        );
+        assert_eq!((names(&project), project.view), (vec!["a", "test"], View::One(1)));
     }
 
     #[test]
@@ -854,15 +799,8 @@ mod tests {
         project.add(vec![vec![scaled("small", 0.4)]], |_| None);
         assert_eq!(project.thresholds().f_th, 0.5, "an eighth of 4 N");
         project.add(vec![vec![scaled("large", 1000.0)]], |_| None);
-        assert_eq!(
-            project.thresholds().f_th,
-            2000.0,
-            "and of 10 kN, rounded up"
-        );
-        let chosen = Thresholds {
-            f_th: 3.0,
-            t_th_secs: 4.0,
-        };
+        assert_eq!(project.thresholds().f_th, 2000.0, "and of 10 kN, rounded up");
+        let chosen = Thresholds { f_th: 3.0, t_th_secs: 4.0 };
         project.edit(Edit::Thresholds(chosen)).unwrap();
         project.add(vec![vec![scaled("more", 0.4)]], |_| None);
         assert_eq!(project.thresholds(), chosen);
@@ -911,9 +849,7 @@ mod tests {
     fn closing_leaves_nothing_of_the_recordings() {
         let mut project = with_files();
         let calibration = Calibration::clone(&fitted(&project));
-        project
-            .edit(Edit::Apply(Some(applied(calibration))))
-            .unwrap();
+        project.edit(Edit::Apply(Some(applied(calibration)))).unwrap();
         project.edit(Edit::CloseAll).unwrap();
         assert!(project.recordings.entries().is_empty());
         assert!(project.applied.is_none() && project.split.is_none());
@@ -925,11 +861,8 @@ mod tests {
         let mut project = with_files();
         for _ in 0..2 {
             project.edit(Edit::ShowAxis(Axis::Fy, false)).unwrap();
-            let shown: Vec<bool> = project
-                .axes()
-                .iter()
-                .map(|axis| project.is_shown(*axis))
-                .collect();
+            let shown: Vec<bool> =
+                project.axes().iter().map(|axis| project.is_shown(*axis)).collect();
             assert_eq!(shown, [true, false, true]);
         }
         project.edit(Edit::ShowAxis(Axis::Fy, true)).unwrap();
@@ -942,17 +875,13 @@ mod tests {
         let thresholds = |f_th, t_th_secs| Thresholds { f_th, t_th_secs };
         let features = &mut project.settings.features;
         features.look_backs = vec![thresholds(1.0, 5.0), thresholds(2.0, 5.0)];
-        project
-            .edit(Edit::Thresholds(thresholds(3.0, 7.0)))
-            .unwrap();
+        project.edit(Edit::Thresholds(thresholds(3.0, 7.0))).unwrap();
         let own = &project.settings.features.look_backs;
         assert_eq!(own[..], [thresholds(3.0, 7.0), thresholds(2.0, 7.0)]);
         project.settings.features.look_backs.clear();
         let default = Thresholds::default_for(Distance::default());
         assert_eq!(project.thresholds(), default);
-        project
-            .edit(Edit::Thresholds(thresholds(3.0, 7.0)))
-            .unwrap();
+        project.edit(Edit::Thresholds(thresholds(3.0, 7.0))).unwrap();
         assert_eq!(project.thresholds(), thresholds(3.0, 7.0));
     }
 }

@@ -271,21 +271,14 @@ impl<Q: Query> Lane<Q> {
     pub fn put(&mut self, question: Q, answer: Q::Answer) {
         self.forget();
         self.asked = Some(question.clone());
-        self.shown = Some(Shown {
-            question,
-            answer,
-            is_whole: true,
-        });
+        self.shown = Some(Shown { question, answer, is_whole: true });
     }
 
     /// Takes what has been answered; what was heard, in order.
     pub fn take(&mut self) -> Vec<LaneEvent> {
         let replies = self.inbox.iter().flat_map(Receiver::try_iter);
         let replies: VecDeque<Reply<Q>> = replies.collect();
-        replies
-            .into_iter()
-            .filter_map(|reply| self.hear(reply))
-            .collect()
+        replies.into_iter().filter_map(|reply| self.hear(reply)).collect()
     }
 
     fn hear(&mut self, reply: Reply<Q>) -> Option<LaneEvent> {
@@ -305,11 +298,7 @@ impl<Q: Query> Lane<Q> {
             }
             _ => return None,
         };
-        let last = self.shown.replace(Shown {
-            question: reply.question,
-            answer,
-            is_whole,
-        });
+        let last = self.shown.replace(Shown { question: reply.question, answer, is_whole });
         let (whole, part) = match last {
             Some(last) if last.is_whole => (Some(last), None),
             part => (self.before.take(), part),
@@ -435,11 +424,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
         let reply = |news| {
             let question = question.clone();
             // Nobody listens any more when the window has closed.
-            let _ = replies.send(Reply {
-                number,
-                question,
-                news,
-            });
+            let _ = replies.send(Reply { number, question, news });
         };
         let told = Mutex::new(None::<Instant>);
         let show = |answer| {
@@ -452,11 +437,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             }
         };
         let found = caught(|| {
-            question.compute(Work {
-                cache: &mut cache,
-                progress: &progress,
-                show: &show,
-            })
+            question.compute(Work { cache: &mut cache, progress: &progress, show: &show })
         });
         let found = found.unwrap_or_else(|panicked| {
             cache = Q::Cache::default();
@@ -508,20 +489,12 @@ mod tests {
     }
 
     /// A lane, what makes questions for it, what has started, and what opens the gate.
-    fn lane() -> (
-        Lane<Gated>,
-        impl Fn(u32) -> Gated,
-        Receiver<u32>,
-        Sender<()>,
-    ) {
+    fn lane() -> (Lane<Gated>, impl Fn(u32) -> Gated, Receiver<u32>, Sender<()>) {
         let (start, started) = channel();
         let (open, gate) = channel();
         let gate = Arc::new(Mutex::new(gate));
-        let question = move |number| Gated {
-            number,
-            started: start.clone(),
-            gate: Arc::clone(&gate),
-        };
+        let question =
+            move |number| Gated { number, started: start.clone(), gate: Arc::clone(&gate) };
         let silent: Notify = Arc::new(|| {});
         (Lane::new(&silent), question, started, open)
     }

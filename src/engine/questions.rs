@@ -71,11 +71,7 @@ impl Query for Analyse {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work {
-            cache: analyst,
-            progress,
-            show,
-        } = work;
+        let Work { cache: analyst, progress, show } = work;
         let show = |preview| show(Arc::new(preview));
         let analysis = analyst.analyse_showing(&self.0, progress, Some(&show))?;
         Ok(Arc::new(analysis))
@@ -134,13 +130,8 @@ impl Query for Train {
             show(trained.clone());
         })?;
         let calibration = Arc::new(calibration);
-        let Request {
-            recordings,
-            settings,
-            ..
-        } = &self.request;
-        self.autosave
-            .take_trained(recordings, settings, &calibration);
+        let Request { recordings, settings, .. } = &self.request;
+        self.autosave.take_trained(recordings, settings, &calibration);
         trained.calibration = Some(calibration);
         Ok(trained)
     }
@@ -166,12 +157,7 @@ impl Query for CheckData {
     fn key(&self) -> impl PartialEq {
         let request = &self.request;
         let recordings = Arc::as_ptr(&request.recordings);
-        (
-            recordings,
-            &request.settings,
-            &request.gauge_range,
-            &self.hanging,
-        )
+        (recordings, &request.settings, &request.gauge_range, &self.hanging)
     }
 
     fn is_akin(&self, other: &Self) -> bool {
@@ -179,11 +165,7 @@ impl Query for CheckData {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        Ok(sufficiency(
-            &self.request,
-            self.hanging.as_ref(),
-            work.progress,
-        )?)
+        Ok(sufficiency(&self.request, self.hanging.as_ref(), work.progress)?)
     }
 }
 
@@ -212,17 +194,8 @@ impl Query for AskExpectedError {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Self {
-            request,
-            calibration,
-            fitted,
-        } = self;
-        Ok(expected_error(
-            request,
-            calibration,
-            *fitted,
-            work.progress,
-        )?)
+        let Self { request, calibration, fitted } = self;
+        Ok(expected_error(request, calibration, *fitted, work.progress)?)
     }
 }
 
@@ -249,9 +222,7 @@ impl Query for FindBest {
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { progress, show, .. } = work;
-        Ok(find_best(&self.search, progress, &|best| {
-            show(best.clone())
-        })?)
+        Ok(find_best(&self.search, progress, &|best| show(best.clone()))?)
     }
 }
 
@@ -295,12 +266,7 @@ impl Query for Compare {
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { progress, show, .. } = work;
         let rows = Mutex::new(vec![RowState::Waits; self.candidates.len()]);
-        let Self {
-            recordings,
-            settings,
-            candidates,
-            ..
-        } = self;
+        let Self { recordings, settings, candidates, .. } = self;
         compare(recordings, settings, candidates, progress, &|at, event| {
             let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
             rows[at] = match event {
@@ -361,12 +327,7 @@ impl StudyThresholds {
             Some(first) => *first = default,
             None => settings.features.look_backs.push(default),
         }
-        Self {
-            recordings,
-            settings,
-            thresholds,
-            datasets: datasets.clone(),
-        }
+        Self { recordings, settings, thresholds, datasets: datasets.clone() }
     }
 
     /// What its map depends on.
@@ -392,11 +353,7 @@ impl Query for StudyThresholds {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work {
-            cache,
-            progress,
-            show,
-        } = work;
+        let Work { cache, progress, show } = work;
         let holds = |own: &Prepared| own.of.is_akin(self);
         if !cache.0.as_ref().is_some_and(holds) {
             // Taken away first: two of them need not fit in memory at once.
@@ -433,10 +390,7 @@ impl Query for StudyThresholds {
                     }
                 }
             }
-            show(ThresholdStudy {
-                map: so_far.clone().map(Arc::new),
-                ..found.clone()
-            });
+            show(ThresholdStudy { map: so_far.clone().map(Arc::new), ..found.clone() });
         });
         let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
         // Other thresholds go on with the map where these leave it.
@@ -537,9 +491,7 @@ impl Query for FindFaults {
         let found = (self.datasets).faults(&self.recordings, &self.range, work.progress)?;
         let entries = self.recordings.entries().iter().zip(&found);
         let of = |entry: &Entry, found: &Faults| FaultyRecording::of(&entry.recording, found);
-        Ok(entries
-            .map(|(entry, found)| Arc::new(of(entry, found)))
-            .collect())
+        Ok(entries.map(|(entry, found)| Arc::new(of(entry, found))).collect())
     }
 }
 
@@ -573,11 +525,7 @@ impl Query for LookAt {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let Work {
-            cache: viewer,
-            progress,
-            ..
-        } = work;
+        let Work { cache: viewer, progress, .. } = work;
         Ok(viewer.look(&self.0, progress)?)
     }
 }
@@ -610,10 +558,7 @@ mod tests {
         });
         assert_eq!(stopped.unwrap_err(), Unanswered::Cancelled);
         let shown = Mutex::new(Vec::new());
-        let moved = study(Thresholds {
-            f_th: 2.0 * thresholds.f_th,
-            ..thresholds
-        });
+        let moved = study(Thresholds { f_th: 2.0 * thresholds.f_th, ..thresholds });
         let found = moved.compute(Work {
             cache: &mut cache,
             progress: &Progress::default(),

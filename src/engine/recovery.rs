@@ -97,10 +97,7 @@ struct Desk {
 
 impl Desk {
     fn is_due(&self) -> bool {
-        let is_known = self
-            .written
-            .as_ref()
-            .is_some_and(|own| own.is_same(&self.newest));
+        let is_known = self.written.as_ref().is_some_and(|own| own.is_same(&self.newest));
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 
@@ -201,12 +198,7 @@ impl Recovery {
             let (autosave, path) = (autosave.clone(), own.session.clone());
             std::thread::spawn(move || autosave.run(&path, every))
         });
-        Self {
-            folder: Some(folder.to_owned()),
-            own,
-            autosave,
-            thread,
-        }
+        Self { folder: Some(folder.to_owned()), own, autosave, thread }
     }
 
     /// Returns the handle that trainings report to.
@@ -291,11 +283,7 @@ impl Own {
             held.lock().ok()?;
             // Somebody may have been quicker to lock it, and took it away.
             if lock.exists() {
-                return Some(Self {
-                    session,
-                    lock,
-                    _held: held,
-                });
+                return Some(Self { session, lock, _held: held });
             }
         }
         None
@@ -389,10 +377,7 @@ mod tests {
             (path("autosave-3.json"), vec![PathBuf::from("/data/a.csv")]),
         ];
         assert_eq!(found, expected);
-        assert!(
-            !path("autosave-2.lock").exists(),
-            "there was nothing beside it"
-        );
+        assert!(!path("autosave-2.lock").exists(), "there was nothing beside it");
         drop_left(&path("autosave-1.json"));
         assert_eq!(left_in(folder.path()).len(), 1, "the other one stays");
         living.end();
@@ -439,14 +424,8 @@ mod tests {
     }
 
     fn unsaved(notes: &str) -> Unsaved {
-        let session = Session {
-            notes: notes.to_owned(),
-            ..Session::default()
-        };
-        Unsaved {
-            session,
-            ..Unsaved::default()
-        }
+        let session = Session { notes: notes.to_owned(), ..Session::default() };
+        Unsaved { session, ..Unsaved::default() }
     }
 
     #[test]
@@ -483,10 +462,7 @@ mod tests {
         let mut window = Recovery::begin_every(folder.path(), Duration::from_secs(3600));
         let own = window.own.as_ref().unwrap().session.clone();
         let set = Arc::new(crate::recording::simulated::recordings(3));
-        let settings = FitSettings {
-            decimation: 50,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { decimation: 50, ..FitSettings::default() };
         let mut newest = unsaved("saved");
         (newest.of, newest.session.settings) = (Arc::clone(&set), settings.clone());
         window.keep(newest, true);
@@ -496,10 +472,7 @@ mod tests {
         let trained = Arc::new(trained.unwrap());
         let other = FitSettings::default();
         window.autosave().take_trained(&set, &other, &trained);
-        assert!(
-            window.autosave.lock().newest.trained.is_none(),
-            "of other settings"
-        );
+        assert!(window.autosave.lock().newest.trained.is_none(), "of other settings");
         window.autosave().take_trained(&set, &settings, &trained);
         until(|| own.exists() && trained_beside(&own).exists());
         window.end();

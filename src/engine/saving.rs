@@ -108,9 +108,7 @@ impl FileContent {
         match self {
             Self::Calibration(..) => {
                 let targets = TARGETS.iter();
-                targets
-                    .map(|target| (target.name, target.endings.to_vec()))
-                    .collect()
+                targets.map(|target| (target.name, target.endings.to_vec())).collect()
             }
             Self::Traces(_) => named(TRACE_FORMATS),
             Self::Thresholds(..) => named(MAP_FORMATS),
@@ -162,14 +160,7 @@ impl FileContent {
                     false => Arc::clone(&made.calibration),
                 };
                 let notes = about.notes.clone();
-                write_report(
-                    path,
-                    &ReportData {
-                        notes,
-                        calibration,
-                        ..made
-                    },
-                )
+                write_report(path, &ReportData { notes, calibration, ..made })
             }
             Self::Traces(what) => {
                 let (recordings, decimation) = (&what.recordings, what.decimation);

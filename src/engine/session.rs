@@ -99,10 +99,7 @@ impl Session {
             #[serde(default)]
             format: serde_json::Value,
         }
-        let start = text
-            .iter()
-            .copied()
-            .filter(|byte| !byte.is_ascii_whitespace());
+        let start = text.iter().copied().filter(|byte| !byte.is_ascii_whitespace());
         let start: Vec<u8> = start.take(64).collect();
         let begins_as_one = format!("{{\"format\":\"{FORMAT}\"").replace(' ', "");
         start.starts_with(begins_as_one.as_bytes())
@@ -119,9 +116,7 @@ impl Session {
             _ => SessionError::Json(error),
         })?;
         if session.version > VERSION {
-            return Err(SessionError::Version {
-                found: session.version,
-            });
+            return Err(SessionError::Version { found: session.version });
         }
         Ok(session)
     }
@@ -195,10 +190,7 @@ impl Session {
             if let Some(tare) = entry.recording.tare().filter(|tare| Some(*tare) != by_map) {
                 files[at].tares.insert(name.clone(), tare);
             }
-            let by_map = files[at]
-                .columns
-                .as_ref()
-                .and_then(|map| map.group.as_ref());
+            let by_map = files[at].columns.as_ref().and_then(|map| map.group.as_ref());
             let by_map = by_map.and_then(|pattern| pattern.group_of(&entry.recording));
             if let Some(group) =
                 (entry.group.as_ref()).filter(|group| Some(*group) != by_map.as_ref())
@@ -267,12 +259,7 @@ impl Session {
 /// can move with what it is of.
 fn found_again(path: &Path, folder: &Path) -> PathBuf {
     let there = folder.join(path);
-    let moved = path
-        .ancestors()
-        .skip(1)
-        .collect::<Vec<_>>()
-        .into_iter()
-        .rev();
+    let moved = path.ancestors().skip(1).collect::<Vec<_>>().into_iter().rev();
     let inside = moved.filter_map(|root| path.strip_prefix(root).ok());
     let mut places = inside.map(|inside| folder.join(inside));
     match there.is_file() {
@@ -365,12 +352,7 @@ impl OpenedSession {
                 format!("{error}. The network or kernel of the session has to be trained again")
             })
         });
-        Ok(Self {
-            parts: parts.collect(),
-            calibration,
-            trained,
-            session,
-        })
+        Ok(Self { parts: parts.collect(), calibration, trained, session })
     }
 
     /// The document that it holds, and what there is to say of its files.
@@ -419,12 +401,7 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
     let mut notices = Vec::new();
     let mut say = |level, text: String| notices.push(Notice::new(level, text));
     let (mut read, mut known) = (Vec::new(), BTreeMap::<PathBuf, SessionFile>::new());
-    for SessionPart {
-        file,
-        loaded,
-        changed,
-    } in parts
-    {
+    for SessionPart { file, loaded, changed } in parts {
         let found = file.absolute.clone();
         if changed {
             let text = "not the file that the session was saved with";
@@ -493,11 +470,7 @@ impl SessionPart {
         let candidates = [folder.join(&file.path), file.absolute.clone()];
         match candidates.into_iter().find(|path| path.is_file()) {
             Some(found) => Self::at(file, found, progress),
-            None => Self {
-                file: file.clone(),
-                loaded: None,
-                changed: false,
-            },
+            None => Self { file: file.clone(), loaded: None, changed: false },
         }
     }
 
@@ -507,10 +480,7 @@ impl SessionPart {
         let loaded = loaded.map_err(|error| error.to_string());
         Self {
             changed: is_another(file, &found),
-            file: SessionFile {
-                absolute: found,
-                ..file.clone()
-            },
+            file: SessionFile { absolute: found, ..file.clone() },
             loaded: Some(loaded.and_then(|loaded| as_saved(loaded, file))),
         }
     }
@@ -521,9 +491,7 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let tared = |recording: Recording, tare: Option<Tare>| match tare {
         Some(tare) if recording.tare() != Some(tare) => {
             let tared = recording.tared(tare);
-            tared
-                .map(|(tared, _)| tared)
-                .map_err(|error| error.to_string())
+            tared.map(|(tared, _)| tared).map_err(|error| error.to_string())
         }
         _ => Ok(recording),
     };
@@ -594,18 +562,10 @@ mod tests {
                 warnings: Vec::new(),
                 map: None,
             };
-            SessionPart {
-                loaded: Some(Ok(loaded)),
-                file: file.clone(),
-                changed: false,
-            }
+            SessionPart { loaded: Some(Ok(loaded)), file: file.clone(), changed: false }
         });
-        let opened = OpenedSession {
-            parts: parts.collect(),
-            calibration: None,
-            trained: None,
-            session,
-        };
+        let opened =
+            OpenedSession { parts: parts.collect(), calibration: None, trained: None, session };
         let (project, notices) = opened.into_project();
         assert!(notices.is_empty(), "{notices:?}");
         project
@@ -634,22 +594,14 @@ mod tests {
         let half = &whole[..whole.len() / 2];
         assert!(Session::is_one(&whole) && Session::is_one(half));
         let error = Session::from_json(half).unwrap_err().to_string();
-        assert!(
-            error.starts_with("the session is cut off in line"),
-            "{error}"
-        );
-        assert!(!Session::is_one(
-            b"{\"format\": \"loopscope calibration\", "
-        ));
+        assert!(error.starts_with("the session is cut off in line"), "{error}");
+        assert!(!Session::is_one(b"{\"format\": \"loopscope calibration\", "));
     }
 
     #[test]
     fn roles_settings_cut_view_and_notes_come_back() {
         let mut project = Project::default();
-        for (path, names) in [
-            ("/data/a.csv", &["a.1", "a.2"][..]),
-            ("/data/b.csv", &["b"]),
-        ] {
+        for (path, names) in [("/data/a.csv", &["a.1", "a.2"][..]), ("/data/b.csv", &["b"])] {
             let refused = project.add(vec![recordings(path, names)], |_| None);
             assert!(refused.is_empty());
         }
@@ -700,15 +652,11 @@ mod tests {
                 map: None,
             })),
         ];
-        let parts = session
-            .files
-            .iter()
-            .zip(found)
-            .map(|(file, loaded)| SessionPart {
-                file: file.clone(),
-                loaded,
-                changed: false,
-            });
+        let parts = session.files.iter().zip(found).map(|(file, loaded)| SessionPart {
+            file: file.clone(),
+            loaded,
+            changed: false,
+        });
         let opened = OpenedSession {
             parts: parts.collect(),
             calibration: None,
@@ -718,10 +666,7 @@ mod tests {
         let (back, notices) = opened.into_project();
         assert_eq!(back.lost, session.files[..1]);
         let again = Session::of(&back, None).with_hashes();
-        assert!(
-            again.files.contains(&session.files[0]),
-            "it is not forgotten"
-        );
+        assert!(again.files.contains(&session.files[0]), "it is not forgotten");
         let torn = Notice::new(Level::Error, "/data/b.csv: torn");
         assert_eq!(notices, [torn]);
         assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);

@@ -62,11 +62,7 @@ impl Task {
         title: impl Into<String>,
         run: impl Fn(&Progress) -> Answered<Self> + Send + Sync + 'static,
     ) -> Self {
-        Self {
-            title: title.into(),
-            is_seen: true,
-            run: Arc::new(run),
-        }
+        Self { title: title.into(), is_seen: true, run: Arc::new(run) }
     }
 
     /// Reads these files, each by its map if it has one, or else by a remembered map of files like it.
@@ -75,9 +71,7 @@ impl Task {
             [(one, _)] => format!("Reading {}", file_name(one)),
             many => format!("Reading {} files", many.len()),
         };
-        Self::new(title, move |progress| {
-            Ok(Done::Opened(open_all(&files, &remembered, progress)))
-        })
+        Self::new(title, move |progress| Ok(Done::Opened(open_all(&files, &remembered, progress))))
     }
 
     /// Tares some of these recordings.
@@ -113,10 +107,7 @@ impl Task {
         existing: Existing,
         inputs: Vec<PathBuf>,
     ) -> Self {
-        let (title, is_seen) = (
-            format!("Writing {}", file_name(&path)),
-            content.takes_long(),
-        );
+        let (title, is_seen) = (format!("Writing {}", file_name(&path)), content.takes_long());
         let write = Self::new(title, move |progress| {
             let (content, path) = (content.clone(), path.clone());
             let replaces = existing == Existing::Replace;
@@ -174,11 +165,7 @@ impl Task {
     pub fn prove(recordings: Arc<RecordingSet>, trained: Arc<Calibration>) -> Self {
         Self::new("Checking the trained calibration", move |_| {
             let proven = prove_trained(&trained, &recordings);
-            Ok(Done::Proven(
-                Arc::clone(&trained),
-                Arc::clone(&recordings),
-                proven,
-            ))
+            Ok(Done::Proven(Arc::clone(&trained), Arc::clone(&recordings), proven))
         })
     }
 
@@ -229,17 +216,10 @@ fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<Recor
 /// The recordings without what is faulty in them; a recording of which nothing remains is not there any more.
 fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, String> {
     let mut set = RecordingSet::default();
-    let all: Vec<&Recording> = recordings
-        .entries()
-        .iter()
-        .map(|entry| &*entry.recording)
-        .collect();
+    let all: Vec<&Recording> = recordings.entries().iter().map(|entry| &*entry.recording).collect();
     for (entry, found) in recordings.entries().iter().zip(faults_of(&all, range)) {
         for part in found.left_out_of(&entry.recording, range) {
-            let part = Entry {
-                group: entry.group.clone(),
-                ..Entry::new(part, entry.role)
-            };
+            let part = Entry { group: entry.group.clone(), ..Entry::new(part, entry.role) };
             set.push(part).map_err(|error| error.to_string())?;
         }
     }

@@ -51,9 +51,7 @@ fn recording_of(n: usize, name: &str, source: Source, gauges: &[&str], axes: &[A
         mixed.sum::<f64>() + 0.01 * (k * k % 7) as f64
     };
     let table = |width: usize, value: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
-        (0..n * width)
-            .map(|at| value(at / width, at % width))
-            .collect()
+        (0..n * width).map(|at| value(at / width, at % width)).collect()
     };
     Recording::new(
         name,
@@ -157,27 +155,18 @@ fn read(recording: Recording) -> OpenedFile {
     let Source::File(path) = recording.source().clone() else {
         panic!("not of a file");
     };
-    let loaded = Loaded {
-        recordings: vec![recording],
-        warnings: Vec::new(),
-        map: None,
-    };
+    let loaded = Loaded { recordings: vec![recording], warnings: Vec::new(), map: None };
     (path, Ok(Opened::Recordings(loaded, None)))
 }
 
 fn open(engine: &mut Engine, names: &[&str]) {
-    let files = names
-        .iter()
-        .map(|name| read(of_file(name, &GAUGES, &FORCES)));
+    let files = names.iter().map(|name| read(of_file(name, &GAUGES, &FORCES)));
     finish(engine, Done::Opened(files.collect()));
 }
 
 fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
     let calibration = Opened::Calibration(Arc::clone(calibration), Vec::new());
-    finish(
-        engine,
-        Done::Opened(vec![("c.json".into(), Ok(calibration))]),
-    );
+    finish(engine, Done::Opened(vec![("c.json".into(), Ok(calibration))]));
 }
 
 /// Training recordings `a` and `b` and the test recording `test`, not analysed yet.
@@ -286,9 +275,7 @@ fn results_move_up_with_their_recordings_when_one_is_removed() {
     let all = analysed(&mut engine).recordings.clone();
     edit(&mut engine, Edit::Remove(0));
     let results = |engine: &Engine| -> Vec<_> {
-        (0..3)
-            .map_while(|at| engine.result_of(at).cloned())
-            .collect()
+        (0..3).map_while(|at| engine.result_of(at).cloned()).collect()
     };
     assert_eq!(results(&engine), all[1..]);
     edit(&mut engine, Edit::Remove(0));
@@ -322,10 +309,7 @@ fn real_recordings_take_the_place_of_simulated_ones() {
     finish(&mut engine, Done::Opened(vec![read(a)]));
     assert_eq!(names(engine.project()), ["a"]);
     assert_eq!(engine.project().view, View::One(0));
-    assert!(
-        engine.analysis().is_none(),
-        "what was fitted to the simulated ones is gone"
-    );
+    assert!(engine.analysis().is_none(), "what was fitted to the simulated ones is gone");
     let test = of_file("test", &["G1", "G2"], &[Axis::Fz]);
     finish(&mut engine, Done::Opened(vec![read(test)]));
     assert_eq!(names(engine.project()), ["a", "test"]);
@@ -478,11 +462,7 @@ fn closing_leaves_nothing_of_the_recordings() {
         assert!(engine.analysis().is_none() && engine.project().applied.is_none());
         settle(&mut engine);
     }
-    assert!(
-        engine
-            .problem()
-            .is_some_and(|problem| problem.contains("no recording is loaded"))
-    );
+    assert!(engine.problem().is_some_and(|problem| problem.contains("no recording is loaded")));
 }
 
 #[test]
@@ -503,11 +483,7 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
     analysed(&mut engine);
     engine.ask_figures(figures());
     settle(&mut engine);
-    assert!(
-        engine.figures.answer().is_some(),
-        "{:?}",
-        engine.figures.problem()
-    );
+    assert!(engine.figures.answer().is_some(), "{:?}", engine.figures.problem());
     edit(&mut engine, Edit::CloseAll);
     assert!(engine.figures.answer().is_none());
     // Others of the same gauges and axes, before and after what still ran has ended.
@@ -523,10 +499,7 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
         assert!(engine.analysis().is_none());
         assert!(engine.figures.answer().is_none());
         settle(&mut engine);
-        assert!(
-            engine.figures.answer().is_none(),
-            "nobody asked about these"
-        );
+        assert!(engine.figures.answer().is_none(), "nobody asked about these");
         assert_eq!(analysed(&mut engine).calibration.trained_on, ["e", "f"]);
         edit(&mut engine, Edit::CloseAll);
     }
@@ -567,10 +540,7 @@ fn a_threshold_study_of_other_recordings_goes() {
     };
     assert!(has_map(&engine) && engine.study.is_current());
 
-    let other = Thresholds {
-        f_th: 2.5,
-        ..engine.project().thresholds()
-    };
+    let other = Thresholds { f_th: 2.5, ..engine.project().thresholds() };
     edit(&mut engine, Edit::Thresholds(other));
     engine.ask_study();
     assert!(has_map(&engine), "it stays for other thresholds");
@@ -672,11 +642,7 @@ fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
     engine.act(Action::Replace(true));
     settle(&mut engine);
     let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
-    assert_eq!(
-        doubt,
-        Some(Doubt::IsThere),
-        "a file that is there is still asked about"
-    );
+    assert_eq!(doubt, Some(Doubt::IsThere), "a file that is there is still asked about");
 }
 
 #[test]
@@ -704,10 +670,7 @@ fn the_end_of_writing_is_told() {
     settle(&mut engine);
     last_notice(&engine, Level::Error, "nowhere");
     let failed = Err("disk full".to_owned());
-    finish(
-        &mut engine,
-        Done::Written(content(), "c.png".into(), failed),
-    );
+    finish(&mut engine, Done::Written(content(), "c.png".into(), failed));
     last_notice(&engine, Level::Error, "disk full");
 }
 
@@ -765,10 +728,7 @@ fn notices_are_capped_oldest_first_and_can_be_dismissed() {
 fn files_are_read_and_nothing_asks_for_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
-    assert!(
-        engine.calibration_content().is_none(),
-        "nothing is fitted yet"
-    );
+    assert!(engine.calibration_content().is_none(), "nothing is fitted yet");
     engine.act(Action::Open(Vec::new()));
     engine.act(Action::Cancel);
     assert!(!engine.is_busy());
@@ -901,10 +861,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     assert!(importing.inspection.is_some() && !importing.looking);
     let import = Action::Import;
     let map = nameless_map(&importing.map);
-    let other = ColumnMap {
-        gap_secs: Some(3.0),
-        ..map.clone()
-    };
+    let other = ColumnMap { gap_secs: Some(3.0), ..map.clone() };
     // What is said last holds, whenever the answers come.
     for map in [&other, &map] {
         engine.act(import(ImportCommand::SetMap(Box::new(map.clone()))));
@@ -912,21 +869,14 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     engine.act(Action::Cancel);
     settle(&mut engine);
     let importing = engine.importing.as_ref().unwrap();
-    assert!(
-        !importing.looking,
-        "the background work was stopped, not this"
-    );
+    assert!(!importing.looking, "the background work was stopped, not this");
     assert_eq!((importing.problem.as_deref(), &importing.map), (None, &map));
     engine.act(import(ImportCommand::Load));
     assert!(engine.importing.is_none());
     settle(&mut engine);
     assert_eq!(names(engine.project()), ["a", "b", "test", "x", "y"]);
     assert_eq!(engine.project().maps[&x], map);
-    assert_eq!(
-        engine.project().maps[&y],
-        map,
-        "y is read by it since it has the same shape"
-    );
+    assert_eq!(engine.project().maps[&y], map, "y is read by it since it has the same shape");
     last_notice(&engine, Level::Info, "y.csv: read by the column map");
     assert_eq!(engine.preferences.maps, [map]);
 }
@@ -967,10 +917,7 @@ fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_res
 
 /// Few samples, few epochs.
 fn network(epochs: usize) -> FitSettings {
-    let mut settings = FitSettings {
-        regressor: Regressor::Network,
-        ..FitSettings::default()
-    };
+    let mut settings = FitSettings { regressor: Regressor::Network, ..FitSettings::default() };
     settings.network.hidden = vec![4];
     settings.network.epochs = epochs;
     settings
@@ -1034,11 +981,7 @@ fn a_training_that_fails_says_why() {
     edit(&mut engine, Edit::AllRoles(Role::Test));
     engine.act(Action::Train);
     settle(&mut engine);
-    last_notice(
-        &engine,
-        Level::Error,
-        "Training: no recording is in the train role",
-    );
+    last_notice(&engine, Level::Error, "Training: no recording is in the train role");
     assert!(engine.fitting().is_none());
 }
 
@@ -1078,21 +1021,11 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     settle(&mut engine);
     assert_eq!(engine.models.rows[0].name, "Conventional");
     assert_eq!(of_mark(&engine, Mark::Proposed).len(), 1);
-    assert!(
-        engine.models.said[0].starts_with("Proposed: "),
-        "{:?}",
-        engine.models.said
-    );
+    assert!(engine.models.said[0].starts_with("Proposed: "), "{:?}", engine.models.said);
     let rows = engine.models.rows.iter();
     let scored = rows.filter_map(|row| row.model()?.scores.cv_rmse.as_ref());
     assert_eq!(scored.count(), engine.models.rows.len());
-    assert!(
-        engine
-            .models
-            .rows
-            .iter()
-            .all(|row| !row.is_stale(engine.project()))
-    );
+    assert!(engine.models.rows.iter().all(|row| !row.is_stale(engine.project())));
 
     // A full scale is the sensor's, whatever model is taken; a linear one is analysed at once.
     let mut settings = engine.project().settings.clone();
@@ -1100,20 +1033,13 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     edit(&mut engine, Edit::Settings(settings));
     let before = engine.project().clone();
     let (id, own) = {
-        let row = engine
-            .models
-            .rows
-            .iter()
-            .find(|row| row.name == "Polynomial");
+        let row = engine.models.rows.iter().find(|row| row.name == "Polynomial");
         let row = row.expect("tried");
         (row.id, row.settings.clone())
     };
     engine.act(Action::BringBack(id));
     assert_eq!(engine.project().settings.features, own.features);
-    assert_eq!(
-        engine.project().settings.full_scale,
-        before.settings.full_scale
-    );
+    assert_eq!(engine.project().settings.full_scale, before.settings.full_scale);
     assert!(engine.models.row(id).unwrap().is_present(engine.project()));
     engine.act(Action::Undo);
     assert!(engine.project().is_same(&before));
@@ -1121,30 +1047,16 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     assert_eq!(engine.project().settings.features, own.features);
 
     edit(&mut engine, Edit::Role(0, Role::Off));
-    assert!(
-        engine
-            .models
-            .rows
-            .iter()
-            .all(|row| row.is_stale(engine.project()))
-    );
+    assert!(engine.models.rows.iter().all(|row| row.is_stale(engine.project())));
     engine.act(Action::Undo);
-    assert!(
-        engine
-            .models
-            .rows
-            .iter()
-            .all(|row| !row.is_stale(engine.project()))
-    );
+    assert!(engine.models.rows.iter().all(|row| !row.is_stale(engine.project())));
 }
 
 #[test]
 fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pinned() {
     let mut engine = engine_with_files();
     find_best(&mut engine);
-    settle_until(&mut engine, "two models", |engine| {
-        engine.models.rows.len() >= 2
-    });
+    settle_until(&mut engine, "two models", |engine| engine.models.rows.len() >= 2);
     engine.act(Action::StopTrying);
     settle(&mut engine);
     let n_rows = engine.models.rows.len();
@@ -1155,18 +1067,13 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
     engine.act(Action::Model(second, ModelChange::Name("mine".to_owned())));
     // What is removed while a search goes on stays away.
     find_best(&mut engine);
-    settle_until(&mut engine, "the next search", |engine| {
-        engine.models.row(first).is_none()
-    });
+    settle_until(&mut engine, "the next search", |engine| engine.models.row(first).is_none());
     assert_eq!(engine.models.rows[0].name, "mine");
     let removed = engine.models.rows[1].id;
     engine.act(Action::Model(removed, ModelChange::Remove));
     settle(&mut engine);
     let names: Vec<&str> = engine.models.rows.iter().map(|row| &*row.name).collect();
-    assert!(
-        names.starts_with(&["mine"]) && !names.contains(&"Conventional"),
-        "{names:?}"
-    );
+    assert!(names.starts_with(&["mine"]) && !names.contains(&"Conventional"), "{names:?}");
     let pinned = engine.models.row(second).unwrap();
     assert!(pinned.is_pinned && pinned.mark == Mark::None);
 }
@@ -1238,12 +1145,7 @@ fn the_comparison_of_the_paper_fits_what_has_no_result_that_holds() {
     assert!(kept.clone().all(|row| !row.settings.features.has_history()));
     assert!(kept.count() >= 8);
     let table = engine.models.table(engine.project(), &ScoreSet::ALL);
-    assert!(
-        table
-            .rows
-            .iter()
-            .all(|row| row.len() == table.columns.len())
-    );
+    assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
 }
 
 #[test]
@@ -1255,16 +1157,10 @@ fn a_comparison_that_is_stopped_keeps_the_rows_that_ended() {
     engine.act(Action::ComparePaper);
     settle_until(&mut engine, "a network at work", |engine| {
         let rows = &engine.models.rows;
-        rows.iter()
-            .any(|row| matches!(row.state, State::Runs(Some(_))))
+        rows.iter().any(|row| matches!(row.state, State::Runs(Some(_))))
     });
     let table = engine.models.table(engine.project(), &[ScoreSet::Test]);
-    assert!(
-        table
-            .rows
-            .iter()
-            .all(|row| row.len() == table.columns.len())
-    );
+    assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
     engine.act(Action::Cancel);
     settle(&mut engine);
     let rows = &engine.models.rows;
@@ -1273,21 +1169,13 @@ fn a_comparison_that_is_stopped_keeps_the_rows_that_ended() {
 }
 
 fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done {
-    let opened = OpenedSession {
-        session,
-        parts,
-        calibration: None,
-        trained: None,
-    };
+    let opened = OpenedSession { session, parts, calibration: None, trained: None };
     let opened = Opened::Session(Box::new(opened));
     Done::Opened(vec![(path.into(), Ok(opened))])
 }
 
 fn empty_session(name: &str) -> Done {
-    let session = Session {
-        notes: name.to_owned(),
-        ..Session::default()
-    };
+    let session = Session { notes: name.to_owned(), ..Session::default() };
     session_file(Path::new(name), session, Vec::new())
 }
 
@@ -1314,10 +1202,7 @@ fn a_star_stands_in_the_title_while_something_is_not_saved() {
     assert_eq!(engine.title(), "s * – LoopScope");
     engine.act(Action::Close);
     assert!(!engine.closes);
-    assert!(
-        matches!(engine.leaving, Some(Leaving::Close)),
-        "somebody is asked first"
-    );
+    assert!(matches!(engine.leaving, Some(Leaving::Close)), "somebody is asked first");
     engine.act(Action::Undo);
     assert_eq!(engine.title(), "s – LoopScope", "as it was saved");
     edit(&mut engine, Edit::Notes("oiled".to_owned()));
@@ -1358,21 +1243,11 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
     analysed(&mut engine);
     let recording = of_file("other", &GAUGES, &FORCES);
     let part = SessionPart {
-        file: SessionFile {
-            absolute: "other".into(),
-            ..SessionFile::default()
-        },
-        loaded: Some(Ok(Loaded {
-            recordings: vec![recording],
-            warnings: Vec::new(),
-            map: None,
-        })),
+        file: SessionFile { absolute: "other".into(), ..SessionFile::default() },
+        loaded: Some(Ok(Loaded { recordings: vec![recording], warnings: Vec::new(), map: None })),
         changed: true,
     };
-    finish(
-        &mut engine,
-        session_file(Path::new("s.json"), Session::default(), vec![part]),
-    );
+    finish(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));
     engine.act(Action::Discard);
     assert_eq!(names(engine.project()), ["other"]);
     last_notice(&engine, Level::Warning, "other: not the file that");
@@ -1383,15 +1258,8 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
 #[test]
 fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
     let mut engine = engine();
-    let session = Session {
-        built_in: true,
-        cut: Some(0.75),
-        ..Session::default()
-    };
-    finish(
-        &mut engine,
-        session_file(Path::new("s.json"), session, Vec::new()),
-    );
+    let session = Session { built_in: true, cut: Some(0.75), ..Session::default() };
+    finish(&mut engine, session_file(Path::new("s.json"), session, Vec::new()));
     settle_until(&mut engine, "the built-in sensor", |engine| {
         !engine.project().recordings.entries().is_empty()
     });
@@ -1422,10 +1290,7 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
     settle(&mut engine);
     last_notice(&engine, Level::Error, "3.json");
     assert_eq!(engine.recoverable, [left("1"), left("3")]);
-    let session = Session {
-        notes: "what was left".to_owned(),
-        ..Session::default()
-    };
+    let session = Session { notes: "what was left".to_owned(), ..Session::default() };
     fs::write(path("3"), session.to_json(folder.path())).unwrap();
     engine.act(Action::Restore(path("3")));
     settle(&mut engine);
@@ -1448,11 +1313,8 @@ fn what_windows_left_stays_until_it_is_restored_or_dropped() {
 fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("autosave-1.json");
-    let session = Session {
-        built_in: true,
-        notes: "what was left".to_owned(),
-        ..Session::default()
-    };
+    let session =
+        Session { built_in: true, notes: "what was left".to_owned(), ..Session::default() };
     fs::write(&path, session.to_json(folder.path())).unwrap();
     let mut engine = engine();
     engine.recover_in(folder.path());
@@ -1492,11 +1354,7 @@ fn lost(name: &str) -> SessionPart {
         roles: [(name.to_owned(), Role::Test)].into(),
         ..SessionFile::default()
     };
-    SessionPart {
-        file,
-        loaded: None,
-        changed: false,
-    }
+    SessionPart { file, loaded: None, changed: false }
 }
 
 #[test]
@@ -1504,10 +1362,7 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
     let parts = ["a", "b", "c"].map(lost).to_vec();
-    finish(
-        &mut engine,
-        session_file(Path::new("s.json"), Session::default(), parts),
-    );
+    finish(&mut engine, session_file(Path::new("s.json"), Session::default(), parts));
     assert_eq!(engine.project().lost.len(), 3);
     engine.act(Action::Forget(1));
     engine.act(Action::Forget(7));
@@ -1635,10 +1490,7 @@ fn opened_again(path: &Path) -> Engine {
 fn a_trained_calibration_is_an_ordinary_file_and_comes_back_with_the_session() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let trained = saved_with_training(folder.path())
-        .fitting()
-        .unwrap()
-        .clone();
+    let trained = saved_with_training(folder.path()).fitting().unwrap().clone();
     let beside = read_calibration(&at("s.trained.json")).unwrap();
     assert_eq!(beside.learned, trained.learned);
     let mut engine = opened_again(&at("s.json"));
@@ -1694,18 +1546,13 @@ fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() 
     let folder = tempfile::tempdir().unwrap();
     saved_with_training(folder.path());
     let at = |name: &str| folder.path().join(name);
-    let (session, beside) = ["s.json", "s.trained.json"]
-        .map(|name| fs::read_to_string(at(name)).unwrap())
-        .into();
+    let (session, beside) =
+        ["s.json", "s.trained.json"].map(|name| fs::read_to_string(at(name)).unwrap()).into();
     let data = fs::read_to_string(at("b.csv")).unwrap();
     let check = |reason: &str| {
         let engine = opened_again(&at("s.json"));
         let mut said = engine.notices.iter().map(|notice| &notice.text);
-        assert!(
-            said.any(|text| text.contains(reason)),
-            "{reason}: {:?}",
-            engine.notices
-        );
+        assert!(said.any(|text| text.contains(reason)), "{reason}: {:?}", engine.notices);
         assert!(engine.fitting().is_none());
         assert_eq!(engine.project().recordings.entries().len(), 2);
     };
@@ -1731,10 +1578,7 @@ fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() 
 #[test]
 fn a_trained_calibration_waits_for_files_that_moved() {
     let folder = tempfile::tempdir().unwrap();
-    let trained = saved_with_training(folder.path())
-        .fitting()
-        .unwrap()
-        .clone();
+    let trained = saved_with_training(folder.path()).fitting().unwrap().clone();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("moved")).unwrap();
     fs::rename(at("b.csv"), at("moved/b.csv")).unwrap();
@@ -1759,10 +1603,7 @@ fn a_saved_session_opens_again_as_it_was() {
     settle(&mut engine);
     let greatest = engine.project().recordings.entries()[0].recording.gauges();
     let greatest = greatest.iter().copied().fold(0.0, f64::max);
-    edit(
-        &mut engine,
-        Edit::GaugeRange(Some(GaugeRange::All((-1e3, greatest)))),
-    );
+    edit(&mut engine, Edit::GaugeRange(Some(GaugeRange::All((-1e3, greatest)))));
     engine.act(Action::LeaveOutFaulty);
     settle(&mut engine);
     let first = &engine.project().recordings.entries()[0].recording;
@@ -1788,10 +1629,7 @@ fn a_saved_session_opens_again_as_it_was() {
     let back = engine.project();
     assert_eq!(back.recordings, saved.recordings);
     assert_eq!((&back.settings, back.view), (&saved.settings, saved.view));
-    assert_eq!(
-        (&back.notes, &back.hidden_axes),
-        (&saved.notes, &saved.hidden_axes)
-    );
+    assert_eq!((&back.notes, &back.hidden_axes), (&saved.notes, &saved.hidden_axes));
     assert!(!engine.is_unsaved());
     assert_eq!(engine.session, Some(path));
     assert_eq!(analysed(&mut engine).calibration, calibration);

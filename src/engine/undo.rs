@@ -113,19 +113,11 @@ mod tests {
             let mut set = crate::recording::RecordingSet::clone(&project.recordings);
             let other = Recording::clone(&set.entries()[0].recording);
             set.replace(0, other);
-            edit(
-                &mut project,
-                &mut history,
-                Edit::Replace(Arc::new(set)),
-                None,
-            );
+            edit(&mut project, &mut history, Edit::Replace(Arc::new(set)), None);
         }
         assert_eq!(history.numbers_beside(&project), 4 * of_one);
         history.forget_beyond(3 * of_one, &project);
-        assert_eq!(
-            (history.before.len(), history.numbers_beside(&project)),
-            (3, 3 * of_one)
-        );
+        assert_eq!((history.before.len(), history.numbers_beside(&project)), (3, 3 * of_one));
         history.forget_beyond(0, &project);
         assert_eq!(history.before.len(), 1);
     }
@@ -195,11 +187,7 @@ mod tests {
         undo(&mut project, &mut history);
         set(&mut project, &mut history, 9.0, Some(8));
         assert!(!history.can_redo(), "another way was taken");
-        assert_eq!(
-            history.before.len(),
-            4,
-            "a gesture ends where it is taken back"
-        );
+        assert_eq!(history.before.len(), 4, "a gesture ends where it is taken back");
     }
 
     #[test]
@@ -260,10 +248,7 @@ mod tests {
     fn every_edit(project: &Project) -> Vec<Edit> {
         let mut settings = project.settings.clone();
         settings.offset = false;
-        let calibration = || FromFile {
-            path: "c.json".into(),
-            calibration: fitted(project),
-        };
+        let calibration = || FromFile { path: "c.json".into(), calibration: fitted(project) };
         let block = |block, values: &[f64]| BlockSuggestion {
             block,
             values: values.to_vec(),
@@ -279,10 +264,7 @@ mod tests {
         vec![
             Edit::Model(Box::new(settings.clone())),
             Edit::Settings(settings),
-            Edit::Thresholds(Thresholds {
-                f_th: 0.125,
-                t_th_secs: 9.0,
-            }),
+            Edit::Thresholds(Thresholds { f_th: 0.125, t_th_secs: 9.0 }),
             Edit::Block(block(&Play, &[0.5])),
             Edit::Block(block(&Creep, &[0.5])),
             Edit::Role(0, Role::Test),
@@ -302,10 +284,7 @@ mod tests {
             Edit::Apply(None),
             Edit::Compare(Some(calibration())),
             Edit::Compare(None),
-            Edit::Measuring(MetrologySettings {
-                hold_secs: 1.5,
-                ..MetrologySettings::default()
-            }),
+            Edit::Measuring(MetrologySettings { hold_secs: 1.5, ..MetrologySettings::default() }),
         ]
     }
 
@@ -355,10 +334,7 @@ mod tests {
             let first = match asked {
                 Edit::Unsplit => Some(Edit::Split(0.5)),
                 Edit::Apply(None) | Edit::Compare(None) => {
-                    let there = FromFile {
-                        path: "c.json".into(),
-                        calibration: fitted(&own),
-                    };
+                    let there = FromFile { path: "c.json".into(), calibration: fitted(&own) };
                     Some(match asked {
                         Edit::Apply(_) => Edit::Apply(Some(there)),
                         _ => Edit::Compare(Some(there)),
@@ -366,9 +342,7 @@ mod tests {
                 }
                 _ => None,
             };
-            first
-                .into_iter()
-                .for_each(|first| project.edit(first).unwrap());
+            first.into_iter().for_each(|first| project.edit(first).unwrap());
             let before = project.clone();
             edit(&mut project, &mut history, asked.clone(), None);
             let after = project.clone();
@@ -408,12 +382,7 @@ mod tests {
         let (mut project, mut history) = (Project::default(), History::default());
         project.take_set(built_in()).unwrap();
         for at in 0..MAX_STEPS + 5 {
-            edit(
-                &mut project,
-                &mut history,
-                Edit::Notes(at.to_string()),
-                None,
-            );
+            edit(&mut project, &mut history, Edit::Notes(at.to_string()), None);
         }
         for _ in 0..MAX_STEPS {
             undo(&mut project, &mut history);

@@ -23,10 +23,7 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
         match field.value {
             Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(u8::from(flag))])),
             Value::Flags(flags) => {
-                let flags: Vec<f64> = flags
-                    .iter()
-                    .map(|flag| f64::from(u8::from(*flag)))
-                    .collect();
+                let flags: Vec<f64> = flags.iter().map(|flag| f64::from(u8::from(*flag))).collect();
                 arrays.push(vector(&name, &flags));
             }
             Value::Count(count) => arrays.push(vector(&name, &[count as f64])),
@@ -54,12 +51,7 @@ fn numbers(name: &str, n_columns: usize, values: Vec<f64>) -> Entry {
         true => vec![n_columns],
         false => vec![values.len() / n_columns.max(1), n_columns],
     };
-    Entry::Numbers(Array {
-        name: name.to_owned(),
-        shape,
-        values,
-        ..Array::default()
-    })
+    Entry::Numbers(Array { name: name.to_owned(), shape, values, ..Array::default() })
 }
 
 fn vector(name: &str, values: &[f64]) -> Entry {
@@ -71,10 +63,7 @@ fn matrix(name: &str, rows: &[Vec<f64>]) -> Entry {
 }
 
 fn texts(name: &str, texts: impl Iterator<Item = String>) -> Entry {
-    Entry::Texts {
-        name: name.to_owned(),
-        texts: texts.collect(),
-    }
+    Entry::Texts { name: name.to_owned(), texts: texts.collect() }
 }
 
 fn of_network(network: &Network) -> Vec<Entry> {

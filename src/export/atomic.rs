@@ -226,9 +226,7 @@ impl Target {
             ));
         }
         if old.as_ref().is_some_and(|old| !old.is_file()) {
-            return Err(io::Error::other(
-                "this is no file but a pipe or a device; name a file",
-            ));
+            return Err(io::Error::other("this is no file but a pipe or a device; name a file"));
         }
         let permissions = old.map(|old| old.permissions());
         let target = Self { path, permissions };
@@ -239,10 +237,7 @@ impl Target {
         }
         let is_read_only = fs::Permissions::readonly;
         if target.permissions.as_ref().is_some_and(is_read_only) {
-            return Err(io::Error::new(
-                io::ErrorKind::PermissionDenied,
-                "the file is read-only",
-            ));
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is read-only"));
         }
         Ok(target)
     }
@@ -396,9 +391,7 @@ mod tests {
         let mut files = Together::default();
         let content = || Ok(vec![("src/a.h".to_owned(), "a".to_owned())]);
         files.folder(&at("new/"), content).unwrap();
-        files
-            .write(&at("b.txt"), |out| out.write_all(b"b"))
-            .unwrap();
+        files.write(&at("b.txt"), |out| out.write_all(b"b")).unwrap();
         assert!(!at("new").exists());
         drop(files);
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
@@ -428,9 +421,7 @@ mod tests {
         let at = |name: &str| directory.path().join(name);
         fs::write(at("a.txt"), "old").unwrap();
         let mut files = Together::default();
-        files
-            .write(&at("a.txt"), |out| out.write_all(b"new"))
-            .unwrap();
+        files.write(&at("a.txt"), |out| out.write_all(b"new")).unwrap();
         assert!(!being_written().is_empty());
         let failed = files.write(&at("b.txt"), |_| Err(io::Error::other("disk full")));
         assert!(failed.unwrap_err().to_string().contains("b.txt: disk full"));
@@ -440,9 +431,7 @@ mod tests {
 
         let mut files = Together::default();
         for name in ["a.txt", "b.txt"] {
-            files
-                .write(&at(name), |out| out.write_all(name.as_bytes()))
-                .unwrap();
+            files.write(&at(name), |out| out.write_all(name.as_bytes())).unwrap();
         }
         assert_eq!(fs::read_to_string(at("a.txt")).unwrap(), "old");
         files.finish().unwrap();
@@ -474,11 +463,7 @@ mod tests {
         let entries = fs::read_dir(directory.path()).unwrap();
         let mut left: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
         left.sort();
-        let expected = [
-            ".loopscope-a.txt-2.part",
-            ".loopscope-b.txt-4.part",
-            "a.txt",
-        ];
+        let expected = [".loopscope-a.txt-2.part", ".loopscope-b.txt-4.part", "a.txt"];
         assert_eq!(left, expected);
     }
 
@@ -512,16 +497,10 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("a.txt");
         let error = write_atomically(&path, |_| {
-            File::options()
-                .write(true)
-                .open("/dev/full")?
-                .write_all(b"x")
+            File::options().write(true).open("/dev/full")?.write_all(b"x")
         });
         let told = error.unwrap_err().to_string();
-        assert!(
-            told.contains("a.txt") && told.contains("No space"),
-            "{told}"
-        );
+        assert!(told.contains("a.txt") && told.contains("No space"), "{told}");
         assert!(!told.contains(".part"), "{told}");
     }
 

@@ -56,9 +56,7 @@ pub fn add_calibration(
     if asks_for_folder(path) {
         return files.folder(path, || targets::files(calibration, &name));
     }
-    files.write(path, |out| {
-        (target.write)(&of_target(target, calibration, &name)?, out)
-    })
+    files.write(path, |out| (target.write)(&of_target(target, calibration, &name)?, out))
 }
 
 /// What is to be told before a calibration is written into this file; see [`Target::caution`](super::target::Target::caution).
@@ -92,9 +90,7 @@ pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCa
     };
     let wrong = |source| ReadCalibrationError::Content { path: at(), source };
     let (calibration, mut notes) = read(&content).map_err(wrong)?;
-    calibration
-        .validate()
-        .map_err(|error| wrong(error.into()))?;
+    calibration.validate().map_err(|error| wrong(error.into()))?;
     for note in &mut notes {
         note.insert_str(0, &format!("{}: ", path.display()));
     }
@@ -121,10 +117,7 @@ mod tests {
             let columns = blocks.columns(gauges.len(), offset);
             let row =
                 |axis: f64| (0..columns.len()).map(move |at| factor * axis / (at as f64 + 3.0));
-            LinearMap {
-                matrix: vec![row(1.0).collect(), row(-1e-9).collect()],
-                columns,
-            }
+            LinearMap { matrix: vec![row(1.0).collect(), row(-1e-9).collect()], columns }
         };
         Calibration {
             format: FORMAT.to_owned(),
@@ -201,10 +194,7 @@ mod tests {
         let mut csv = csv::ReaderBuilder::new();
         let mut csv = csv.comment(Some(b'#')).from_path(path).unwrap();
         let header: Vec<_> = csv.headers().unwrap().iter().map(str::to_owned).collect();
-        assert_eq!(
-            header[4..],
-            ["S,1", "S\"2", "S,1_past", "S\"2_past", "offset"]
-        );
+        assert_eq!(header[4..], ["S,1", "S\"2", "S,1_past", "S\"2_past", "offset"]);
         let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
         assert_eq!(rows.len(), 4);
         assert_eq!(&rows[1][2], "Mx");
@@ -237,9 +227,8 @@ mod tests {
                 let row = csv.records().next().unwrap().unwrap();
                 let cells = row.iter().skip(4).enumerate();
                 let filled = cells.filter(|(_, cell)| !cell.is_empty());
-                let filled: Vec<(usize, f64)> = filled
-                    .map(|(column, cell)| (column, cell.parse().unwrap()))
-                    .collect();
+                let filled: Vec<(usize, f64)> =
+                    filled.map(|(column, cell)| (column, cell.parse().unwrap())).collect();
                 let columns = [0, 1].into_iter().chain(offset.then_some(7));
                 let expected = columns.zip(conventional.iter().copied());
                 assert_eq!(filled, expected.collect::<Vec<_>>(), "{second}");

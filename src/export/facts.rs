@@ -17,10 +17,7 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
     let quality = &calibration.quality;
     let mut facts = vec![
         ("made by", calibration.program.clone()),
-        (
-            "written by",
-            concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
-        ),
+        ("written by", concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned()),
         ("holds", holds.to_owned()),
         ("leaves out", leaves_out.to_owned()),
     ];
@@ -34,10 +31,7 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
     if calibration.simulated {
         facts.insert(
             0,
-            (
-                "warning",
-                "made from the built-in simulated sensor, not from a real one".to_owned(),
-            ),
+            ("warning", "made from the built-in simulated sensor, not from a real one".to_owned()),
         );
     }
     let facts = facts.into_iter().map(|(name, text)| (name.into(), text));

@@ -47,12 +47,7 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         field("", "gauges", "", Texts(calibration.gauges.clone())),
         field("", "axes", "", Texts(symbols.collect())),
         field("", "units", "", Texts(calibration.units.clone())),
-        field(
-            "",
-            "full_scale",
-            "",
-            Numbers(calibration.full_scale.clone()),
-        ),
+        field("", "full_scale", "", Numbers(calibration.full_scale.clone())),
         field(
             "",
             "rated",
@@ -66,18 +61,8 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             Numbers(calibration.limits.clone()),
         ),
         field("", "offset", "", Flag(calibration.offset)),
-        field(
-            "",
-            "regressor",
-            "",
-            Text(calibration.regressor.key().to_owned()),
-        ),
-        field(
-            "",
-            "gap_secs",
-            "a longer step than this is a gap (s)",
-            Number(calibration.gap_secs),
-        ),
+        field("", "regressor", "", Text(calibration.regressor.key().to_owned())),
+        field("", "gap_secs", "a longer step than this is a gap (s)", Number(calibration.gap_secs)),
         field(
             "",
             "history_step_secs",
@@ -91,11 +76,8 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     let clipped_at = calibration.clipped_at().into_iter().flatten();
     let names = ["gauge_low", "gauge_high"].into_iter();
     let clipped = "a gauge that reaches this is clipped; 1e30 from zero where that is not known";
-    fields.extend(
-        names
-            .zip(clipped_at)
-            .map(|(name, ends)| field("", name, clipped, Numbers(ends))),
-    );
+    fields
+        .extend(names.zip(clipped_at).map(|(name, ends)| field("", name, clipped, Numbers(ends))));
     let rate = calibration.rate_hz.into_iter();
     fields.extend(rate.map(|rate| field("", "rate_hz", "", Number(rate))));
     let tare = calibration.tare.iter();
@@ -138,16 +120,9 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         };
         let units = channels.clone().map(|channel| channel.unit.clone());
         fields.extend([
-            field(
-                "auxiliary",
-                "channels",
-                "",
-                Texts(features.auxiliary_names()),
-            ),
+            field("auxiliary", "channels", "", Texts(features.auxiliary_names())),
             field("auxiliary", "units", "", Texts(units.collect())),
-            of("reference", "what the effect counts from", |own| {
-                own.reference
-            }),
+            of("reference", "what the effect counts from", |own| own.reference),
             of("inverse_scale", "", |own| own.inverse_scale),
             of("min", "the least value that was trained", |own| own.min),
             of("max", "the greatest value that was trained", |own| own.max),
@@ -202,10 +177,5 @@ fn of_map<'a>(
 }
 
 fn field(group: &'static str, name: &'static str, about: &'static str, value: Value) -> Field {
-    Field {
-        group,
-        name,
-        about,
-        value,
-    }
+    Field { group, name, about, value }
 }

@@ -18,8 +18,7 @@ impl<W> FileFormat<W> {
     /// The one of these formats that a file's ending asks for.
     pub fn for_path<'a>(all: &'a [Self], path: &Path) -> Option<&'a Self> {
         let ending = path.extension()?.to_str()?;
-        all.iter()
-            .find(|own| own.ending.eq_ignore_ascii_case(ending))
+        all.iter().find(|own| own.ending.eq_ignore_ascii_case(ending))
     }
 
     /// The endings of these formats with their dots, as messages list them.

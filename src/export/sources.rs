@@ -38,9 +38,7 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
 pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
     let used = used_recordings(recordings).into_iter();
     Calibration {
-        sources: used
-            .filter(|used| used.role != Role::Off && used.file.is_some())
-            .collect(),
+        sources: used.filter(|used| used.role != Role::Off && used.file.is_some()).collect(),
         ..calibration.clone()
     }
 }
@@ -71,8 +69,7 @@ mod tests {
         std::fs::write(&path, "abc").unwrap();
         let mut set = RecordingSet::default();
         set.push(entry(&path, Role::Train)).unwrap();
-        set.push(entry(Path::new("gone/lost.csv"), Role::Test))
-            .unwrap();
+        set.push(entry(Path::new("gone/lost.csv"), Role::Test)).unwrap();
         let used = used_recordings(&set);
         assert_eq!(
             used[0].sha256.as_deref(),

@@ -114,9 +114,5 @@ pub(super) fn of_target<'a>(
     let outline = Outline::of(calibration);
     (target.check)(&outline).map_err(io::Error::other)?;
     let facts = facts(calibration, target.holds, (target.leaves_out)(calibration));
-    Ok(Export {
-        calibration,
-        facts,
-        name,
-    })
+    Ok(Export { calibration, facts, name })
 }

@@ -28,11 +28,7 @@ pub(super) fn filled_markup(template: &str, values: Value) -> String {
     let mut templates = environment(true);
     templates.set_formatter(|out, _, value| {
         let text = value.to_string();
-        let text = if value.is_safe() {
-            text
-        } else {
-            for_xml(&text)
-        };
+        let text = if value.is_safe() { text } else { for_xml(&text) };
         Ok(out.write_str(&text)?)
     });
     let filled = templates.render_str(template, values);

@@ -51,9 +51,7 @@ pub fn check_targets<'a>(
         }
         // Of the name itself, so that a link to nothing is something, too.
         if !replaced && fs::symlink_metadata(output).is_ok() {
-            return Err(TargetError::Exists {
-                path: output.clone(),
-            });
+            return Err(TargetError::Exists { path: output.clone() });
         }
         check_writable(output)?;
     }
@@ -101,11 +99,7 @@ mod tests {
         assert!(check(&[], &a, false).unwrap_err().contains("--force"));
         assert_eq!(check(&[], &a, true), Ok(()));
         let gone = [at("gone/a.csv")];
-        assert!(
-            check(&[], &gone, true)
-                .unwrap_err()
-                .contains("no directory")
-        );
+        assert!(check(&[], &gone, true).unwrap_err().contains("no directory"));
     }
 
     #[cfg(unix)]

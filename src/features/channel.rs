@@ -53,11 +53,7 @@ impl AuxiliaryChannel {
         };
         let n = values().count().max(1) as f64;
         let reference = values().sum::<f64>() / n;
-        let deviation = (values()
-            .map(|value| (value - reference).powi(2))
-            .sum::<f64>()
-            / n)
-            .sqrt();
+        let deviation = (values().map(|value| (value - reference).powi(2)).sum::<f64>() / n).sqrt();
         let (min, max) = range_of(values().copied());
         // A few faulty numbers are no movement.
         let moved = (max - min).min(4.0 * deviation);
@@ -75,14 +71,7 @@ impl AuxiliaryChannel {
                 (least * 1e4).round() / 1e4,
             ));
         }
-        Ok(Self {
-            name,
-            unit,
-            reference,
-            inverse_scale: 1.0 / deviation,
-            min,
-            max,
-        })
+        Ok(Self { name, unit, reference, inverse_scale: 1.0 / deviation, min, max })
     }
 
     /// Between which values its effect is known, about.
@@ -117,20 +106,10 @@ impl AuxiliaryChannel {
 
     /// The first number that is none, or makes no sense; with what it is.
     pub(super) fn broken(&self) -> Option<(&'static str, f64)> {
-        let Self {
-            reference,
-            inverse_scale,
-            min,
-            max,
-            ..
-        } = self;
+        let Self { reference, inverse_scale, min, max, .. } = self;
         let numbers = [
             ("reference", *reference, reference.is_finite()),
-            (
-                "inverse_scale",
-                *inverse_scale,
-                *inverse_scale >= 0.0 && inverse_scale.is_finite(),
-            ),
+            ("inverse_scale", *inverse_scale, *inverse_scale >= 0.0 && inverse_scale.is_finite()),
             ("min", *min, min.is_finite()),
             ("max", *max, *max >= *min && max.is_finite()),
         ];

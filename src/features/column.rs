@@ -95,11 +95,7 @@ impl Column {
             Self::Gauge(gauge) => gauges[gauge].clone(),
             Self::Past { history, gauge } => format!("{}_{history}", gauges[gauge]),
             Self::Monomial(monomial) => monomial.name(gauges),
-            Self::Auxiliary {
-                channel,
-                tau_secs,
-                gauge,
-            } => {
+            Self::Auxiliary { channel, tau_secs, gauge } => {
                 let mut name = format!("aux{}", channel + 1);
                 if tau_secs > 0.0 {
                     name += &format!("_{tau_secs}s");

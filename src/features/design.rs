@@ -85,10 +85,7 @@ impl Design {
     /// What the settings append, each in words with the positions of its columns; all look-backs are one.
     pub fn blocks(&self) -> Vec<(String, Vec<usize>)> {
         let only = |features: FeatureSettings| features.describe();
-        let look_backs = FeatureSettings {
-            blocks: Blocks::default(),
-            ..self.features.clone()
-        };
+        let look_backs = FeatureSettings { blocks: Blocks::default(), ..self.features.clone() };
         let is_look_back = |column| {
             let is_past = |history| matches!(history, History::LookBack(_));
             matches!(column, Column::Past { history, .. } if is_past(history))
@@ -195,10 +192,8 @@ impl Design {
             *rest.last_mut().expect("there is an offset column") -= moved;
         }
         for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
-            for ((value, gauge), factor) in history
-                .iter_mut()
-                .zip(&mut *gauges)
-                .zip(&self.scale.inverse_scale)
+            for ((value, gauge), factor) in
+                history.iter_mut().zip(&mut *gauges).zip(&self.scale.inverse_scale)
             {
                 *value *= factor;
                 *gauge -= *value;
@@ -232,10 +227,7 @@ impl<'a> FeatureStream<'a> {
             let stream = || block.stream(values, scale, &features.auxiliary, step_secs);
             (n_columns > 0).then(|| (n_columns, stream()))
         });
-        Self {
-            design,
-            blocks: blocks.collect(),
-        }
+        Self { design, blocks: blocks.collect() }
     }
 
     pub fn design(&self) -> &'a Design {
@@ -245,11 +237,7 @@ impl<'a> FeatureStream<'a> {
     /// Before the first sample of this recording: where it follows a gap, with what the sensor showed before that.
     pub fn of(design: &'a Design, recording: &Recording) -> Self {
         let mut stream = Self::new(design);
-        let goes_on = design
-            .features
-            .blocks
-            .used()
-            .any(|(block, _)| block.goes_on());
+        let goes_on = design.features.blocks.used().any(|(block, _)| block.goes_on());
         if let Some(earlier) = recording.earlier().filter(|_| goes_on) {
             let n_gauges = design.n_gauges();
             earlier.replay(
@@ -324,9 +312,7 @@ impl<'a> FeatureStream<'a> {
         let rest = design.look_backs().end..design.n_columns();
         if self.blocks.is_empty() {
             let offsets = rows.iter_mut().skip(rest.start).step_by(stride);
-            offsets
-                .take(samples.len() * rest.len())
-                .for_each(|one| *one = 1.0);
+            offsets.take(samples.len() * rest.len()).for_each(|one| *one = 1.0);
             return;
         }
         let n_lags = design.features.n_histories() - n_look_backs;
@@ -428,10 +414,7 @@ mod tests {
     #[test]
     fn raw_coefficients_give_what_the_standardised_ones_give() {
         let design = every_block();
-        let raw = row(
-            &design,
-            &[(0.0, [9.0, 1.0]), (0.4, [12.0, 0.0]), (0.8, [11.0, -2.0])],
-        );
+        let raw = row(&design, &[(0.0, [9.0, 1.0]), (0.4, [12.0, 0.0]), (0.8, [11.0, -2.0])]);
         let mut standardised = raw.clone();
         design.standardise(&mut standardised);
         let coefficients: Vec<f64> = (0..raw.len()).map(|at| 1.0 - 0.3 * at as f64).collect();
@@ -443,10 +426,7 @@ mod tests {
 
     #[test]
     fn standardised_coefficients_undo_raw_ones() {
-        let design = Design {
-            features: FeatureSettings::present(),
-            ..every_block()
-        };
+        let design = Design { features: FeatureSettings::present(), ..every_block() };
         let coefficients = [0.7, -1.3, 2.0];
         let back = design.standardised_coefficients(&design.raw_coefficients(&coefficients));
         for (back, coefficient) in back.iter().zip(coefficients) {

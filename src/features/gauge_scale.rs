@@ -29,11 +29,9 @@ impl GaugeScale {
     /// ones.
     #[inline(always)]
     pub(super) fn relative(&self, values: &[f64], zero: &[f64], out: &mut [f64]) {
-        lanes::write(
-            out,
-            [values, zero, &self.inverse_scale],
-            |[value, zero, factor]| (value - zero) * factor,
-        );
+        lanes::write(out, [values, zero, &self.inverse_scale], |[value, zero, factor]| {
+            (value - zero) * factor
+        });
     }
 
     /// [`Self::relative`] of the values that stand there.
@@ -52,11 +50,8 @@ impl GaugeScale {
     ) -> Self {
         let n: usize = recordings.clone().map(Recording::n_samples).sum();
         let n = n.max(1) as f64;
-        let rows = || {
-            recordings
-                .clone()
-                .flat_map(|recording| recording.gauges().chunks_exact(n_gauges))
-        };
+        let rows =
+            || recordings.clone().flat_map(|recording| recording.gauges().chunks_exact(n_gauges));
         let mut mean = vec![0.0; n_gauges];
         for row in rows() {
             for (sum, value) in mean.iter_mut().zip(row) {
@@ -79,11 +74,7 @@ impl GaugeScale {
             .zip(&largest)
             .map(|(square, largest)| {
                 let spread = (square / n).sqrt();
-                if spread > CONSTANT_BELOW * largest {
-                    spread
-                } else {
-                    0.0
-                }
+                if spread > CONSTANT_BELOW * largest { spread } else { 0.0 }
             })
             .collect();
         let inverse = |size: f64| if size > 0.0 { 1.0 / size } else { 0.0 };
@@ -92,16 +83,9 @@ impl GaugeScale {
             (mean, inverse_scale)
         } else {
             let root_mean_squares = deviation.iter().zip(&mean).map(|(d, mean)| d.hypot(*mean));
-            (
-                vec![0.0; n_gauges],
-                root_mean_squares.map(inverse).collect(),
-            )
+            (vec![0.0; n_gauges], root_mean_squares.map(inverse).collect())
         };
-        Self {
-            shift,
-            inverse_scale,
-            deviation,
-        }
+        Self { shift, inverse_scale, deviation }
     }
 
     /// Leaves gauges as they are.

@@ -12,11 +12,7 @@ pub(super) struct Kept {
 impl Kept {
     /// Before the first sample.
     pub fn new(step_secs: f64) -> Self {
-        Self {
-            step_secs,
-            last_secs: f64::NEG_INFINITY,
-            newest: true,
-        }
+        Self { step_secs, last_secs: f64::NEG_INFINITY, newest: true }
     }
 
     /// Takes the next sample, and says whether it is kept.

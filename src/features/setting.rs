@@ -24,11 +24,8 @@ impl Unit {
     /// Newtons.
     pub const NEWTONS: Self = Self::new("N", "newtons", ["F", "F,…"]);
     /// Standard deviations of each gauge over the training recordings.
-    pub const SIGMA: Self = Self::new(
-        "σ",
-        "standard deviations of the gauge",
-        ["SIGMA", "SIGMA,…"],
-    );
+    pub const SIGMA: Self =
+        Self::new("σ", "standard deviations of the gauge", ["SIGMA", "SIGMA,…"]);
 
     /// A unit.
     pub const fn new(
@@ -36,11 +33,7 @@ impl Unit {
         words: &'static str,
         placeholders: [&'static str; 2],
     ) -> Self {
-        Self {
-            symbol,
-            words,
-            placeholders,
-        }
+        Self { symbol, words, placeholders }
     }
 }
 
@@ -186,11 +179,7 @@ impl Setting {
     pub fn check(&self, value: f64) -> Result<(), OutOfRange> {
         match self.range.contains(value) {
             true => Ok(()),
-            false => Err(OutOfRange {
-                what: self.what,
-                value,
-                allowed: self.range,
-            }),
+            false => Err(OutOfRange { what: self.what, value, allowed: self.range }),
         }
     }
 
@@ -234,26 +223,13 @@ mod tests {
     #[test]
     fn ranges_hold_what_they_say() {
         const FEW: &[Choice] = &[
-            Choice {
-                value: 1,
-                label: "none",
-                explanation: "",
-            },
-            Choice {
-                value: 2,
-                label: "two",
-                explanation: "",
-            },
+            Choice { value: 1, label: "none", explanation: "" },
+            Choice { value: 2, label: "two", explanation: "" },
         ];
         for (range, inside, outside, said) in [
             (Range::Positive, 1e-9, 0.0, "a number above zero"),
             (Range::NotNegative, 0.0, -1e-9, "a number from zero up"),
-            (
-                Range::UpTo(1.0),
-                1.0,
-                1.1,
-                "a number above zero and at most 1",
-            ),
+            (Range::UpTo(1.0), 1.0, 1.1, "a number above zero and at most 1"),
             (Range::Whole(1, 9), 9.0, 0.0, "a whole number from 1 to 9"),
             (Range::OneOf(FEW), 2.0, 3.0, "1 (none) or 2"),
             (Range::Switch, 1.0, 0.5, "on or off"),

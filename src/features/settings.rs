@@ -37,9 +37,7 @@ impl Blocks {
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
         let blocks = blocks.filter(|block| !matches!(block.appends(), Appends::Auxiliary));
-        blocks.fold(Self::default(), |all, block| {
-            all.with(block, block.setting().default)
-        })
+        blocks.fold(Self::default(), |all, block| all.with(block, block.setting().default))
     }
 
     /// Gives a block other values; the first of a few choices stands for none.
@@ -65,19 +63,15 @@ impl Blocks {
 
     /// Every block with its values as a file has them: the one number of a choice, the list of the others.
     pub fn stored(&self) -> impl Iterator<Item = (&'static dyn Block, Stored<'_>)> {
-        BLOCKS
-            .iter()
-            .copied()
-            .zip(&self.values)
-            .map(|(block, values)| {
-                let stored = match block.setting().choices() {
-                    Some(choices) => {
-                        Stored::Number(values.first().map_or(choices[0].value, |v| *v as u8))
-                    }
-                    None => Stored::List(values),
-                };
-                (block, stored)
-            })
+        BLOCKS.iter().copied().zip(&self.values).map(|(block, values)| {
+            let stored = match block.setting().choices() {
+                Some(choices) => {
+                    Stored::Number(values.first().map_or(choices[0].value, |v| *v as u8))
+                }
+                None => Stored::List(values),
+            };
+            (block, stored)
+        })
     }
 }
 
@@ -113,10 +107,7 @@ pub struct FeatureSettings {
 
 impl Default for FeatureSettings {
     fn default() -> Self {
-        Self {
-            look_backs: vec![Thresholds::default()],
-            ..Self::present()
-        }
+        Self { look_backs: vec![Thresholds::default()], ..Self::present() }
     }
 }
 
@@ -149,10 +140,7 @@ impl<'de> Deserialize<'de> for FeatureSettings {
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FeatureSettings, A::Error> {
                 let mut settings = FeatureSettings::default();
                 while let Some(key) = map.next_key::<String>()? {
-                    let block = BLOCKS
-                        .iter()
-                        .copied()
-                        .find(|block| block.setting().key == key);
+                    let block = BLOCKS.iter().copied().find(|block| block.setting().key == key);
                     match (&*key, block) {
                         ("look_backs", _) => settings.look_backs = map.next_value()?,
                         ("distance", _) => settings.distance = map.next_value()?,
@@ -185,11 +173,7 @@ pub enum FeatureError {
     )]
     Columns { columns: usize, gauges: usize },
     #[error("auxiliary channel {name}: {what} is {value}, which makes no sense")]
-    Channel {
-        name: String,
-        what: &'static str,
-        value: f64,
-    },
+    Channel { name: String, what: &'static str, value: f64 },
 }
 
 impl FeatureSettings {
@@ -212,11 +196,7 @@ impl FeatureSettings {
         let taus_secs = blocks.of(&Auxiliary).iter().copied();
         let present = taus_secs.filter(|tau_secs| *tau_secs == 0.0).collect();
         blocks.set(&Auxiliary, present);
-        Self {
-            look_backs: Vec::new(),
-            blocks,
-            ..self.clone()
-        }
+        Self { look_backs: Vec::new(), blocks, ..self.clone() }
     }
 
     /// Whether any block needs the past.
@@ -267,11 +247,7 @@ impl FeatureSettings {
                     channels.flat_map(move |channel| {
                         let alone = std::iter::once(None);
                         let gauges = alone.chain((0..n_gauges).map(Some));
-                        gauges.map(move |gauge| Column::Auxiliary {
-                            channel,
-                            tau_secs,
-                            gauge,
-                        })
+                        gauges.map(move |gauge| Column::Auxiliary { channel, tau_secs, gauge })
                     })
                 })),
             }
@@ -333,10 +309,7 @@ impl FeatureSettings {
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
         let columns = self.n_columns(n_gauges);
         if columns > MAX_COLUMNS {
-            return Err(FeatureError::Columns {
-                columns,
-                gauges: n_gauges,
-            });
+            return Err(FeatureError::Columns { columns, gauges: n_gauges });
         }
         Ok(())
     }
@@ -401,15 +374,8 @@ mod tests {
     #[test]
     fn blocks_are_described_in_words() {
         let settings = FeatureSettings {
-            look_backs: [3.0, 8.0]
-                .map(|f_th| Thresholds {
-                    f_th,
-                    t_th_secs: 15.0,
-                })
-                .to_vec(),
-            blocks: Blocks::default()
-                .with(&Play, &[0.1, 0.2])
-                .with(&Polynomial, &[2.0]),
+            look_backs: [3.0, 8.0].map(|f_th| Thresholds { f_th, t_th_secs: 15.0 }).to_vec(),
+            blocks: Blocks::default().with(&Play, &[0.1, 0.2]).with(&Polynomial, &[2.0]),
             ..FeatureSettings::present()
         };
         assert_eq!(

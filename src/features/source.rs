@@ -53,14 +53,7 @@ impl Source {
     /// A block whose updates in C, Rust, Python and MATLAB need no functions of their own.
     pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 4]) -> Self {
         let [c, rust, python, matlab] = updates.map(Code::update);
-        Self {
-            constants,
-            memory,
-            c,
-            rust,
-            python,
-            matlab,
-        }
+        Self { constants, memory, c, rust, python, matlab }
     }
 }
 
@@ -76,10 +69,7 @@ pub struct Code {
 impl Code {
     /// An update that needs no function of its own.
     pub fn update(text: impl Into<String>) -> Self {
-        Self {
-            functions: "",
-            update: text.into(),
-        }
+        Self { functions: "", update: text.into() }
     }
 }
 
@@ -109,11 +99,7 @@ pub struct Constant {
 impl Constant {
     /// A list of numbers of the program's own type.
     pub fn reals(name: &'static str, values: impl Iterator<Item = f64>) -> Self {
-        Self {
-            name,
-            precision: Precision::Real,
-            numbers: Numbers::List(values.collect()),
-        }
+        Self { name, precision: Precision::Real, numbers: Numbers::List(values.collect()) }
     }
 }
 
@@ -145,21 +131,12 @@ pub struct Memory {
 impl Memory {
     /// A set of gauges for each value.
     pub fn of_gauges(name: &'static str, sets: usize) -> Self {
-        Self {
-            of_gauges: true,
-            ..Self::single(name, sets)
-        }
+        Self { of_gauges: true, ..Self::single(name, sets) }
     }
 
     /// A number for each value.
     pub fn single(name: &'static str, sets: usize) -> Self {
-        Self {
-            name,
-            precision: Precision::Real,
-            sets,
-            of_gauges: false,
-            comment: "",
-        }
+        Self { name, precision: Precision::Real, sets, of_gauges: false, comment: "" }
     }
 
     pub fn about(self, comment: &'static str) -> Self {

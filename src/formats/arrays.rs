@@ -22,31 +22,12 @@ use crate::formats::column_name::{is_gauge_name, is_time_name};
 use crate::recording::Axis;
 
 /// What an array of gauges may be called besides what its columns may be called, in small letters.
-const GAUGES: [&str; 6] = [
-    "gauges", "channels", "strains", "sensors", "signals", "volts",
-];
+const GAUGES: [&str; 6] = ["gauges", "channels", "strains", "sensors", "signals", "volts"];
 const FORCES: [&str; 5] = ["f", "force", "forces", "forces_n", "f_n"];
-const MOMENTS: [&str; 8] = [
-    "m",
-    "t",
-    "moment",
-    "moments",
-    "torque",
-    "torques",
-    "moments_nm",
-    "torques_nm",
-];
-const LOADS: [&str; 9] = [
-    "load",
-    "loads",
-    "wrench",
-    "wrenches",
-    "ft",
-    "reference",
-    "ref",
-    "ati",
-    "ground_truth",
-];
+const MOMENTS: [&str; 8] =
+    ["m", "t", "moment", "moments", "torque", "torques", "moments_nm", "torques_nm"];
+const LOADS: [&str; 9] =
+    ["load", "loads", "wrench", "wrenches", "ft", "reference", "ref", "ati", "ground_truth"];
 /// The clock of a reference that has its own.
 const REFERENCE_TIMES: [&str; 8] = [
     "t_ref",
@@ -99,10 +80,7 @@ pub(crate) struct Array {
 pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
     let n_rows = n_rows(&arrays);
     let reference_rows = reference_time(&arrays, n_rows).map(|array| array.values.len());
-    let mut table = Columns {
-        is_named: true,
-        ..Columns::default()
-    };
+    let mut table = Columns { is_named: true, ..Columns::default() };
     for array in arrays {
         let is_reference_time = array.is_reference_time();
         let n_rows = match reference_rows {
@@ -248,9 +226,7 @@ fn column_names(name: &str, n_columns: usize, is_vector: bool, table: &Columns) 
     let is_free = || table.columns.iter().all(|column| column.name != first);
     let is_gauges = is_one_of(&GAUGES) || is_gauge_name(&format!("{last}1"));
     let stem = if is_gauges && is_free() { "S" } else { last };
-    (1..=n_columns)
-        .map(|k| format!("{before}{stem}{k}"))
-        .collect()
+    (1..=n_columns).map(|k| format!("{before}{stem}{k}")).collect()
 }
 
 fn shape_in_words(shape: &[usize]) -> String {
@@ -312,22 +288,15 @@ mod tests {
     #[test]
     fn an_empty_array_has_empty_columns() {
         for is_by_column in [false, true] {
-            let empty = Array {
-                is_by_column,
-                ..array("S", &[0, 3])
-            };
+            let empty = Array { is_by_column, ..array("S", &[0, 3]) };
             assert!((0..3).all(|column| empty.column(0, 3, column).is_empty()));
         }
     }
 
     #[test]
     fn a_reference_may_have_its_own_clock() {
-        let arrays = vec![
-            array("t", &[8]),
-            array("S", &[8, 2]),
-            array("t_ref", &[5]),
-            array("F", &[5, 3]),
-        ];
+        let arrays =
+            vec![array("t", &[8]), array("S", &[8, 2]), array("t_ref", &[5]), array("F", &[5, 3])];
         let table = columns(arrays, Vec::new());
         assert_eq!(table.reference_time, Some(3));
         let lengths: Vec<usize> = table.columns.iter().map(|c| c.values.len()).collect();
@@ -336,12 +305,8 @@ mod tests {
 
     #[test]
     fn without_a_time_the_most_numbers_say_how_many_samples_there_are() {
-        let arrays = vec![
-            array("x", &[4]),
-            array("y", &[4]),
-            array("S", &[7, 3]),
-            array("e", &[0, 9]),
-        ];
+        let arrays =
+            vec![array("x", &[4]), array("y", &[4]), array("S", &[7, 3]), array("e", &[0, 9])];
         let (named, left_out) = names(arrays);
         assert_eq!(named, ["S1", "S2", "S3"]);
         assert_eq!(left_out.len(), 3);

@@ -58,11 +58,7 @@ impl Since {
     }
 
     pub(super) fn number(&self, value: i64) -> f64 {
-        let of_first = if value.unsigned_abs() > EXACT {
-            value
-        } else {
-            0
-        };
+        let of_first = if value.unsigned_abs() > EXACT { value } else { 0 };
         let since = self.0.get().unwrap_or(of_first);
         self.0.set(Some(since));
         value.saturating_sub(since) as f64
@@ -87,10 +83,7 @@ impl Columns {
     }
 
     pub(crate) fn row(&self, row: usize) -> NumberRow<'_> {
-        NumberRow {
-            columns: self.columns.iter(),
-            row,
-        }
+        NumberRow { columns: self.columns.iter(), row }
     }
 }
 
@@ -200,11 +193,7 @@ impl<'a> Iterator for NumberRow<'a> {
 
 impl<'a> Row<'a> for NumberRow<'a> {
     fn next_number(&mut self) -> Option<f64> {
-        let column = self
-            .columns
-            .as_slice()
-            .first()
-            .filter(|own| own.since == 0)?;
+        let column = self.columns.as_slice().first().filter(|own| own.since == 0)?;
         let value = *column.values.get(self.row)?;
         self.columns.next();
         Some(value)

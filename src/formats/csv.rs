@@ -74,10 +74,7 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
     let mut digits = String::new();
     for (k, time) in recording.times().iter().enumerate() {
         let loads = &recording.loads()[k * axes.len()..(k + 1) * axes.len()];
-        for value in std::iter::once(time)
-            .chain(recording.gauges_at(k))
-            .chain(loads)
-        {
+        for value in std::iter::once(time).chain(recording.gauges_at(k)).chain(loads) {
             use std::fmt::Write as _;
             digits.clear();
             write!(digits, "{value}").expect("writing to a string does not fail");
@@ -121,17 +118,11 @@ mod tests {
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some("t [s],S1,S2,Fz [N],Mx [N·m]"));
         for (k, line) in lines.by_ref().enumerate() {
-            let bits: Vec<u64> = line
-                .split(',')
-                .map(|field| field.parse::<f64>().unwrap().to_bits())
-                .collect();
+            let bits: Vec<u64> =
+                line.split(',').map(|field| field.parse::<f64>().unwrap().to_bits()).collect();
             let mut expected = vec![recording.times()[k].to_bits()];
             expected.extend(recording.gauges_at(k).iter().map(|s| s.to_bits()));
-            expected.extend(
-                recording.loads()[2 * k..2 * k + 2]
-                    .iter()
-                    .map(|l| l.to_bits()),
-            );
+            expected.extend(recording.loads()[2 * k..2 * k + 2].iter().map(|l| l.to_bits()));
             assert_eq!(bits, expected);
         }
         assert_eq!(text.lines().count(), 1 + recording.n_samples());
@@ -140,11 +131,7 @@ mod tests {
     #[test]
     fn no_name_is_a_formula_and_numbers_stay_numbers() {
         let names = ["=1+cmd|' /C calc'!A0", "@S", "-S", "+1", "'S", "S=1"];
-        let text = written(&recording(
-            &names,
-            vec![-1.5, 1.0, -2e-9, 0.0, 0.0, 0.0],
-            &[],
-        ));
+        let text = written(&recording(&names, vec![-1.5, 1.0, -2e-9, 0.0, 0.0, 0.0], &[]));
         let (header, rows) = text.split_once('\n').unwrap();
         assert_eq!(header, "t [s],'=1+cmd|' /C calc'!A0,'@S,'-S,+1,'S,S=1");
         assert_eq!(rows, "0,-1.5,1,-0.000000002,0,0,0\n");

@@ -12,10 +12,7 @@ use crate::shown::{listed, shown};
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum FileError {
     #[error("a folder and not a file; name the recordings in it ({}), or many by a pattern such as {}", listed(files), pattern.display())]
-    Folder {
-        files: Vec<String>,
-        pattern: PathBuf,
-    },
+    Folder { files: Vec<String>, pattern: PathBuf },
     #[error("not a file but a pipe or a device; save what comes of it, and choose that file")]
     NotAFile,
     #[error("cannot be read: {0}")]
@@ -23,26 +20,16 @@ pub enum FileError {
     #[error("the file is empty; choose another, or record it again")]
     Empty,
     #[error("not text but {what}; {instead}")]
-    NotText {
-        what: &'static str,
-        instead: &'static str,
-    },
+    NotText { what: &'static str, instead: &'static str },
     #[error(
         "a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample"
     )]
     LineTooLong { limit_bytes: usize },
-    #[error(
-        "the file ends inside {}; it was cut short, so copy or save it again",
-        shown(what)
-    )]
+    #[error("the file ends inside {}; it was cut short, so copy or save it again", shown(what))]
     CutShort { what: String },
     #[error("{} is damaged: {}; save it again", shown(what), shown(why))]
     Damaged { what: String, why: String },
-    #[error(
-        "{} holds {}; save it as an array of plain numbers",
-        shown(what),
-        shown(kind)
-    )]
+    #[error("{} holds {}; save it as an array of plain numbers", shown(what), shown(kind))]
     NotNumbers { what: String, kind: String },
     #[error(
         "{} has the shape {}; a table has one row per sample and one column per channel",
@@ -92,18 +79,11 @@ pub enum FileError {
         shown(what),
         shown(codec)
     )]
-    Compression {
-        what: String,
-        codec: String,
-        instead: &'static str,
-    },
+    Compression { what: String, codec: String, instead: &'static str },
     #[error(
         "{what}, and this program was built without the feature `{feature}` that reads it; take a full build, or export the recording as CSV"
     )]
-    NotBuilt {
-        what: &'static str,
-        feature: &'static str,
-    },
+    NotBuilt { what: &'static str, feature: &'static str },
     #[error("the file is damaged, so that its reader failed: {}; save it again", shown(&.0.message))]
     ReaderFailed(Panicked),
     #[error("cancelled")]
@@ -118,10 +98,7 @@ impl FileError {
     }
 
     pub(super) fn damaged(what: &str, why: impl Into<String>) -> Self {
-        Self::Damaged {
-            what: what.to_owned(),
-            why: why.into(),
-        }
+        Self::Damaged { what: what.to_owned(), why: why.into() }
     }
 
     pub(super) fn unpacks_too_large(what: &str, limit_bytes: u64) -> Self {
@@ -166,10 +143,7 @@ mod tests {
 
     #[test]
     fn a_shape_without_end_is_told_in_short() {
-        let error = FileError::NotATable {
-            what: "a".repeat(9000),
-            shape: "(1, ".repeat(20_000),
-        };
+        let error = FileError::NotATable { what: "a".repeat(9000), shape: "(1, ".repeat(20_000) };
         assert!(error.to_string().chars().count() < 250, "{error}");
     }
 }

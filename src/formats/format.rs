@@ -57,10 +57,7 @@ impl Budget {
     /// Returns the budget of a whole file with this length.
     pub(super) fn of_file(n_bytes: u64) -> Self {
         let limit_bytes = unpacked_limit(n_bytes);
-        Self {
-            left_bytes: limit_bytes,
-            limit_bytes,
-        }
+        Self { left_bytes: limit_bytes, limit_bytes }
     }
 
     /// Takes the memory of a number of values of `what`, to be asked before the memory is allocated.
@@ -84,9 +81,7 @@ impl Budget {
 
 /// How many bytes may come out of so many packed ones.
 pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
-    packed_bytes
-        .saturating_mul(UNPACKED_RATIO)
-        .max(UNPACKED_BYTES)
+    packed_bytes.saturating_mul(UNPACKED_RATIO).max(UNPACKED_BYTES)
 }
 
 #[cfg(test)]

@@ -64,10 +64,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let what = format!("lines that are no JSON objects ({n_damaged})");
         columns.left_out.push(what);
     }
-    Ok(Some(Columns {
-        ends_early,
-        ..columns
-    }))
+    Ok(Some(Columns { ends_early, ..columns }))
 }
 
 /// Which value of each line stands in which column of a table.
@@ -103,10 +100,7 @@ impl LineKeys {
                 ..Column::default()
             }
         };
-        Some(Columns {
-            columns: self.0.iter().map(column).collect(),
-            ..Columns::default()
-        })
+        Some(Columns { columns: self.0.iter().map(column).collect(), ..Columns::default() })
     }
 
     /// Whether some of the values stand in a list.
@@ -180,11 +174,7 @@ fn row(line: &[u8]) -> Option<Row> {
     let read = |line: &[u8]| {
         let mut row = Vec::new();
         let mut json = serde_json::Deserializer::from_slice(line);
-        let values = Values {
-            path: &mut String::new(),
-            index: None,
-            row: &mut row,
-        };
+        let values = Values { path: &mut String::new(), index: None, row: &mut row };
         values.deserialize(&mut json).ok()?;
         json.end().ok()?;
         Some(row)
@@ -192,9 +182,7 @@ fn row(line: &[u8]) -> Option<Row> {
     read(line).or_else(|| {
         // As Python writes what is no number.
         let line = std::str::from_utf8(line).ok()?;
-        let line = line
-            .replace("-Infinity", "null")
-            .replace("Infinity", "null");
+        let line = line.replace("-Infinity", "null").replace("Infinity", "null");
         read(line.replace("NaN", "null").as_bytes())
     })
 }
@@ -269,11 +257,7 @@ impl<'de> Visitor<'de> for Values<'_> {
     fn visit_seq<A: SeqAccess<'de>>(mut self, mut list: A) -> Result<(), A::Error> {
         let n_bytes = self.enter();
         for index in 0.. {
-            let element = Values {
-                path: self.path,
-                index: Some(index),
-                row: self.row,
-            };
+            let element = Values { path: self.path, index: Some(index), row: self.row };
             if list.next_element_seed(element)?.is_none() {
                 break;
             }
@@ -290,11 +274,7 @@ impl<'de> Visitor<'de> for Values<'_> {
                 self.path.push('.');
             }
             self.path.push_str(&key);
-            object.next_value_seed(Values {
-                path: self.path,
-                index: None,
-                row: self.row,
-            })?;
+            object.next_value_seed(Values { path: self.path, index: None, row: self.row })?;
             self.path.truncate(n_before);
         }
         self.path.truncate(n_bytes);
@@ -337,9 +317,7 @@ impl Table {
         for (at, (key, value)) in row.into_iter().enumerate() {
             // Most objects have the same keys in the same order.
             let is_next = self.channels.get(at).is_some_and(|own| own.key == key);
-            let known = is_next
-                .then_some(at)
-                .or_else(|| self.places.get(&key).copied());
+            let known = is_next.then_some(at).or_else(|| self.places.get(&key).copied());
             let at = match known {
                 Some(at) => at,
                 None if self.channels.len() == COLUMN_LIMIT => {
@@ -399,17 +377,12 @@ impl Table {
                 values: channel.values,
                 ..Array::default()
             };
-            lists.push(List {
-                array,
-                keys: vec![channel.key],
-                has_numbers: channel.has_numbers,
-            });
+            lists.push(List { array, keys: vec![channel.key], has_numbers: channel.has_numbers });
         }
         let (with, without): (Vec<_>, Vec<_>) = lists.into_iter().partition(|own| own.has_numbers);
         let without = without.into_iter();
-        let mut left_out: Vec<String> = without
-            .map(|own| format!("{} (no numbers)", own.array.name))
-            .collect();
+        let mut left_out: Vec<String> =
+            without.map(|own| format!("{} (no numbers)", own.array.name)).collect();
         if self.has_more {
             left_out.push(format!("more than {COLUMN_LIMIT} keys"));
         }

@@ -46,11 +46,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     source.open()?.read_to_end(&mut bytes)?;
     let text = match String::from_utf8(bytes) {
         Ok(text) => text,
-        Err(error) => error
-            .into_bytes()
-            .iter()
-            .map(|&byte| char::from(byte))
-            .collect(),
+        Err(error) => error.into_bytes().iter().map(|&byte| char::from(byte)).collect(),
     };
     let mut lines = text.lines().map(|line| line.trim_end_matches('\r'));
     let mut header = Header::default();
@@ -88,12 +84,7 @@ struct Header {
 
 impl Default for Header {
     fn default() -> Self {
-        Self {
-            day: None,
-            separator: '\t',
-            decimal: '.',
-            times: Times::OneColumn,
-        }
+        Self { day: None, separator: '\t', decimal: '.', times: Times::OneColumn }
     }
 }
 
@@ -256,8 +247,7 @@ impl<'a> Table<'a> {
             self.has_other_clocks |= others.into_iter().any(|other| other != time);
         }
         let since_first = self.segment.start_secs.zip(self.first_start_secs);
-        self.times
-            .push(time + since_first.map_or(0.0, |(start, first)| start - first));
+        self.times.push(time + since_first.map_or(0.0, |(start, first)| start - first));
         for (at, channel) in self.channels.iter_mut().enumerate() {
             let value = self.places.get(at).and_then(|(at, _)| number(*at));
             channel.values.push(value.unwrap_or(f64::NAN));
@@ -324,30 +314,18 @@ mod tests {
         };
         let segment = "Channels\t2\nY_Unit_Label\tV\tN\nX0\t1,5E+0\t1,5E+0\nDelta_X\t0,5\t0,5\n***End_of_Header***\t\t\n";
         for (kind, rows) in [
-            (
-                "No",
-                "X_Value\tS1\tFx\tComment\n\t0,25\t-1\tstart\n\t0,5\t-2\n",
-            ),
-            (
-                "One",
-                "X_Value\tS1\tFx\tComment\n1,5\t0,25\t-1\tstart\n2,0\t0,5\t-2\n",
-            ),
+            ("No", "X_Value\tS1\tFx\tComment\n\t0,25\t-1\tstart\n\t0,5\t-2\n"),
+            ("One", "X_Value\tS1\tFx\tComment\n1,5\t0,25\t-1\tstart\n2,0\t0,5\t-2\n"),
             (
                 "Multi",
                 "X_Value\tS1\tX_Value\tFx\tComment\n1,5\t0,25\t1,5\t-1\tx\n2,0\t0,5\t2,0\t-2\n",
             ),
         ] {
             let table = table(&format!("{}{segment}{rows}", file(kind)));
-            let found: Vec<_> = table
-                .columns
-                .iter()
-                .map(|c| (&*c.name, &*c.unit, &c.values[..]))
-                .collect();
-            let expected: [(&str, &str, &[f64]); 3] = [
-                ("time", "s", &[1.5, 2.0]),
-                ("S1", "V", &[0.25, 0.5]),
-                ("Fx", "N", &[-1.0, -2.0]),
-            ];
+            let found: Vec<_> =
+                table.columns.iter().map(|c| (&*c.name, &*c.unit, &c.values[..])).collect();
+            let expected: [(&str, &str, &[f64]); 3] =
+                [("time", "s", &[1.5, 2.0]), ("S1", "V", &[0.25, 0.5]), ("Fx", "N", &[-1.0, -2.0])];
             assert_eq!(found, expected, "{kind}");
             assert_eq!(table.left_out, ["Comment (text)"]);
         }

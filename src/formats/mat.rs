@@ -83,17 +83,11 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         Some(b"IM") => false,
         Some(b"MI") => true,
         Some(_) => {
-            return Err(FileError::damaged(
-                FILE,
-                "its header names no order of bytes",
-            ));
+            return Err(FileError::damaged(FILE, "its header names no order of bytes"));
         }
         None => return Err(FileError::cut_short(FILE)),
     };
-    let mut variables = Elements {
-        bytes: &file[HEADER_BYTES..],
-        is_big_endian,
-    };
+    let mut variables = Elements { bytes: &file[HEADER_BYTES..], is_big_endian };
     let (mut top, mut groups) = (Fields::default(), Vec::new());
     while !variables.bytes.is_empty() {
         source.progress.check()?;
@@ -102,10 +96,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let matrix = match kind {
             MI_COMPRESSED => {
                 compressed = unpacked(bytes)?;
-                let mut inside = Elements {
-                    bytes: &compressed,
-                    is_big_endian,
-                };
+                let mut inside = Elements { bytes: &compressed, is_big_endian };
                 inside.next(FILE)?
             }
             kind => (kind, bytes),
@@ -125,8 +116,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let n_elements = elements.len();
         for (at, fields) in elements.into_iter().enumerate() {
             let left_out = fields.left_out.iter();
-            top.left_out
-                .extend(left_out.map(|what| format!("{name}.{what}")));
+            top.left_out.extend(left_out.map(|what| format!("{name}.{what}")));
             groups.push(Group {
                 name: match n_elements {
                     1 => name.clone(),
@@ -163,10 +153,7 @@ impl OlderHeader {
             Number::Uint(1),
         ];
         let is_big_endian = bytes.starts_with(&[0, 0]) && bytes.get(2) != Some(&0);
-        let parts = Elements {
-            bytes,
-            is_big_endian,
-        };
+        let parts = Elements { bytes, is_big_endian };
         let integers = bytes.get(..20)?.chunks_exact(4);
         let integers: Option<Vec<u32>> = integers.map(|own| parts.uint32(own)).collect();
         let [digits, n_rows, n_columns, is_complex @ (0 | 1), name_bytes] = integers?[..] else {
@@ -269,16 +256,10 @@ impl Fields {
 
     /// The table of a file with these variables, and with structs as groups.
     fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
-        let own = Group {
-            arrays: self.arrays,
-            ..Group::default()
-        };
+        let own = Group { arrays: self.arrays, ..Group::default() };
         let groups = std::iter::once(own).chain(structs).collect();
         let columns = parts::of_groups(groups, '.', self.left_out, source.parts)?;
-        Ok(Columns {
-            day: self.day,
-            ..columns
-        })
+        Ok(Columns { day: self.day, ..columns })
     }
 }
 
@@ -320,10 +301,9 @@ fn structs(
                     let left_out = inner.left_out.iter().map(|what| within(what));
                     fields.left_out.extend(left_out);
                     let arrays = inner.arrays.into_iter();
-                    fields.arrays.extend(arrays.map(|array| Array {
-                        name: within(&array.name),
-                        ..array
-                    }));
+                    fields
+                        .arrays
+                        .extend(arrays.map(|array| Array { name: within(&array.name), ..array }));
                     fields.day = fields.day.or(inner.day);
                 }
                 Err(_) => fields.leave_out(&name, "structs within a struct"),
@@ -342,14 +322,9 @@ fn variable(
     field: Option<(&str, usize)>,
     into: &mut Fields,
 ) -> Result<Option<(String, Vec<Fields>)>, FileError> {
-    let mut parts = Elements {
-        bytes,
-        is_big_endian,
-    };
+    let mut parts = Elements { bytes, is_big_endian };
     let (_, flags) = parts.next(FILE)?;
-    let flags = parts
-        .uint32(flags)
-        .ok_or_else(|| FileError::cut_short(FILE))?;
+    let flags = parts.uint32(flags).ok_or_else(|| FileError::cut_short(FILE))?;
     let class = flags & 0xff;
     if !(1..=15).contains(&class) {
         // Objects and tables are stored in ways of their own.
@@ -366,14 +341,10 @@ fn variable(
         Some((name, _)) => name.to_owned(),
         None => String::from_utf8_lossy(name).into_owned(),
     };
-    let lengths = dimensions
-        .chunks_exact(4)
-        .map(|length| parts.uint32(length));
+    let lengths = dimensions.chunks_exact(4).map(|length| parts.uint32(length));
     let shape: Option<Vec<usize>> = lengths.map(|length| Some(length? as usize)).collect();
     let shape = shape.unwrap_or_default();
-    let n_declared = shape
-        .iter()
-        .try_fold(1_usize, |product, &length| product.checked_mul(length));
+    let n_declared = shape.iter().try_fold(1_usize, |product, &length| product.checked_mul(length));
     let depth = field.map_or(0, |(_, depth)| depth + 1);
     let other = match class {
         1 => "cells",
@@ -398,13 +369,7 @@ fn variable(
             if n_declared != Some(values.len()) {
                 return Err(FileError::cut_short(&name));
             }
-            into.arrays.push(Array {
-                name,
-                shape,
-                is_by_column: true,
-                values,
-                ..Array::default()
-            });
+            into.arrays.push(Array { name, shape, is_by_column: true, values, ..Array::default() });
             return Ok(None);
         }
     };
@@ -420,9 +385,7 @@ fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
     let kind = if kind == MI_UTF16 { MI_UINT16 } else { kind };
     let codes = values(kind, bytes, is_big_endian).unwrap_or_default();
     let codes = codes.into_iter().map(|code| code as u16);
-    char::decode_utf16(codes)
-        .map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER))
-        .collect()
+    char::decode_utf16(codes).map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
 /// Numbers of a stored kind; `None` if it is none of numbers.
@@ -452,11 +415,7 @@ struct Elements<'a> {
 impl<'a> Elements<'a> {
     fn uint32(&self, bytes: &[u8]) -> Option<u32> {
         let four: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
-        Some(if self.is_big_endian {
-            u32::from_be_bytes(four)
-        } else {
-            u32::from_le_bytes(four)
-        })
+        Some(if self.is_big_endian { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
     }
 
     /// The kind and the bytes of the next element, a part of `what`.
@@ -477,11 +436,7 @@ impl<'a> Elements<'a> {
         let n_bytes = self.uint32(rest).ok_or_else(ends)? as usize;
         let rest = &rest[4..];
         let element = rest.get(..n_bytes).ok_or_else(ends)?;
-        let padded = if kind == MI_COMPRESSED {
-            n_bytes
-        } else {
-            n_bytes.next_multiple_of(8)
-        };
+        let padded = if kind == MI_COMPRESSED { n_bytes } else { n_bytes.next_multiple_of(8) };
         self.bytes = rest.get(padded..).unwrap_or_default();
         Ok((kind, element))
     }
@@ -490,10 +445,7 @@ impl<'a> Elements<'a> {
 /// Writes each entry as a matrix, row-major numbers turned; lists of texts are matrices of characters, one row each,
 /// padded with blanks.
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
-    let title = concat!(
-        "MATLAB 5.0 MAT-file, written by LoopScope ",
-        env!("CARGO_PKG_VERSION")
-    );
+    let title = concat!("MATLAB 5.0 MAT-file, written by LoopScope ", env!("CARGO_PKG_VERSION"));
     let mut header = title.as_bytes().to_vec();
     header.resize(124, b' ');
     header.extend([0x00, 0x01]); // version, little-endian like all that follows
@@ -517,10 +469,8 @@ fn written(entry: &Entry) -> io::Result<Vec<u8>> {
             (MX_DOUBLE, rows, columns, MI_DOUBLE, data)
         }
         Entry::Texts { texts, .. } => {
-            let texts: Vec<Vec<u16>> = texts
-                .iter()
-                .map(|text| text.encode_utf16().collect())
-                .collect();
+            let texts: Vec<Vec<u16>> =
+                texts.iter().map(|text| text.encode_utf16().collect()).collect();
             let columns = texts.iter().map(Vec::len).max().unwrap_or(0);
             let blank = u16::from(b' ');
             let data = column_by_column(texts.len(), columns, |row, column| {
@@ -530,11 +480,7 @@ fn written(entry: &Entry) -> io::Result<Vec<u8>> {
         }
     };
     let mut parts = Vec::new();
-    element(
-        &mut parts,
-        MI_UINT32,
-        &[class.to_le_bytes(), [0; 4]].concat(),
-    )?;
+    element(&mut parts, MI_UINT32, &[class.to_le_bytes(), [0; 4]].concat())?;
     let dimensions = [length(rows)?.to_le_bytes(), length(columns)?.to_le_bytes()];
     element(&mut parts, MI_INT32, &dimensions.concat())?;
     element(&mut parts, MI_INT8, entry.name().as_bytes())?;
@@ -550,9 +496,7 @@ fn column_by_column<const BYTES: usize>(
     entry: impl Fn(usize, usize) -> [u8; BYTES],
 ) -> Vec<u8> {
     let entry = &entry;
-    (0..columns)
-        .flat_map(|column| (0..rows).flat_map(move |row| entry(row, column)))
-        .collect()
+    (0..columns).flat_map(|column| (0..rows).flat_map(move |row| entry(row, column))).collect()
 }
 
 fn element(out: &mut Vec<u8>, kind: u32, data: &[u8]) -> io::Result<()> {

@@ -91,12 +91,7 @@ mod tests {
         all.dedup();
         assert_eq!(all.len(), n);
         for format in FORMATS {
-            assert!(
-                format
-                    .endings
-                    .iter()
-                    .all(|ending| listed().contains(ending))
-            );
+            assert!(format.endings.iter().all(|ending| listed().contains(ending)));
             for start in format.signatures {
                 let mut found = opened::formats_of(start).map(|found| found.name);
                 assert!(found.any(|name| name == format.name));

@@ -12,12 +12,8 @@ use super::format::{COLUMN_LIMIT, Format, Source};
 use super::number::{Field, Number};
 use crate::progress::Progress;
 
-pub(super) const FORMAT: Format = Format {
-    name: "NumPy array",
-    endings: &["npy"],
-    signatures: &[MAGIC],
-    read: columns,
-};
+pub(super) const FORMAT: Format =
+    Format { name: "NumPy array", endings: &["npy"], signatures: &[MAGIC], read: columns };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// Headers of plain arrays are some hundred bytes.
@@ -80,10 +76,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         since: array.since,
         values: array.column(n_rows, n_columns, column),
     });
-    Ok(Some(Columns {
-        columns: columns.collect(),
-        ..Columns::default()
-    }))
+    Ok(Some(Columns { columns: columns.collect(), ..Columns::default() }))
 }
 
 /// Reads one file, called `name`, from a stream that cannot give more than `at_most_bytes`.
@@ -94,10 +87,8 @@ pub(super) fn read(
     progress: &Progress,
 ) -> Result<Content, FileError> {
     let header = header(name, from)?;
-    let n_bytes = header
-        .shape
-        .iter()
-        .try_fold(header.record.n_bytes, |n, &length| n.checked_mul(length));
+    let n_bytes =
+        header.shape.iter().try_fold(header.record.n_bytes, |n, &length| n.checked_mul(length));
     let Some(n_bytes) = n_bytes.filter(|n_bytes| *n_bytes as u64 <= at_most_bytes) else {
         return Err(FileError::cut_short(name));
     };
@@ -178,17 +169,13 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     else {
         return Err(damaged("its header names no kind, order or shape"));
     };
-    let not_numbers = |kind: &str| FileError::NotNumbers {
-        what: name.to_owned(),
-        kind: kind.to_owned(),
-    };
+    let not_numbers =
+        |kind: &str| FileError::NotNumbers { what: name.to_owned(), kind: kind.to_owned() };
     // Objects are stored in a way of their own, whatever stands beside them.
     if text.contains("'|O'") {
         return Err(not_numbers("Python objects"));
     }
-    let shape = shape
-        .lengths()
-        .ok_or_else(|| damaged("its shape is none"))?;
+    let shape = shape.lengths().ok_or_else(|| damaged("its shape is none"))?;
     let is_records = descr.0.trim_start().starts_with('[');
     let record = descr.record(0);
     let record = record.ok_or_else(|| damaged("its header describes no kind of numbers"))?;
@@ -198,12 +185,7 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
             _ => not_numbers("records without numbers"),
         });
     }
-    Ok(Header {
-        record,
-        is_records,
-        is_by_column: order.0.trim_start().starts_with("True"),
-        shape,
-    })
+    Ok(Header { record, is_records, is_by_column: order.0.trim_start().starts_with("True"), shape })
 }
 
 /// The rest of a Python literal.
@@ -272,17 +254,15 @@ impl<'a> Literal<'a> {
             } else if n_each > 0 && record.fields.len() + inner.fields.len() <= COLUMN_LIMIT {
                 let left_out = inner.left_out.iter().map(|what| within(what));
                 record.left_out.extend(left_out);
-                record
-                    .fields
-                    .extend(inner.fields.into_iter().map(|field| Field {
-                        name: match is_record {
-                            true => within(&field.name),
-                            false => name.to_owned(),
-                        },
-                        offset: start + field.offset,
-                        n_each: field.n_each * n_each,
-                        ..field
-                    }));
+                record.fields.extend(inner.fields.into_iter().map(|field| Field {
+                    name: match is_record {
+                        true => within(&field.name),
+                        false => name.to_owned(),
+                    },
+                    offset: start + field.offset,
+                    n_each: field.n_each * n_each,
+                    ..field
+                }));
             }
         }
         Some(record)
@@ -321,11 +301,7 @@ fn of_kind(kind: &str) -> Option<Record> {
     });
     let bytes_each = if letter == 'U' { 4 } else { 1 };
     Some(Record {
-        left_out: if field.is_some() {
-            Vec::new()
-        } else {
-            vec![other]
-        },
+        left_out: if field.is_some() { Vec::new() } else { vec![other] },
         fields: field.into_iter().collect(),
         n_bytes: size.checked_mul(bytes_each)?,
     })
@@ -359,12 +335,5 @@ pub(super) fn written(entry: &Entry) -> Vec<u8> {
     header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
     header.push('\n');
     let length = u16::try_from(header.len()).expect("a header is some hundred bytes");
-    [
-        MAGIC,
-        b"\x01\x00",
-        &length.to_le_bytes()[..],
-        header.as_bytes(),
-        &data,
-    ]
-    .concat()
+    [MAGIC, b"\x01\x00", &length.to_le_bytes()[..], header.as_bytes(), &data].concat()
 }

@@ -63,10 +63,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             Ok(content) if content.is_records => {
                 let what = content.left_out.iter();
                 left_out.extend(what.map(|what| format!("{name}/{what}")));
-                groups.push(Group {
-                    name,
-                    arrays: content.arrays,
-                });
+                groups.push(Group { name, arrays: content.arrays });
             }
             Ok(content) => groups[0].arrays.extend(content.arrays),
             Err(FileError::NotNumbers { kind, .. }) => left_out.push(format!("{name} ({kind})")),

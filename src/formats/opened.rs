@@ -28,11 +28,7 @@ const PART_ROWS: usize = 1 << 14;
 #[derive(Debug)]
 pub(crate) enum Opened {
     Text(TextFile),
-    Columns {
-        columns: Columns,
-        format: &'static Format,
-        n_bytes: u64,
-    },
+    Columns { columns: Columns, format: &'static Format, n_bytes: u64 },
 }
 
 /// Some of a file's rows.
@@ -45,12 +41,8 @@ pub(crate) enum Part<'a> {
 
 /// The formats whose files start so; text is what starts like none of them.
 pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
-    let starts = move |format: &&Format| {
-        format
-            .signatures
-            .iter()
-            .any(|start| head.starts_with(start))
-    };
+    let starts =
+        move |format: &&Format| format.signatures.iter().any(|start| head.starts_with(start));
     super::FORMATS.iter().filter(starts)
 }
 
@@ -69,40 +61,23 @@ pub(crate) fn open(
     // Asked before opening: opening a named pipe would wait for its other end.
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
-        return Err(FileError::Folder {
-            files: files_in(path),
-            pattern: path.join("*.csv"),
-        });
+        return Err(FileError::Folder { files: files_in(path), pattern: path.join("*.csv") });
     }
     if !metadata.is_file() {
         return Err(FileError::NotAFile);
     }
     let mut head = Vec::new();
-    File::open(path)?
-        .take(SIGNATURE_BYTES)
-        .read_to_end(&mut head)?;
+    File::open(path)?.take(SIGNATURE_BYTES).read_to_end(&mut head)?;
     for format in formats_of(&head) {
-        let source = Source {
-            path,
-            head: &head,
-            n_bytes: metadata.len(),
-            parts,
-            progress,
-        };
+        let source = Source { path, head: &head, n_bytes: metadata.len(), parts, progress };
         // Not all crates that read these formats hold what this one does.
         let read = panicked::caught_quietly(|| (format.read)(&source));
         match read.map_err(FileError::ReaderFailed)?? {
             Some(columns) if columns.n_rows() == 0 => {
-                return Err(FileError::NoNumbers {
-                    left_out: columns.left_out,
-                });
+                return Err(FileError::NoNumbers { left_out: columns.left_out });
             }
             Some(columns) => {
-                return Ok(Opened::Columns {
-                    columns,
-                    format,
-                    n_bytes: metadata.len(),
-                });
+                return Ok(Opened::Columns { columns, format, n_bytes: metadata.len() });
             }
             None => {}
         }
@@ -126,11 +101,7 @@ impl Opened {
     /// The first lines of a stream as if they were a file, where they are JSON objects.
     pub(crate) fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
         let (columns, keys) = LineKeys::of_first(lines)?;
-        let opened = Self::Columns {
-            columns,
-            format: &json_lines::FORMAT,
-            n_bytes: 0,
-        };
+        let opened = Self::Columns { columns, format: &json_lines::FORMAT, n_bytes: 0 };
         Some((opened, keys))
     }
 
@@ -156,11 +127,7 @@ impl Opened {
         let names = columns.clone().map(|column| column.name.clone());
         (table.is_named || !layout.header).then(|| Head {
             line: 1,
-            names: if layout.header {
-                names.collect()
-            } else {
-                Vec::new()
-            },
+            names: if layout.header { names.collect() } else { Vec::new() },
             units: columns.map(|column| column.unit.clone()).collect(),
             n_columns: table.columns.len(),
             reference_time: table.reference_time,
@@ -221,9 +188,7 @@ impl Opened {
             Self::Text(text) => {
                 return text.read(head, progress, |lines| parse(Part::Lines(lines)), take);
             }
-            Self::Columns {
-                columns, n_bytes, ..
-            } => (columns, n_bytes),
+            Self::Columns { columns, n_bytes, .. } => (columns, n_bytes),
         };
         let n_rows = columns.n_rows();
         for start in (0..n_rows).step_by(PART_ROWS) {

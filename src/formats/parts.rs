@@ -27,10 +27,7 @@ pub(super) fn check_wanted<'a>(
     wanted: &[String],
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<(), FileError> {
-    match wanted
-        .iter()
-        .find(|name| !names.clone().any(|own| own == *name))
-    {
+    match wanted.iter().find(|name| !names.clone().any(|own| own == *name)) {
         None => Ok(()),
         Some(missing) => Err(FileError::NoSuchPart {
             part: missing.clone(),
@@ -53,42 +50,25 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
         let best = (0..parts.len()).rev().max_by_key(|&at| score(&parts[at]));
         (0..parts.len()).map(|at| Some(at) == best).collect()
     } else {
-        parts
-            .iter()
-            .map(|part| wanted.contains(&part.name))
-            .collect()
+        parts.iter().map(|part| wanted.contains(&part.name)).collect()
     };
     let told = parts.iter().zip(&is_used).map(|(part, &is_used)| FilePart {
         name: part.name.clone(),
-        what: format!(
-            "{} rows of {} columns",
-            part.columns.n_rows(),
-            part.columns.columns.len()
-        ),
+        what: format!("{} rows of {} columns", part.columns.n_rows(), part.columns.columns.len()),
         is_used,
     });
     let told: Vec<FilePart> = told.collect();
-    let used = parts
-        .into_iter()
-        .zip(is_used)
-        .filter(|(_, is_used)| *is_used);
+    let used = parts.into_iter().zip(is_used).filter(|(_, is_used)| *is_used);
     let mut used = used.map(|(part, _)| part);
     let Some(mut table) = used.next() else {
         return Ok(Columns::default());
     };
     for next in used {
         let names = |part: &Part| -> Vec<String> {
-            part.columns
-                .columns
-                .iter()
-                .map(|column| column.name.clone())
-                .collect()
+            part.columns.columns.iter().map(|column| column.name.clone()).collect()
         };
         if names(&table) != names(&next) {
-            return Err(FileError::PartsDiffer {
-                first: table.name,
-                second: next.name,
-            });
+            return Err(FileError::PartsDiffer { first: table.name, second: next.name });
         }
         let n_rows = table.columns.n_rows();
         for (column, more) in table.columns.columns.iter_mut().zip(next.columns.columns) {
@@ -100,11 +80,7 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
         }
         table.columns.left_out.extend(next.columns.left_out);
     }
-    Ok(Columns {
-        parts: told,
-        is_guessed_part: wanted.is_empty(),
-        ..table.columns
-    })
+    Ok(Columns { parts: told, is_guessed_part: wanted.is_empty(), ..table.columns })
 }
 
 /// How many of time, gauges and loads are among the names.
@@ -141,10 +117,7 @@ pub(super) fn of_groups(
                 group => format!("{group}{separator}{name}"),
             };
             let arrays = group.arrays.into_iter();
-            arrays.map(move |array| Array {
-                name: name(&array.name),
-                ..array
-            })
+            arrays.map(move |array| Array { name: name(&array.name), ..array })
         });
         return Ok(arrays::columns(all.collect(), left_out));
     }

@@ -37,9 +37,7 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
     let skips_row = |warning: &LoadWarning| warning.finding.skips_row();
     let warnings = rows.findings.into_warnings(path);
     match warnings.into_iter().find(skips_row) {
-        Some(first) => ReadError::NoUsableRow {
-            first: Box::new(first),
-        },
+        Some(first) => ReadError::NoUsableRow { first: Box::new(first) },
         None => at(path, plan.line)(TableError::NoRows),
     }
 }
@@ -108,8 +106,7 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
         join::average(values, width, &bursts);
     }
     rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
-    rows.findings
-        .note(plan.line, Finding::AveragedBursts { n_before, n_after });
+    rows.findings.note(plan.line, Finding::AveragedBursts { n_before, n_after });
 }
 
 /// Notes a reference whose values stay for some samples and then change, again and again.
@@ -125,19 +122,11 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
 
 /// The rows of each load case as a recording without times.
 pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
-    let Table {
-        path,
-        plan,
-        mut rows,
-        ..
-    } = table;
+    let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
     let of = recording::load_cases(&rows.loads, &plan.axes);
     let n_cases = of.iter().max().map_or(0, |last| last + 1);
-    let finding = Finding::LoadCases {
-        n_rows: of.len(),
-        n_cases,
-    };
+    let finding = Finding::LoadCases { n_rows: of.len(), n_cases };
     rows.findings.note(plan.line, finding);
     let mut rows_of = vec![Vec::new(); n_cases];
     for (row, case) in of.into_iter().enumerate() {
@@ -145,9 +134,7 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let picked = |own: &[usize], values: &[f64], width: usize| -> Vec<f64> {
-        let rows = own
-            .iter()
-            .map(|row| &values[row * width..(row + 1) * width]);
+        let rows = own.iter().map(|row| &values[row * width..(row + 1) * width]);
         rows.flatten().copied().collect()
     };
     let recording = |(case, own): (usize, &Vec<usize>)| {
@@ -169,12 +156,7 @@ pub(super) fn recordings(
     table: Table,
     gap_secs: Option<f64>,
 ) -> Result<(Vec<Recording>, Vec<LoadWarning>), ReadError> {
-    let Table {
-        path,
-        plan,
-        mut rows,
-        ..
-    } = table;
+    let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
     if let Some((row, [from_secs, to_secs])) = timeline::unwrap_counters(&mut rows.times, gap_secs)
     {
@@ -219,11 +201,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
     let starts = &cuts.starts;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = |part: usize| {
-        if starts.is_empty() {
-            stem.to_string()
-        } else {
-            format!("{stem} #{part}")
-        }
+        if starts.is_empty() { stem.to_string() } else { format!("{stem} #{part}") }
     };
     let parts = |values, width| {
         let starts: Vec<usize> = starts.iter().map(|start| start * width).collect();
@@ -264,9 +242,7 @@ fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64,
         let mut from = held.rows.start;
         while from < held.rows.end {
             let part = starts.partition_point(|start| *start <= from);
-            let to = starts
-                .get(part)
-                .map_or(held.rows.end, |end| held.rows.end.min(*end));
+            let to = starts.get(part).map_or(held.rows.end, |end| held.rows.end.min(*end));
             parts[part][held.channel].push((rows.times[from], rows.times[to - 1]));
             from = to;
         }
@@ -365,11 +341,8 @@ mod tests {
         assert_eq!(recordings[0].times(), [86_399.5, 86_400.0, 86_400.5]);
         assert_eq!(findings, []);
         let days = ["2025-03-04", "2025-03-05", "2025-03-05"];
-        let dated: Vec<String> = days
-            .iter()
-            .zip(rows)
-            .map(|(d, row)| format!("{d},{row}"))
-            .collect();
+        let dated: Vec<String> =
+            days.iter().zip(rows).map(|(d, row)| format!("{d},{row}")).collect();
         let (recordings, _) = load(&format!("date,time,S1\n{}\n", dated.join("\n")));
         let times = recordings[0].times();
         assert_eq!([times[1] - times[0], times[2] - times[1]], [0.5, 0.5]);
@@ -379,11 +352,8 @@ mod tests {
     fn a_constant_gauge_is_told_and_stays() {
         let (recordings, findings) = load("S1,S2,t,S3\n7,1,0,2\n7,2,0.1,2\n");
         assert_eq!(recordings[0].n_gauges(), 3);
-        let constant = |column, name: &str, value| Finding::ConstantGauge {
-            column,
-            name: name.into(),
-            value,
-        };
+        let constant =
+            |column, name: &str, value| Finding::ConstantGauge { column, name: name.into(), value };
         let told = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
         assert_eq!(findings, told);
         assert_eq!(load("t,S1\n0,1\n").1, []);
@@ -401,10 +371,7 @@ mod tests {
             panic!("two warnings: {:?}", loaded.warnings)
         };
         assert_eq!((cut.first_line, cut.last_line, cut.count), (5, 8, 2));
-        let told = Finding::NewRecording {
-            from_secs: 0.2,
-            to_secs: 9.0,
-        };
+        let told = Finding::NewRecording { from_secs: 0.2, to_secs: 9.0 };
         assert_eq!(cut.finding, told);
         assert_eq!((repeat.first_line, repeat.count), (9, 1));
         assert_eq!(repeat.finding, Finding::RepeatedTime { time_secs: 0.0 });

@@ -28,9 +28,7 @@ fn n_samples(content: impl AsRef<[u8]>) -> usize {
 }
 
 fn of_path(path: &Path) -> String {
-    read(path, None, &[], &Progress::default())
-        .unwrap_err()
-        .to_string()
+    read(path, None, &[], &Progress::default()).unwrap_err().to_string()
 }
 
 #[test]
@@ -54,11 +52,7 @@ fn two_bytes_a_character_are_read_like_one() {
 #[test]
 fn progress_over_two_bytes_a_character_reaches_its_end() {
     let text = "t;S1\n0;1\n1;2\n";
-    let file = TestFile::new(
-        text.encode_utf16()
-            .flat_map(u16::to_le_bytes)
-            .collect::<Vec<_>>(),
-    );
+    let file = TestFile::new(text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>());
     let progress = Progress::default();
     progress.add_total(fs::metadata(&file.path).unwrap().len());
     read(&file.path, None, &[], &progress).unwrap();
@@ -67,9 +61,7 @@ fn progress_over_two_bytes_a_character_reaches_its_end() {
 
 #[test]
 fn units_in_latin_1_are_understood() {
-    let loaded = TestFile::new(b"t [\xb5s],S1,Mx [N\xb7mm]\n0,1,5\n100,2,5\n")
-        .read()
-        .unwrap();
+    let loaded = TestFile::new(b"t [\xb5s],S1,Mx [N\xb7mm]\n0,1,5\n100,2,5\n").read().unwrap();
     assert_eq!(loaded.recordings[0].times(), [0.0, 1e-4]);
     assert_eq!(loaded.recordings[0].loads(), [0.005, 0.005]);
 }
@@ -81,11 +73,7 @@ fn a_few_zero_bytes_cost_only_their_rows() {
         text.push_str(&format!("{},1.5\n", f64::from(k) / 10.0));
     }
     assert_eq!(n_samples(&text), 99);
-    assert!(
-        told(&text).contains("run.csv:3: column 2 (S1) holds \"\\0\\0\""),
-        "{}",
-        told(&text)
-    );
+    assert!(told(&text).contains("run.csv:3: column 2 (S1) holds \"\\0\\0\""), "{}", told(&text));
 }
 
 #[test]
@@ -105,12 +93,9 @@ fn quoted_numbers_are_numbers() {
 
 #[test]
 fn what_is_not_finite_never_gets_in() {
-    for (cell, shown) in [
-        ("inf", "inf"),
-        ("-Infinity", "-Infinity"),
-        ("nan", "nan"),
-        ("1e999", "1e999"),
-    ] {
+    for (cell, shown) in
+        [("inf", "inf"), ("-Infinity", "-Infinity"), ("nan", "nan"), ("1e999", "1e999")]
+    {
         let text = format!("t,S1\n0,1\n1,{cell}\n2,2\n");
         assert_eq!(n_samples(&text), 2);
         let place = format!("run.csv:3: column 2 (S1) holds {shown}, which is not a finite number");
@@ -147,10 +132,7 @@ fn archives_and_binary_files_are_called_what_they_are() {
         (b"\x00\x01\x02\x03\x04\x05", "binary data"),
     ] {
         let told = told(content);
-        assert!(
-            told.contains(&format!("run.csv: not text but {kind}; unpack it")),
-            "{told}"
-        );
+        assert!(told.contains(&format!("run.csv: not text but {kind}; unpack it")), "{told}");
     }
     // Read, but not this one.
     #[cfg(feature = "hdf5")]
@@ -160,16 +142,10 @@ fn archives_and_binary_files_are_called_what_they_are() {
 #[test]
 fn a_delimiter_that_is_not_the_files_is_told_by_the_number_of_columns() {
     let file = TestFile::new("t;S1;Fx\n0;1;2\n1;2;3\n");
-    let layout = TextLayout {
-        header: true,
-        ..TextLayout::default()
-    };
+    let layout = TextLayout { header: true, ..TextLayout::default() };
     let inspection = inspect(&file.path, Known::Layout(&layout), &Progress::default()).unwrap();
     let told = inspection.check.error.unwrap();
-    assert!(
-        told.contains("run.csv:1: no time column among t;S1;Fx"),
-        "{told}"
-    );
+    assert!(told.contains("run.csv:1: no time column among t;S1;Fx"), "{told}");
     let known = inspect(&file.path, Known::Nothing, &Progress::default()).unwrap();
     assert_eq!(known.check.error, None);
     let wrong = ColumnMap::from_json(

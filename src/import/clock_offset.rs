@@ -43,11 +43,7 @@ pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
     let shorter = gauge_span.length().min(reference_span.length());
     let is_apart = gauge_span.common(reference_span, 0.0).length() < 0.5 * shorter;
-    let base = if is_apart {
-        gauge_span.start - reference_span.start
-    } else {
-        0.0
-    };
+    let base = if is_apart { gauge_span.start - reference_span.start } else { 0.0 };
     let common = gauge_span.common(reference_span, base);
     let step = median_step(gauges.times)?.max(median_step(reference.times)?);
     let coarse_step = step.max(common.length() / COARSE_POINTS);
@@ -90,10 +86,7 @@ impl Span {
 
     /// What it shares with another one that comes `later`; of negative length if that is nothing.
     fn common(self, other: Self, later: f64) -> Self {
-        Self {
-            start: self.start.max(other.start + later),
-            end: self.end.min(other.end + later),
-        }
+        Self { start: self.start.max(other.start + later), end: self.end.min(other.end + later) }
     }
 }
 
@@ -155,11 +148,7 @@ impl Grids {
             let energy = centre(&mut signal);
             let by_gauge = |gauge: &Vec<f64>| dot(gauge, &signal).powi(2);
             let explained: f64 = self.gauges.iter().map(by_gauge).sum();
-            if energy > 0.0 {
-                (explained / energy).min(1.0)
-            } else {
-                0.0
-            }
+            if energy > 0.0 { (explained / energy).min(1.0) } else { 0.0 }
         };
         self.axes.iter().map(of_axis).sum::<f64>() / self.axes.len() as f64
     }
@@ -168,22 +157,11 @@ impl Grids {
     fn nearest_good_lag(&self) -> isize {
         let reach = self.reach as isize;
         let explained: Vec<f64> = (-reach..=reach).map(|lag| self.explained(lag)).collect();
-        let at = |lag: isize| {
-            explained
-                .get((reach + lag) as usize)
-                .copied()
-                .unwrap_or(0.0)
-        };
+        let at = |lag: isize| explained.get((reach + lag) as usize).copied().unwrap_or(0.0);
         let best = explained.iter().copied().fold(0.0, f64::max);
         let is_good = |lag: &isize| best - at(*lag) <= NEARLY_AS_GOOD.max(0.5 * (1.0 - best));
-        let mut lag = (0..=reach)
-            .flat_map(|lag| [lag, -lag])
-            .find(is_good)
-            .unwrap_or(0);
-        while let Some(next) = [lag - 1, lag + 1]
-            .into_iter()
-            .find(|next| at(*next) > at(lag))
-        {
+        let mut lag = (0..=reach).flat_map(|lag| [lag, -lag]).find(is_good).unwrap_or(0);
+        while let Some(next) = [lag - 1, lag + 1].into_iter().find(|next| at(*next) > at(lag)) {
             lag = next;
         }
         lag
@@ -193,11 +171,7 @@ impl Grids {
     fn peak_beside(&self, best: isize) -> f64 {
         let [left, top, right] = [best - 1, best, best + 1].map(|lag| self.explained(lag));
         let curvature = left - 2.0 * top + right;
-        if curvature < 0.0 {
-            (0.5 * (left - right) / curvature).clamp(-0.5, 0.5)
-        } else {
-            0.0
-        }
+        if curvature < 0.0 { (0.5 * (left - right) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
     }
 }
 
@@ -277,16 +251,8 @@ mod tests {
 
     fn estimated(step: f64, late: f64) -> ClockOffset {
         let [(gauge_times, gauges), (times, reference)] = run(step, late);
-        let series = |times, values, width| Series {
-            times,
-            values,
-            width,
-        };
-        estimate(
-            series(&gauge_times, &gauges, 3),
-            series(&times, &reference, 2),
-        )
-        .unwrap()
+        let series = |times, values, width| Series { times, values, width };
+        estimate(series(&gauge_times, &gauges, 3), series(&times, &reference, 2)).unwrap()
     }
 
     #[test]
@@ -311,15 +277,9 @@ mod tests {
     #[test]
     fn what_the_shift_gains_is_told() {
         let found = estimated(0.1, 0.4);
-        assert!(
-            found.explained_without < found.explained - 0.05,
-            "{found:?}"
-        );
+        assert!(found.explained_without < found.explained - 0.05, "{found:?}");
         let none = estimated(0.1, 0.0);
-        assert!(
-            (none.explained_without - none.explained).abs() < 1e-3,
-            "{none:?}"
-        );
+        assert!((none.explained_without - none.explained).abs() < 1e-3, "{none:?}");
     }
 
     /// A load that repeats each 10 s fits as well 10 s later; the offset near 0 is meant.
@@ -327,16 +287,9 @@ mod tests {
     fn of_many_fitting_offsets_the_smallest_is_taken() {
         let times: Vec<f64> = (0..2000).map(|k| 0.1 * f64::from(k)).collect();
         let load = |t: f64| (0.2 * std::f64::consts::PI * t).sin();
-        let gauges: Vec<f64> = times
-            .iter()
-            .map(|t| load(*t) + 0.01 * (0.3 * t).sin())
-            .collect();
+        let gauges: Vec<f64> = times.iter().map(|t| load(*t) + 0.01 * (0.3 * t).sin()).collect();
         let reference: Vec<f64> = times.iter().map(|t| load(t + 0.5)).collect();
-        let series = |values| Series {
-            times: &times,
-            values,
-            width: 1,
-        };
+        let series = |values| Series { times: &times, values, width: 1 };
         let found = estimate(series(&gauges), series(&reference)).unwrap();
         assert!((found.offset_secs - 0.5).abs() < 0.01, "{found:?}");
     }
@@ -345,18 +298,11 @@ mod tests {
     fn nothing_to_compare_gives_nothing() {
         let times: Vec<f64> = (0..50).map(f64::from).collect();
         let flat = vec![1.0; 50];
-        let series = |times, values| Series {
-            times,
-            values,
-            width: 1,
-        };
+        let series = |times, values| Series { times, values, width: 1 };
         let live = times.clone();
         assert_eq!(estimate(series(&times, &flat), series(&times, &live)), None);
         assert_eq!(estimate(series(&times, &live), series(&times, &flat)), None);
-        assert_eq!(
-            estimate(series(&times[..9], &live[..9]), series(&times, &live)),
-            None
-        );
+        assert_eq!(estimate(series(&times[..9], &live[..9]), series(&times, &live)), None);
         let back: Vec<f64> = times.iter().rev().copied().collect();
         assert_eq!(estimate(series(&back, &live), series(&times, &live)), None);
         assert_eq!(estimate(series(&[], &[]), series(&[], &[])), None);

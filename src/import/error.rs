@@ -32,39 +32,14 @@ pub enum TableError {
         listed(names)
     )]
     NoGauges { names: Vec<String> },
-    #[error(
-        "{count} gauge columns where at most {limit} are supported: {}",
-        listed(names)
-    )]
-    TooManyGauges {
-        count: usize,
-        limit: usize,
-        names: Vec<String>,
-    },
-    #[error(
-        "columns {first} and {second} are both gauge {}; give each its own name",
-        shown(name)
-    )]
-    DuplicateGauge {
-        name: String,
-        first: usize,
-        second: usize,
-    },
+    #[error("{count} gauge columns where at most {limit} are supported: {}", listed(names))]
+    TooManyGauges { count: usize, limit: usize, names: Vec<String> },
+    #[error("columns {first} and {second} are both gauge {}; give each its own name", shown(name))]
+    DuplicateGauge { name: String, first: usize, second: usize },
     #[error("columns {first} and {second} are both {}; rename the one that is not the reference", axis.symbol())]
-    DuplicateAxis {
-        axis: Axis,
-        first: usize,
-        second: usize,
-    },
-    #[error(
-        "{column} has the unknown unit {}; understood here: {known}",
-        shown(unit)
-    )]
-    UnknownUnit {
-        column: NamedColumn,
-        unit: String,
-        known: &'static str,
-    },
+    DuplicateAxis { axis: Axis, first: usize, second: usize },
+    #[error("{column} has the unknown unit {}; understood here: {known}", shown(unit))]
+    UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
         "no reference load among {}; name its columns Fx, Fy and so on, or say in a column map which they are ({HOW_TO_MAP})",
         listed(names)
@@ -94,11 +69,7 @@ pub enum TableError {
         off: f64,
     },
     #[error("columns {first} and {second} are both \"{role}\" in the column map; only one can be")]
-    RoleTwice {
-        role: ColumnRole,
-        first: usize,
-        second: usize,
-    },
+    RoleTwice { role: ColumnRole, first: usize, second: usize },
     #[error(
         "the column map is for files with {expected} columns, this one has {actual}; {OTHER_MAP}"
     )]
@@ -108,39 +79,24 @@ pub enum TableError {
         shown(actual),
         shown(expected)
     )]
-    MapOtherName {
-        column: usize,
-        expected: String,
-        actual: String,
-    },
+    MapOtherName { column: usize, expected: String, actual: String },
     #[error(
         "the column map needs a column {}, here are {}; {OTHER_MAP}",
         shown(expected),
         listed(names)
     )]
-    MapNoColumn {
-        expected: String,
-        names: Vec<String>,
-    },
+    MapNoColumn { expected: String, names: Vec<String> },
     #[error(
         "columns {first} and {second} are both called {}; list them in the column map by their numbers",
         shown(name)
     )]
-    MapSameNames {
-        name: String,
-        first: usize,
-        second: usize,
-    },
+    MapSameNames { name: String, first: usize, second: usize },
     #[error(
         "the column map speaks of column {column} twice, as {} and as {}; say once what it is",
         quoted(first),
         quoted(second)
     )]
-    MapTwice {
-        column: usize,
-        first: ColumnKey,
-        second: ColumnKey,
-    },
+    MapTwice { column: usize, first: ColumnKey, second: ColumnKey },
     #[error(
         "the reference's time goes back from {from_secs} s to {to_secs} s; two clocks can be joined only where both go on, so cut the files there"
     )]
@@ -152,10 +108,7 @@ pub enum TableError {
         shown(&column.name),
         column.number
     )]
-    NoNumberInColumn {
-        what: &'static str,
-        column: NamedColumn,
-    },
+    NoNumberInColumn { what: &'static str, column: NamedColumn },
     #[error("time jumps or goes back at {count} places, the first here; is {column} the time?")]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
@@ -167,11 +120,7 @@ pub enum ReadError {
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: FileError },
     #[error("{}:{line}: {source}", path.display())]
-    Table {
-        path: PathBuf,
-        line: u64,
-        source: TableError,
-    },
+    Table { path: PathBuf, line: u64, source: TableError },
     #[error("{}: an array of {columns} columns without names; say what they are in a column map ({HOW_TO_MAP})", path.display())]
     NoNames { path: PathBuf, columns: usize },
     #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
@@ -255,21 +204,14 @@ impl ReadError {
 
 /// A table is not as it should be.
 pub(super) fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
-    move |source| ReadError::Table {
-        path: path.to_owned(),
-        line,
-        source,
-    }
+    move |source| ReadError::Table { path: path.to_owned(), line, source }
 }
 
 /// A file could not be read.
 pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
     move |error| match error {
         FileError::Cancelled => ReadError::Cancelled,
-        source => ReadError::File {
-            path: path.to_owned(),
-            source,
-        },
+        source => ReadError::File { path: path.to_owned(), source },
     }
 }
 

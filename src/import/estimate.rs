@@ -47,15 +47,9 @@ pub fn estimate_weight(
     let rotations = rotations(&mut table, &plan, &weight);
     let part = |slots: &[usize]| -> Vec<[f64; 3]> {
         let rows = table.rows.loads.chunks_exact(axes.len());
-        rows.map(|row| std::array::from_fn(|i| row[slots[i]]))
-            .collect()
+        rows.map(|row| std::array::from_fn(|i| row[slots[i]])).collect()
     };
     let moments = slots(&Axis::ALL[3..]).map(|slots| part(&slots));
-    pose::estimate_weight(
-        &rotations,
-        &part(&forces),
-        moments.as_deref(),
-        weight.gravity,
-    )
-    .ok_or(ReadError::NeverTurned { path })
+    pose::estimate_weight(&rotations, &part(&forces), moments.as_deref(), weight.gravity)
+        .ok_or(ReadError::NeverTurned { path })
 }

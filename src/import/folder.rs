@@ -17,16 +17,8 @@ pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
-        let name = path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .to_lowercase();
-        let ending = path
-            .extension()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .to_lowercase();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let stem = name.split('.').next().unwrap_or_default();
         let is_beside = name.starts_with('.') || BESIDE.contains(&stem);
         if path.is_file() && !is_beside && formats::endings().any(|own| own == ending) {
@@ -70,23 +62,15 @@ mod tests {
         for day in ["day1", "day2", "day[3]"] {
             std::fs::create_dir(at(day)).unwrap();
         }
-        for name in [
-            "day2/b.csv",
-            "day1/b.csv",
-            "day1/a.csv",
-            "day1/.c.csv",
-            "day2/x.txt",
-            "day[3]/z.csv",
-        ] {
+        for name in
+            ["day2/b.csv", "day1/b.csv", "day1/a.csv", "day1/.c.csv", "day2/x.txt", "day[3]/z.csv"]
+        {
             std::fs::write(at(name), "").unwrap();
         }
         let expected = ["day1/a.csv", "day1/b.csv", "day2/b.csv"].map(at);
         assert_eq!(matching(&at("day?/*.csv")), Some(expected.to_vec()));
         assert_eq!(matching(&at("day?/x.txt")), Some(vec![at("day2/x.txt")]));
-        assert_eq!(
-            matching(&at("day[3]/?.csv")),
-            Some(vec![at("day[3]/z.csv")])
-        );
+        assert_eq!(matching(&at("day[3]/?.csv")), Some(vec![at("day[3]/z.csv")]));
         assert_eq!(matching(&at("day*/y*")), None);
         assert_eq!(matching(&at("day1/a.csv")), None);
     }
@@ -104,22 +88,13 @@ mod tests {
     #[test]
     fn recordings_come_in_order_and_what_is_none_stays() {
         let folder = tempfile::tempdir().unwrap();
-        for name in [
-            "b.csv",
-            "a.TXT",
-            "README.txt",
-            ".hidden.csv",
-            "sensor.toml",
-            "c.json",
-        ] {
+        for name in ["b.csv", "a.TXT", "README.txt", ".hidden.csv", "sensor.toml", "c.json"] {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
         std::fs::create_dir(folder.path().join("d.csv")).unwrap();
         let found = recordings_in(folder.path()).unwrap();
-        let names: Vec<_> = found
-            .iter()
-            .map(|path| path.file_name().unwrap().to_str().unwrap())
-            .collect();
+        let names: Vec<_> =
+            found.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
         assert_eq!(names, ["a.TXT", "b.csv"]);
     }
 }

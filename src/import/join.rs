@@ -36,19 +36,12 @@ pub fn at_times(
         .iter()
         .map(|&time| {
             let n_before = values.len();
-            if let Some(Blend {
-                first,
-                second,
-                share,
-            }) = blend_at(time, reference.times, method, limit_secs)
+            if let Some(Blend { first, second, share }) =
+                blend_at(time, reference.times, method, limit_secs)
             {
                 let row = |k: usize| &reference.values[k * reference.width..][..reference.width];
                 let between = |(a, b): (&f64, &f64)| {
-                    if share == 0.0 {
-                        *a
-                    } else {
-                        a + (b - a) * share
-                    }
+                    if share == 0.0 { *a } else { a + (b - a) * share }
                 };
                 values.extend(row(first).iter().zip(row(second)).map(between));
             }
@@ -73,11 +66,7 @@ struct Blend {
 fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Option<Blend> {
     let next = known.partition_point(|other| *other <= time);
     let before = next.checked_sub(1);
-    let only = |index| Blend {
-        first: index,
-        second: index,
-        share: 0.0,
-    };
+    let only = |index| Blend { first: index, second: index, share: 0.0 };
     let distance = |index: &usize| (time - known[*index]).abs();
     let is_near = |index: &usize| distance(index) <= limit_secs;
     match method {
@@ -132,10 +121,7 @@ pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) 
             let n = interval.len() as f64;
             let mut mean = first + interval.clone().map(later).sum::<f64>() / n;
             if !mean.is_finite() {
-                mean = interval
-                    .clone()
-                    .map(|k| values[k * width + column] / n)
-                    .sum();
+                mean = interval.clone().map(|k| values[k * width + column] / n).sum();
             }
             values[at * width + column] = mean;
         }
@@ -151,16 +137,10 @@ mod tests {
     const VALUES: [f64; 4] = [10.0, 20.0, 40.0, 0.0];
 
     fn joined(times: &[f64], method: JoinMethod, limit_secs: f64) -> Vec<Option<f64>> {
-        let reference = Series {
-            times: &TIMES,
-            values: &VALUES,
-            width: 1,
-        };
+        let reference = Series { times: &TIMES, values: &VALUES, width: 1 };
         let (has_value, values) = at_times(times, reference, method, limit_secs);
         let mut values = values.into_iter();
-        let joined = has_value
-            .iter()
-            .map(|has| has.then(|| values.next().unwrap()));
+        let joined = has_value.iter().map(|has| has.then(|| values.next().unwrap()));
         joined.collect()
     }
 
@@ -168,14 +148,7 @@ mod tests {
     fn interpolation_never_leaves_the_reference_nor_bridges_a_long_step() {
         let times = [0.9, 1.0, 1.5, 2.0, 3.5, 4.0, 5.0, 10.0, 10.1];
         let of = |limit| joined(&times, JoinMethod::Interpolate, limit);
-        let near = [
-            None,
-            Some(10.0),
-            Some(15.0),
-            Some(20.0),
-            Some(35.0),
-            Some(40.0),
-        ];
+        let near = [None, Some(10.0), Some(15.0), Some(20.0), Some(35.0), Some(40.0)];
         assert_eq!(of(3.0)[..6], near);
         assert_eq!(of(3.0)[6..], [None, Some(0.0), None]);
         assert!((of(6.0)[6].unwrap() - 40.0 * 5.0 / 6.0).abs() < 1e-12);
@@ -186,16 +159,7 @@ mod tests {
     fn the_nearest_sample_must_be_near() {
         let times = [0.4, 0.5, 1.4, 1.6, 3.0, 3.1, 6.0, 10.5];
         let values = joined(&times, JoinMethod::Nearest, 0.5);
-        let expected = [
-            None,
-            Some(10.0),
-            Some(10.0),
-            Some(20.0),
-            None,
-            None,
-            None,
-            Some(0.0),
-        ];
+        let expected = [None, Some(10.0), Some(10.0), Some(20.0), None, None, None, Some(0.0)];
         assert_eq!(values, expected);
         // Halfway between two, the earlier one.
         assert_eq!(joined(&[3.0], JoinMethod::Nearest, 1.0), [Some(20.0)]);
@@ -205,19 +169,12 @@ mod tests {
     fn a_held_value_gets_old() {
         let times = [0.9, 1.0, 1.9, 5.0, 6.1, 12.0];
         let values = joined(&times, JoinMethod::Hold, 2.0);
-        assert_eq!(
-            values,
-            [None, Some(10.0), Some(10.0), Some(40.0), None, Some(0.0)]
-        );
+        assert_eq!(values, [None, Some(10.0), Some(10.0), Some(40.0), None, Some(0.0)]);
     }
 
     #[test]
     fn all_values_of_a_time_come_along() {
-        let reference = Series {
-            times: &[0.0, 1.0],
-            values: &[1.0, -1.0, 2.0, -2.0],
-            width: 2,
-        };
+        let reference = Series { times: &[0.0, 1.0], values: &[1.0, -1.0, 2.0, -2.0], width: 2 };
         let (has_value, values) =
             at_times(&[0.5, 2.0, 1.0], reference, JoinMethod::Interpolate, 1.0);
         assert_eq!(has_value, [true, false, true]);
@@ -226,16 +183,8 @@ mod tests {
 
     #[test]
     fn without_a_reference_there_is_no_value() {
-        let none = Series {
-            times: &[],
-            values: &[],
-            width: 3,
-        };
-        for method in [
-            JoinMethod::Interpolate,
-            JoinMethod::Nearest,
-            JoinMethod::Hold,
-        ] {
+        let none = Series { times: &[], values: &[], width: 3 };
+        for method in [JoinMethod::Interpolate, JoinMethod::Nearest, JoinMethod::Hold] {
             assert_eq!(at_times(&[1.0], none, method, 9.0), (vec![false], vec![]));
         }
     }
@@ -245,9 +194,7 @@ mod tests {
         let mut times = vec![0.0, 0.1, 0.2, 1.0, 1.1, 0.5, 3.0];
         let bursts = bursts(&times, 0.11);
         assert_eq!(bursts, [0..3, 3..5, 5..6, 6..7]);
-        let mut values = vec![
-            1.0, 0.0, 2.0, 0.0, 6.0, 3.0, 4.0, 1.0, 5.0, 2.0, 7.0, 7.0, 8.0, 8.0,
-        ];
+        let mut values = vec![1.0, 0.0, 2.0, 0.0, 6.0, 3.0, 4.0, 1.0, 5.0, 2.0, 7.0, 7.0, 8.0, 8.0];
         average(&mut times, 1, &bursts);
         average(&mut values, 2, &bursts);
         assert!((times[0] - 0.1).abs() < 1e-15 && (times[1] - 1.05).abs() < 1e-15);

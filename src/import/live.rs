@@ -79,11 +79,7 @@ struct Newest {
 }
 
 impl Newest {
-    const NONE: Self = Self {
-        value: f64::NAN,
-        secs: f64::NAN,
-        since_first: (0.0, 0),
-    };
+    const NONE: Self = Self { value: f64::NAN, secs: f64::NAN, since_first: (0.0, 0) };
 
     fn take(&mut self, secs: f64, value: f64) {
         let step = secs - self.secs;
@@ -125,9 +121,7 @@ impl LiveTable {
     pub fn auxiliary_places(&self, names: &[String]) -> Result<Vec<usize>, String> {
         let own = self.auxiliary_names();
         let place = |name: &String| own.iter().position(|own| own == name);
-        let places = names
-            .iter()
-            .map(|name| place(name).ok_or_else(|| name.clone()));
+        let places = names.iter().map(|name| place(name).ok_or_else(|| name.clone()));
         places.collect()
     }
 
@@ -181,9 +175,7 @@ impl LiveTable {
     ) -> Result<Option<(Self, Vec<LiveRow>)>, ReadError> {
         let read = Self::of_first(lines, source.map);
         let (plan, rows, keys) = read.map_err(|error| error.known_as(source.path))?;
-        let by_step = source
-            .step_secs
-            .filter(|_| plan.time_scale == TimeScale::ByValues);
+        let by_step = source.step_secs.filter(|_| plan.time_scale == TimeScale::ByValues);
         let is_enough = rows.times.len() >= n_needed || lines.len() >= MAX_HEAD_LINES;
         let assumed_unit = match (by_step, plan.time_column) {
             (Some(_), Some(_)) if !is_enough => return Ok(None),
@@ -310,14 +302,13 @@ fn by_step_of(
         return Ok(None);
     };
     let unit = timeline::unit_by_step(step, trained_secs);
-    unit.map(Some)
-        .map_err(|(nearest, off)| TableError::NoTimeUnit {
-            column: plan.column(column),
-            step,
-            trained_secs,
-            nearest: nearest.symbol(),
-            off,
-        })
+    unit.map(Some).map_err(|(nearest, off)| TableError::NoTimeUnit {
+        column: plan.column(column),
+        step,
+        trained_secs,
+        nearest: nearest.symbol(),
+        off,
+    })
 }
 
 /// How often a file that does not grow is looked at again.
@@ -390,8 +381,7 @@ impl GrowingFile {
         self.n_read += new.len() as u64;
         self.lines.push(&new);
         self.tail.append(&mut new);
-        self.tail
-            .drain(..self.tail.len().saturating_sub(TAIL_BYTES));
+        self.tail.drain(..self.tail.len().saturating_sub(TAIL_BYTES));
         Ok(self.lines.next_line().map_or(Grown::Nothing, Grown::Line))
     }
 
@@ -440,11 +430,7 @@ mod tests {
     }
 
     fn of(step_secs: Option<f64>) -> LiveSource<'static> {
-        LiveSource {
-            path: Path::new("log.csv"),
-            map: None,
-            step_secs,
-        }
+        LiveSource { path: Path::new("log.csv"), map: None, step_secs }
     }
 
     /// 0, 50, 100 … of millis(), and the same in other units, beside a calibration of 20 Hz.
@@ -460,11 +446,7 @@ mod tests {
             assert!(early.is_none(), "four rows are too few");
             let (table, rows) = LiveTable::begin(&lines, of(Some(0.05))).unwrap().unwrap();
             assert_eq!(table.assumed_unit(), Some(unit));
-            assert!(
-                (rows[4].time - 0.2).abs() < 1e-9,
-                "{unit}: {}",
-                rows[4].time
-            );
+            assert!((rows[4].time - 0.2).abs() < 1e-9, "{unit}: {}", rows[4].time);
         }
         let refused = LiveTable::begin(&lines(1.2), of(Some(0.05))).unwrap_err();
         let refused = refused.to_string();
@@ -474,9 +456,7 @@ mod tests {
             "{refused}"
         );
         let labelled: Vec<String> = ["time [s],S1", "0,1"].map(str::to_owned).to_vec();
-        let (table, _) = LiveTable::begin(&labelled, of(Some(0.05)))
-            .unwrap()
-            .unwrap();
+        let (table, _) = LiveTable::begin(&labelled, of(Some(0.05))).unwrap().unwrap();
         assert_eq!(table.assumed_unit(), None);
     }
 
@@ -518,10 +498,7 @@ mod tests {
         assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
         let held = table.row("2,3,").unwrap();
         assert_eq!(held.auxiliary, rows[1].auxiliary);
-        assert_eq!(
-            [rows[1].auxiliary_ages[0], held.auxiliary_ages[0]],
-            [(0.0, 0.0), (1.0, 0.0)]
-        );
+        assert_eq!([rows[1].auxiliary_ages[0], held.auxiliary_ages[0]], [(0.0, 0.0), (1.0, 0.0)]);
         table.row("3,3,213").unwrap();
         assert_eq!(table.row("9,3,").unwrap().auxiliary_ages[0], (6.0, 2.0));
     }
@@ -534,22 +511,12 @@ mod tests {
         assert_eq!(table.places(&own), Some(vec![0, 1]));
         assert_eq!(table.places(&own[1..]), None);
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
-        let row = table
-            .row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#)
-            .unwrap();
-        assert_eq!(
-            (row.time, row.gauges, row.loads),
-            (0.6, vec![7.0, 8.0], vec![4.0])
-        );
+        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap();
+        assert_eq!((row.time, row.gauges, row.loads), (0.6, vec![7.0, 8.0], vec![4.0]));
         let nested =
             r#"{"header": {"stamp": {"sec": 7, "nanosec": 250000000}}, "gauges": [1], "Fz": 3}"#;
         assert_eq!(begin(&[nested]).unwrap().1[0].time, 7.25);
-        for broken in [
-            "",
-            "[1]",
-            r#"{"time": 1}"#,
-            r#"{"time": 1, "gauges": [1], "Fz": 2}"#,
-        ] {
+        for broken in ["", "[1]", r#"{"time": 1}"#, r#"{"time": 1, "gauges": [1], "Fz": 2}"#] {
             assert!(table.row(broken).is_err(), "{broken:?}");
         }
     }
@@ -572,9 +539,8 @@ mod tests {
         let file = crate::import::read(&path, None, &[], &Progress::default()).unwrap();
         let file = &file.recordings[0];
         for n_head in [1, 4] {
-            let (mut table, mut rows) = LiveTable::begin(&lines[..n_head], of(None))
-                .unwrap()
-                .unwrap();
+            let (mut table, mut rows) =
+                LiveTable::begin(&lines[..n_head], of(None)).unwrap().unwrap();
             rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap()));
             assert_eq!(table.gauge_names(), file.gauge_names());
             assert_eq!(table.auxiliary_names(), ["temp_degC"]);

@@ -62,19 +62,12 @@ pub(super) struct Sides {
 impl<'a> Reading<'a> {
     /// Whole files.
     pub(super) fn whole(progress: &'a Progress) -> Self {
-        Self {
-            progress,
-            block_bytes: BLOCK_BYTES,
-            limit_bytes: None,
-        }
+        Self { progress, block_bytes: BLOCK_BYTES, limit_bytes: None }
     }
 
     /// So much of the start of each file.
     pub(super) fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
-        Self {
-            limit_bytes: Some(limit_bytes),
-            ..Self::whole(progress)
-        }
+        Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
 
     /// Opens a file, of several tables in it these parts; without any one is chosen.
@@ -93,9 +86,7 @@ impl<'a> Reading<'a> {
         let day = sides.day;
         let mut loaded = sides.joined()?;
         let dated = loaded.recordings.into_iter();
-        loaded.recordings = dated
-            .map(|recording| recording.with_file_day(day))
-            .collect();
+        loaded.recordings = dated.map(|recording| recording.with_file_day(day)).collect();
         loaded.map = map.map(|map| Box::new(map.clone()));
         Ok(loaded)
     }
@@ -138,15 +129,8 @@ impl<'a> Reading<'a> {
         if reference.is_none() {
             assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
         }
-        let day = gauges
-            .day
-            .or_else(|| reference.as_ref().and_then(|own| own.day));
-        Ok(Sides {
-            gauges,
-            reference,
-            map,
-            day,
-        })
+        let day = gauges.day.or_else(|| reference.as_ref().and_then(|own| own.day));
+        Ok(Sides { gauges, reference, map, day })
     }
 
     fn reference(&self, path: &Path, map: &ColumnMap) -> Result<Option<Table>, ReadError> {
@@ -221,12 +205,7 @@ impl<'a> Reading<'a> {
         if rows.times.is_empty() {
             return Err(assemble::why_nothing_is_usable(path, &plan, rows));
         }
-        Ok(Table {
-            path: path.to_owned(),
-            plan,
-            rows,
-            day,
-        })
+        Ok(Table { path: path.to_owned(), plan, rows, day })
     }
 }
 
@@ -235,16 +214,11 @@ pub(super) fn by_names(
     path: &Path,
     opened: &Opened,
 ) -> Result<(ColumnMap, Vec<Finding>), ReadError> {
-    let no_header = || ReadError::NoHeader {
-        path: path.to_owned(),
-    };
+    let no_header = || ReadError::NoHeader { path: path.to_owned() };
     let mut text = opened.layout().ok_or_else(no_header)?;
     let head = opened.head(&text).ok_or_else(no_header)?;
     if opened.kind().is_some() && !text.header {
-        return Err(ReadError::NoNames {
-            path: path.to_owned(),
-            columns: head.n_columns,
-        });
+        return Err(ReadError::NoNames { path: path.to_owned(), columns: head.n_columns });
     }
     if !text.header && head.names_in_comment.is_empty() {
         return Err(at(path, head.line)(TableError::HeaderIsNumbers));
@@ -275,10 +249,7 @@ fn about(opened: &Opened) -> Vec<Finding> {
     if columns.is_guessed_part {
         let (used, others) = columns.parts.iter().partition(|part| part.is_used);
         let names = |parts: Vec<&FilePart>| parts.iter().map(|part| part.name.clone()).collect();
-        findings.push(Finding::SeveralParts {
-            used: names(used),
-            others: names(others),
-        });
+        findings.push(Finding::SeveralParts { used: names(used), others: names(others) });
     }
     findings
 }
@@ -304,23 +275,14 @@ impl Sides {
 
     /// Brings the reference to the gauges' times, and cuts the result into recordings.
     pub(super) fn joined(self) -> Result<Loaded, ReadError> {
-        let Self {
-            mut gauges,
-            reference,
-            map,
-            ..
-        } = self;
+        let Self { mut gauges, reference, map, .. } = self;
         if gauges.plan.is_static {
             let (recordings, warnings) = assemble::load_cases(gauges);
             if let (Some(tare), Some(first)) = (map.tare, recordings.first()) {
                 // It has no interval, and says so.
                 first.clone().tared(tare)?;
             }
-            return Ok(Loaded {
-                recordings,
-                warnings,
-                map: None,
-            });
+            return Ok(Loaded { recordings, warnings, map: None });
         }
         let mut of_reference: Vec<LoadWarning> = Vec::new();
         if let Some(mut reference) = reference {
@@ -334,10 +296,6 @@ impl Sides {
             recordings = tared.collect::<Result<_, ReadError>>()?;
         }
         warnings.append(&mut of_reference);
-        Ok(Loaded {
-            recordings,
-            warnings,
-            map: None,
-        })
+        Ok(Loaded { recordings, warnings, map: None })
     }
 }

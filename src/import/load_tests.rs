@@ -62,11 +62,7 @@ fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
     let auxiliary = recording.auxiliary();
     assert_eq!(auxiliary.names(), ["temperature"]);
     assert_eq!(auxiliary.units(), ["°C"]);
-    let celsius: Vec<f64> = auxiliary
-        .values()
-        .iter()
-        .map(|value| value.round())
-        .collect();
+    let celsius: Vec<f64> = auxiliary.values().iter().map(|value| value.round()).collect();
     assert_eq!(celsius, [27.0, 27.0, 27.0, 28.0]);
     let names = vec!["spare temp".to_owned()];
     assert_eq!(findings, [Finding::IgnoredColumns { names }]);
@@ -78,30 +74,15 @@ fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
 fn holes_in_an_auxiliary_channel_are_told_and_known_to_the_recording() {
     let mut text = String::from("t [s],S1,Fz,temperature,humidity\n");
     for k in 0..400 {
-        let temperature = if k == 20 || (100..160).contains(&k) {
-            ""
-        } else {
-            "21.5"
-        };
-        let humidity = if k % 20 == 0 && !(200..300).contains(&k) {
-            "40"
-        } else {
-            ""
-        };
+        let temperature = if k == 20 || (100..160).contains(&k) { "" } else { "21.5" };
+        let humidity = if k % 20 == 0 && !(200..300).contains(&k) { "40" } else { "" };
         let t = 0.01 * f64::from(k);
         text += &format!("{t:.2},{k},{k},{temperature},{humidity}\n");
     }
     let folder = Folder::with(&[("run.csv", &text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
     let (recording, findings) = single(loaded);
-    let [
-        Finding::HeldAuxiliary {
-            column,
-            name,
-            n_rows,
-            longest_secs: Some(secs),
-        },
-    ] = &findings[..]
+    let [Finding::HeldAuxiliary { column, name, n_rows, longest_secs: Some(secs) }] = &findings[..]
     else {
         panic!("the slow one goes on after five of its steps: {findings:?}");
     };
@@ -112,9 +93,7 @@ fn holes_in_an_auxiliary_channel_are_told_and_known_to_the_recording() {
     assert_eq!(held, [false, false, true, true, false]);
     let (_, rest) = recording.split(0.3).unwrap();
     assert!(is_held(&rest, 1.3) && is_held(&rest.decimated(3), 1.3));
-    let humidity = recording
-        .with_auxiliary_of(&["humidity".to_owned()])
-        .unwrap();
+    let humidity = recording.with_auxiliary_of(&["humidity".to_owned()]).unwrap();
     assert!(!is_held(&humidity, 1.3));
 }
 
@@ -125,21 +104,11 @@ fn an_auxiliary_channel_of_a_map_has_its_name_and_unit() {
         { "column": 4, "is": "auxiliary", "name": "supply", "unit": "mV", "scale": 2 } ] }"#;
     let (recording, _) = single(read_one("0,1,1,2500\n1,2,2,2400\n", parts));
     assert_eq!(recording.auxiliary().in_words(), ["supply 4.80 to 5.00 V"]);
-    let again = parts.replace(
-        "\"is\": \"gauge\"",
-        "\"is\": \"auxiliary\", \"name\": \"supply\"",
-    );
-    let again = again.replace(
-        "{ \"column\": 3, \"is\": \"Fz\" }",
-        "{ \"column\": 3, \"is\": \"gauge\" }",
-    );
-    let error = read_one("0,1,1,2500\n1,2,2,2400\n", &again)
-        .unwrap_err()
-        .to_string();
-    assert!(
-        error.contains("column 4 (supply) is one auxiliary channel too many"),
-        "{error}"
-    );
+    let again = parts.replace("\"is\": \"gauge\"", "\"is\": \"auxiliary\", \"name\": \"supply\"");
+    let again =
+        again.replace("{ \"column\": 3, \"is\": \"Fz\" }", "{ \"column\": 3, \"is\": \"gauge\" }");
+    let error = read_one("0,1,1,2500\n1,2,2,2400\n", &again).unwrap_err().to_string();
+    assert!(error.contains("column 4 (supply) is one auxiliary channel too many"), "{error}");
 }
 
 const HEADERLESS: &str = r#""table": { "shape": { "columns": 4 }, "text": { "delimiter": "semicolon", "decimal": "comma" },
@@ -155,10 +124,7 @@ fn a_headerless_file_is_read_by_numbers_units_and_signs() {
     assert_eq!(recording.gauge_names(), ["S1"]);
     assert_eq!(recording.gauge_units(), ["mV/V"]);
     assert_eq!(recording.gauges(), [-6.0, -8.5]);
-    assert_eq!(
-        (recording.axes(), recording.loads()),
-        (&[Axis::Fz][..], &[-375.0, 500.0][..])
-    );
+    assert_eq!((recording.axes(), recording.loads()), (&[Axis::Fz][..], &[-375.0, 500.0][..]));
     assert_eq!(findings, []);
 }
 
@@ -182,13 +148,8 @@ fn times_can_be_counted_at_a_rate() {
     let in_blocks = |block_bytes| {
         let folder = Folder::with(&[("run.csv", "1\n2\n\n# note\nx\n4\n")]);
         let progress = Progress::default();
-        let reading = Reading {
-            block_bytes,
-            ..Reading::whole(&progress)
-        };
-        reading
-            .load(&folder.path("run.csv"), Some(&map(parts)))
-            .unwrap()
+        let reading = Reading { block_bytes, ..Reading::whole(&progress) };
+        reading.load(&folder.path("run.csv"), Some(&map(parts))).unwrap()
     };
     assert_eq!(in_blocks(1).recordings[0].times(), recording.times());
 }
@@ -201,18 +162,13 @@ fn a_column_can_count_samples() {
             {{ "column": 1, "is": "time", "unit": "samples" }}, {{ "column": 2, "is": "gauge" }}] }}"#
         )
     };
-    let (recording, _) = single(read_one(
-        "7,1\n8,2\n10,3\n",
-        &parts("\"sample_rate_hz\": 2,"),
-    ));
+    let (recording, _) = single(read_one("7,1\n8,2\n10,3\n", &parts("\"sample_rate_hz\": 2,")));
     assert_eq!(recording.times(), [3.5, 4.0, 5.0]);
     let error = read_one("7,1\n", &parts("")).unwrap_err();
     assert!(matches!(
         error,
         ReadError::Table {
-            source: TableError::NoSampleRate {
-                column: NamedColumn { number: 1, .. }
-            },
+            source: TableError::NoSampleRate { column: NamedColumn { number: 1, .. } },
             ..
         }
     ));
@@ -223,22 +179,14 @@ fn dates_are_read_from_one_column_and_from_two() {
     let two = r#""table": { "shape": { "columns": 3, "names": ["Date", "Time", "S1"] }, "text": { "header": true }, "columns": [
         { "column": "Date", "is": "date", "unit": "d/m/y" }, { "column": "Time", "is": "time", "unit": "h:m:s" },
         { "column": "S1", "is": "gauge" }] }"#;
-    let (recording, _) = single(read_one(
-        "Date,Time,S1\n9.9.2001,1:46:39.5,1\n9.9.2001,1:46:40,2\n",
-        two,
-    ));
+    let (recording, _) =
+        single(read_one("Date,Time,S1\n9.9.2001,1:46:39.5,1\n9.9.2001,1:46:40,2\n", two));
     assert_eq!(recording.clock_time(0), 999_999_999.5);
     assert_eq!(recording.clock_time(1), 1e9);
     // By their names and looks the same without a map.
     let folder = Folder::with(&[
-        (
-            "two.csv",
-            "Date,Time,S1\n2001-09-09,1:46:39.5,1\n2001-09-09,1:46:40,2\n",
-        ),
-        (
-            "one.csv",
-            "time,S1\n2001-09-09T01:46:39.5Z,1\n2001-09-09T01:46:40Z,2\n2001-09-09,x\n",
-        ),
+        ("two.csv", "Date,Time,S1\n2001-09-09,1:46:39.5,1\n2001-09-09,1:46:40,2\n"),
+        ("one.csv", "time,S1\n2001-09-09T01:46:39.5Z,1\n2001-09-09T01:46:40Z,2\n2001-09-09,x\n"),
     ]);
     for name in ["two.csv", "one.csv"] {
         let loaded = read(&folder.path(name), None, &[], &Progress::default()).unwrap();
@@ -254,16 +202,10 @@ fn a_units_row_is_read_by_names() {
     )]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
     let recording = &loaded.recordings[0];
-    assert_eq!(
-        (recording.times(), recording.loads()),
-        (&[0.0, 0.01][..], &[2000.0, 4000.0][..])
-    );
+    assert_eq!((recording.times(), recording.loads()), (&[0.0, 0.01][..], &[2000.0, 4000.0][..]));
     assert_eq!(recording.gauge_units(), ["mV/V"]);
     let told = loaded.warnings[0].to_string();
-    assert!(
-        told.ends_with("run.csv:3: 2 lines above the table are skipped"),
-        "{told}"
-    );
+    assert!(told.ends_with("run.csv:3: 2 lines above the table are skipped"), "{told}");
 }
 
 const TWO_CLOCKS: &str = r#""table": { "shape": { "columns": 4 }, "columns": [
@@ -274,12 +216,8 @@ const TWO_CLOCKS: &str = r#""table": { "shape": { "columns": 4 }, "columns": [
 fn a_reference_on_its_own_clock_is_brought_to_the_gauges() {
     // The reference ends earlier, so its columns do too; the last gauge samples have none.
     let text = "0,1,125,10\n0.25,2,375,30\n0.5,3,625,50\n0.75,4,,\n1,5,,\n";
-    let join = |join: &str| {
-        single(read_one(
-            text,
-            &format!("{TWO_CLOCKS}, \"join\": {{ {join} }}"),
-        ))
-    };
+    let join =
+        |join: &str| single(read_one(text, &format!("{TWO_CLOCKS}, \"join\": {{ {join} }}")));
     let seen = |recording: &Recording| (recording.times().to_vec(), recording.loads().to_vec());
     let (recording, findings) = join("");
     assert_eq!(recording.gauges(), [2.0, 3.0]);
@@ -288,10 +226,7 @@ fn a_reference_on_its_own_clock_is_brought_to_the_gauges() {
     let (held, _) = join(r#""method": "hold", "limit_secs": 0.15"#);
     assert_eq!(seen(&held), (vec![0.25, 0.5, 0.75], vec![10.0, 30.0, 50.0]));
     let (shifted, _) = join(r#""clock_offset_secs": -0.125"#);
-    assert_eq!(
-        seen(&shifted),
-        (vec![0.0, 0.25, 0.5], vec![10.0, 30.0, 50.0])
-    );
+    assert_eq!(seen(&shifted), (vec![0.0, 0.25, 0.5], vec![10.0, 30.0, 50.0]));
 }
 
 const TWO_FILES: &str = r#""table": { "shape": { "columns": 2 }, "columns": [
@@ -301,24 +236,16 @@ const TWO_FILES: &str = r#""table": { "shape": { "columns": 2 }, "columns": [
 
 #[test]
 fn a_reference_file_is_joined_without_its_dropouts() {
-    let folder = Folder::with(&[
-        ("a.csv", "0,1\n1,2\n2,3\n"),
-        ("a_ref.csv", "0,0\n0.5,-1\n1,10\n2,20\n"),
-    ]);
+    let folder =
+        Folder::with(&[("a.csv", "0,1\n1,2\n2,3\n"), ("a_ref.csv", "0,0\n0.5,-1\n1,10\n2,20\n")]);
     let progress = Progress::default();
     let loaded = read(&folder.path("a.csv"), Some(&map(TWO_FILES)), &[], &progress).unwrap();
     assert_eq!(loaded.recordings[0].loads(), [0.0, 10.0, 20.0]);
-    let [dropout] = &loaded.warnings[..] else {
-        panic!("{:?}", loaded.warnings)
-    };
+    let [dropout] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
     assert!(dropout.path.ends_with("a_ref.csv") && dropout.first_line == 2);
     assert!(matches!(
         dropout.finding,
-        Finding::Cell {
-            trouble: Trouble::Dropout,
-            column: NamedColumn { number: 2, .. },
-            ..
-        }
+        Finding::Cell { trouble: Trouble::Dropout, column: NamedColumn { number: 2, .. }, .. }
     ));
     // The second file is counted too: all that was added to the total is done, and the first file besides.
     progress.add_total(std::fs::metadata(folder.path("a.csv")).unwrap().len());
@@ -329,16 +256,10 @@ fn a_reference_file_is_joined_without_its_dropouts() {
 fn clocks_that_cannot_be_joined_are_an_error_that_says_why() {
     let told = |reference: &str| {
         let folder = Folder::with(&[("a.csv", "0,1\n1,2\n"), ("a_ref.csv", reference)]);
-        folder
-            .read("a.csv", &map(TWO_FILES))
-            .unwrap_err()
-            .to_string()
+        folder.read("a.csv", &map(TWO_FILES)).unwrap_err().to_string()
     };
     let apart = told("100,1\n101,2\n");
-    assert!(
-        apart.contains("the gauges run from 0 s to 1 s, the reference in"),
-        "{apart}"
-    );
+    assert!(apart.contains("the gauges run from 0 s to 1 s, the reference in"), "{apart}");
     assert!(apart.contains("clock_offset_secs"), "{apart}");
     let back = told("0,1\n1,2\n0.5,3\n");
     assert!(
@@ -348,10 +269,7 @@ fn clocks_that_cannot_be_joined_are_an_error_that_says_why() {
     assert!(told("0,-1\n1,-1\n").contains("a_ref.csv:1: column 2 (Fx) holds -1"));
     let folder = Folder::with(&[("a.csv", "0,1\n1,2\n")]);
     let gone = folder.read("a.csv", &map(TWO_FILES)).unwrap_err();
-    assert!(
-        gone.to_string().contains("a_ref.csv: cannot be read"),
-        "{gone}"
-    );
+    assert!(gone.to_string().contains("a_ref.csv: cannot be read"), "{gone}");
 }
 
 #[test]
@@ -362,10 +280,7 @@ fn bursts_become_means_where_the_map_says_so() {
     assert_eq!(recording.times(), [0.001, 0.1005]);
     assert_eq!(recording.gauges(), [-4.0, -10.0]);
     assert_eq!(recording.loads(), [-500.0, -1250.0]);
-    let averaged = Finding::AveragedBursts {
-        n_before: 5,
-        n_after: 2,
-    };
+    let averaged = Finding::AveragedBursts { n_before: 5, n_after: 2 };
     assert_eq!(findings, [averaged]);
 }
 
@@ -378,10 +293,7 @@ fn a_held_reference_is_told() {
     let folder = Folder::with(&[("run.csv", &text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
     let told = loaded.warnings[0].to_string();
-    assert!(
-        told.contains("changes only every 4 samples and is held"),
-        "{told}"
-    );
+    assert!(told.contains("changes only every 4 samples and is held"), "{told}");
 }
 
 const NET_FT: &str = "Start Time: Nov 5, 2026, 3:00:00 PM\nRDT Sample Rate: 100\nForce Units: N\n\
@@ -393,10 +305,7 @@ const NET_FT: &str = "Start Time: Nov 5, 2026, 3:00:00 PM\nRDT Sample Rate: 100\
 
 #[test]
 fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
-    let folder = Folder::with(&[
-        ("run.csv", "t_s,S1\n5,1\n5.01,2\n5.02,3\n"),
-        ("ati.csv", NET_FT),
-    ]);
+    let folder = Folder::with(&[("run.csv", "t_s,S1\n5,1\n5.01,2\n5.02,3\n"), ("ati.csv", NET_FT)]);
     let progress = Progress::default();
     let inspection = inspect::inspect(&folder.path("ati.csv"), inspect::Known::Nothing, &progress);
     let proposed = inspection.unwrap().map.table;
@@ -411,15 +320,8 @@ fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
     let (recording, findings) = single(folder.read("run.csv", &map));
     assert_eq!(recording.axes(), Axis::ALL);
     assert_eq!(recording.times(), [5.0, 5.01, 5.02]);
-    let on_axis = |axis| {
-        recording
-            .loads()
-            .iter()
-            .skip(axis)
-            .step_by(6)
-            .copied()
-            .collect::<Vec<_>>()
-    };
+    let on_axis =
+        |axis| recording.loads().iter().skip(axis).step_by(6).copied().collect::<Vec<_>>();
     assert_eq!(on_axis(0)[1..], [2.0, 3.0]);
     assert_eq!(on_axis(2), [-2.0, -2.0, -2.0]);
     assert_eq!(on_axis(3), [1.0, 2.0, 3.0]);
@@ -428,14 +330,7 @@ fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
     );
     let alone = read(&folder.path("ati.csv"), None, &[], &progress).unwrap_err();
     assert!(
-        matches!(
-            alone,
-            ReadError::Table {
-                line: 7,
-                source: TableError::ReferenceAlone,
-                ..
-            }
-        ),
+        matches!(alone, ReadError::Table { line: 7, source: TableError::ReferenceAlone, .. }),
         "{alone}"
     );
 }
@@ -450,42 +345,20 @@ fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
             HEADERLESS,
             "run.csv:1: the column map is for files with 4 columns, this one has 3",
         ),
-        (
-            "1,2,3,4\n",
-            HEADERLESS,
-            "is for files with 4 columns, this one has 1",
-        ),
-        (
-            "t,A,B,C\n0,1,2,3\n",
-            named,
-            "is for files with 3 columns, this one has 4",
-        ),
-        (
-            "t,X,B\n0,1,2\n",
-            named,
-            "the column map needs a column A, here are t, X, B",
-        ),
+        ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, this one has 1"),
+        ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, this one has 4"),
+        ("t,X,B\n0,1,2\n", named, "the column map needs a column A, here are t, X, B"),
         ("t,A,C\n0,1,2\n", named, "column 3 is C where B is expected"),
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both called A"),
-        (
-            "# nothing\n",
-            named,
-            "the start of this file does not have them",
-        ),
+        ("# nothing\n", named, "the start of this file does not have them"),
         ("t,A,B\n", named, "no rows follow"),
-        (
-            "0;a;b;c\n",
-            HEADERLESS,
-            "run.csv:1: column 2 (Fz) holds \"a\", which is not a number",
-        ),
+        ("0;a;b;c\n", HEADERLESS, "run.csv:1: column 2 (Fz) holds \"a\", which is not a number"),
     ] {
         let error = read_one(content, parts).unwrap_err().to_string();
         assert!(error.contains(told), "{content}: {error}");
     }
-    let more_columns = read_one(
-        "x,t,A\n0,1,2\n",
-        &named.replace(", { \"column\": 3, \"is\": \"Fx\" }", ""),
-    );
+    let more_columns =
+        read_one("x,t,A\n0,1,2\n", &named.replace(", { \"column\": 3, \"is\": \"Fx\" }", ""));
     assert_eq!(more_columns.unwrap().recordings[0].gauges(), [2.0]);
 }
 
@@ -509,32 +382,18 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
             4,
             "as 4 and as \"Fx [N]\"",
         ),
-        (
-            r#"{ "column": 2, "is": "gauge", "name": "again" }"#,
-            2,
-            "as \"S1\" and as 2",
-        ),
+        (r#"{ "column": 2, "is": "gauge", "name": "again" }"#, 2, "as \"S1\" and as 2"),
         (
             r#"{ "column": 1, "is": "time_reference" }, { "column": 4, "is": "Fx" }"#,
             1,
             "as \"t [s]\" and as 1",
         ),
-        (
-            r#"{ "column": "S1", "is": "Fx" }"#,
-            2,
-            "as \"S1\" and as \"S1\"",
-        ),
+        (r#"{ "column": "S1", "is": "Fx" }"#, 2, "as \"S1\" and as \"S1\""),
     ] {
         let text = "t [s],S1,S2,Fx [N]\n0,1,2,3\n0.1,2,3,4\n";
         let error = read_one(text, &parts(columns)).unwrap_err();
         assert!(
-            matches!(
-                error,
-                ReadError::Table {
-                    source: TableError::MapTwice { .. },
-                    ..
-                }
-            ),
+            matches!(error, ReadError::Table { source: TableError::MapTwice { .. }, .. }),
             "{error}"
         );
         let told = error.to_string();
@@ -547,13 +406,8 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
             "\"columns\": 4, \"names\": [\"t [s]\", \"S1\", \"S2\", \"Fx [N]\"]",
         );
     let text = format!("{{ \"format\": \"loopscope column map\", \"version\": 1, {both_known} }}");
-    let at_once = ColumnMap::from_json(text.as_bytes())
-        .unwrap_err()
-        .to_string();
-    assert!(
-        at_once.contains("column 4 is listed twice, as \"Fx [N]\" and as 4"),
-        "{at_once}"
-    );
+    let at_once = ColumnMap::from_json(text.as_bytes()).unwrap_err().to_string();
+    assert!(at_once.contains("column 4 is listed twice, as \"Fx [N]\" and as 4"), "{at_once}");
 }
 
 #[test]
@@ -582,11 +436,7 @@ fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
     assert_eq!(recording.times(), [10.0, 20.0]);
     assert!(matches!(
         findings[0],
-        Finding::Cell {
-            trouble: Trouble::NotFinite,
-            column: NamedColumn { number: 1, .. },
-            ..
-        }
+        Finding::Cell { trouble: Trouble::NotFinite, column: NamedColumn { number: 1, .. }, .. }
     ));
     assert!(read_one("1.5e308,1\n", slow).is_err());
     let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
@@ -605,10 +455,7 @@ fn roles_that_exclude_each_other_are_named() {
     };
     let time = r#"{ "column": 1, "is": "time" }"#;
     let twice = with(&format!(r#"{time}, {{ "column": 2, "is": "time" }}"#));
-    assert!(
-        twice.contains("columns 1 and 2 are both \"time\""),
-        "{twice}"
-    );
+    assert!(twice.contains("columns 1 and 2 are both \"time\""), "{twice}");
     assert!(with(time).contains("no gauge column among 4 columns without names"));
     assert!(with(r#"{ "column": 1, "is": "gauge" }"#).contains("no time column"));
     let same = r#"{ "column": 2, "is": "gauge", "name": "a" }, { "column": 3, "is": "gauge", "name": "a" }"#;
@@ -657,9 +504,7 @@ fn a_map_is_for_files_that_look_like_its_own() {
     let found = |content: &str| {
         let folder = Folder::with(&[("run.csv", content)]);
         let found = inspect::map_for(&folder.path("run.csv"), &maps, &Progress::default());
-        found
-            .unwrap()
-            .map(|map| maps.iter().position(|other| other == map).unwrap())
+        found.unwrap().map(|map| maps.iter().position(|other| other == map).unwrap())
     };
     let fewer = rows.replace("0;1,5", "5;1,5").replace("10;", "15;");
     assert_eq!(found(&fewer), Some(0));
@@ -685,28 +530,14 @@ fn inspection_says_what_names_do_not() {
     let folder = Folder::with(&[("run.csv", content)]);
     let path: &Path = &folder.path("run.csv");
     let inspection = inspect::inspect(path, inspect::Known::Nothing, &Progress::default()).unwrap();
-    let roles: Vec<&str> = inspection
-        .table
-        .columns
-        .iter()
-        .map(|column| column.is.name())
-        .collect();
+    let roles: Vec<&str> = inspection.table.columns.iter().map(|column| column.is.name()).collect();
     assert_eq!(roles, ["gauge", "time", "ignore", "gauge"]);
-    assert_eq!(
-        (inspection.table.about_rows, inspection.table.line),
-        (4, Some(1))
-    );
+    assert_eq!((inspection.table.about_rows, inspection.table.line), (4, Some(1)));
     assert_eq!(inspection.table.columns[0].max, Some(7.0));
     assert_eq!(inspection.questions.len(), 1);
     let check = &inspection.check;
-    assert_eq!(
-        (check.error.as_ref(), check.recordings[0].n_samples),
-        (None, 4)
-    );
-    assert_eq!(
-        (check.gauges.len(), check.recordings[0].rate_hz),
-        (2, Some(2.0))
-    );
+    assert_eq!((check.error.as_ref(), check.recordings[0].n_samples), (None, 4));
+    assert_eq!((check.gauges.len(), check.recordings[0].rate_hz), (2, Some(2.0)));
 }
 
 /// What ROS's tools make of a wrench and of an array, and German measuring programs of both.
@@ -716,10 +547,7 @@ fn headers_of_other_tools_are_understood_by_themselves() {
     let bagpy =
         "Time,header.seq,header.stamp.secs,header.stamp.nsecs,wrench.force.x,wrench.torque.z,S1,S2";
     for (header, row) in [
-        (
-            bagpy.to_owned(),
-            "1700000000.5,7,1700000000,500000000,1,2,3,4",
-        ),
+        (bagpy.to_owned(), "1700000000.5,7,1700000000,500000000,1,2,3,4"),
         (
             format!(
                 "%time,field.header.stamp,field.wrench.force.x,field.wrench.torque.z,{}",
@@ -741,10 +569,7 @@ fn headers_of_other_tools_are_understood_by_themselves() {
             ),
             "1700000000,500000000,1,2,3,4",
         ),
-        (
-            "Zeit [s];Kraft X [N];Drehmoment z [Nm];DMS 1;DMS 2".to_owned(),
-            "1700000000,5;1;2;3;4",
-        ),
+        ("Zeit [s];Kraft X [N];Drehmoment z [Nm];DMS 1;DMS 2".to_owned(), "1700000000,5;1;2;3;4"),
     ] {
         let folder = Folder::with(&[("run.csv", &format!("{header}\n{row}\n"))]);
         let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
@@ -822,21 +647,9 @@ fn separators_of_thousands_lose_no_large_load() {
         let text = format!("{head}\n{}", (0..600).map(row).collect::<String>());
         let loaded = read_text(&text).unwrap();
         let recording = &loaded.recordings[0];
-        assert_eq!(
-            (loaded.recordings.len(), recording.n_samples()),
-            (1, 600),
-            "{large}"
-        );
-        let expected = if large.contains("21") {
-            1262.21
-        } else {
-            1262.0
-        };
-        assert_eq!(
-            (recording.loads()[0], recording.loads()[599]),
-            (9.5, expected),
-            "{large}"
-        );
+        assert_eq!((loaded.recordings.len(), recording.n_samples()), (1, 600), "{large}");
+        let expected = if large.contains("21") { 1262.21 } else { 1262.0 };
+        assert_eq!((recording.loads()[0], recording.loads()[599]), (9.5, expected), "{large}");
     }
 }
 
@@ -866,29 +679,17 @@ fn a_load_that_says_no_axis_is_asked_about_and_never_left_out_in_silence() {
         "load_kg",
         "Reference force",
     ] {
-        let rows: String = (0..30)
-            .map(|k| format!("{k},{},{}\n", k % 7, k % 5))
-            .collect();
+        let rows: String = (0..30).map(|k| format!("{k},{},{}\n", k % 7, k % 5)).collect();
         let loaded = read_text(&format!("t,S1,{name}\n{rows}")).unwrap();
         assert!(!loaded.recordings[0].has_reference(), "{name}");
         let is_said = |own: &LoadWarning| matches!(&own.finding, Finding::UnnamedLoads { names } if names.len() == 1);
-        assert!(
-            loaded.warnings.iter().any(is_said),
-            "{name}: {:?}",
-            loaded.warnings
-        );
+        assert!(loaded.warnings.iter().any(is_said), "{name}: {:?}", loaded.warnings);
     }
-    let rows: String = (0..30)
-        .map(|k| format!("{k},{},{}\n", k % 7, k % 5))
-        .collect();
+    let rows: String = (0..30).map(|k| format!("{k},{},{}\n", k % 7, k % 5)).collect();
     for name in ["Fx in kN", "Force_X in kN"] {
         let loaded = read_text(&format!("t,S1,{name}\n{rows}")).unwrap();
         let recording = &loaded.recordings[0];
-        assert_eq!(
-            (recording.axes(), recording.loads()[1]),
-            (&[Axis::Fx][..], 1000.0),
-            "{name}"
-        );
+        assert_eq!((recording.axes(), recording.loads()[1]), (&[Axis::Fx][..], 1000.0), "{name}");
         assert!(loaded.warnings.is_empty());
     }
     // Gauges and temperatures are what they were.

@@ -22,21 +22,11 @@ fn single(text: &str) -> (Recording, Vec<Finding>) {
 #[test]
 fn stamps_of_a_date_keep_their_digits() {
     let stamp = |k: i64, step_ns: i64| 1_763_000_000_123_456_789 + k * step_ns;
-    let secs = |k| {
-        format!(
-            "{}.{:09}",
-            stamp(k, 19_531) / 1_000_000_000,
-            stamp(k, 19_531) % 1_000_000_000
-        )
-    };
+    let secs =
+        |k| format!("{}.{:09}", stamp(k, 19_531) / 1_000_000_000, stamp(k, 19_531) % 1_000_000_000);
     let nanos = |k| stamp(k, 19_531).to_string();
-    let pair = |k| {
-        format!(
-            "{},{}",
-            stamp(k, 19_531) / 1_000_000_000,
-            stamp(k, 19_531) % 1_000_000_000
-        )
-    };
+    let pair =
+        |k| format!("{},{}", stamp(k, 19_531) / 1_000_000_000, stamp(k, 19_531) % 1_000_000_000);
     let iso = |k| {
         format!(
             "2025-11-13T02:13:{:02}.{:09}",
@@ -58,15 +48,9 @@ fn stamps_of_a_date_keep_their_digits() {
         }
         let (recording, findings) = single(&text);
         let rate = recording.rate_hz().unwrap();
-        assert!(
-            (rate - 1e9 / 19_531.0).abs() < 1e-3,
-            "{name}: {rate} {findings:?}"
-        );
+        assert!((rate - 1e9 / 19_531.0).abs() < 1e-3, "{name}: {rate} {findings:?}");
         let clock = recording.clock_time(0);
-        assert!(
-            (clock - 1_763_000_000.123_456_8).abs() < 1e-6,
-            "{name}: {clock}"
-        );
+        assert!((clock - 1_763_000_000.123_456_8).abs() < 1e-6, "{name}: {clock}");
     }
     let mut text = String::from("time,S1,Fz\n");
     for k in 0..400 {
@@ -98,10 +82,7 @@ fn stamps_of_a_file_of_arrays_keep_their_digits() {
 fn two_clocks_of_one_day_meet() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write(
-        "a.csv",
-        "time,S1\n1763000000.25,1\n1763000000.50,2\n1763000000.75,3\n",
-    );
+    write("a.csv", "time,S1\n1763000000.25,1\n1763000000.50,2\n1763000000.75,3\n");
     write("a_ref.csv", "time,Fz\n1762999999.5,0\n1763000001.5,2\n");
     let map = ColumnMap::from_json(
         br#"{"format": "loopscope column map", "version": 1,
@@ -121,15 +102,8 @@ fn lines_of_a_terminal_have_their_time_in_front() {
     for names in ["", "12:03:04.000 -> S1,S2,Fz\n"] {
         let mut text = names.to_owned();
         for k in 0..40 {
-            writeln!(
-                text,
-                "12:03:0{}.{:03} -> {k},{},{}",
-                4 + k / 20,
-                k % 20 * 50,
-                80 - k,
-                k % 5
-            )
-            .unwrap();
+            writeln!(text, "12:03:0{}.{:03} -> {k},{},{}", 4 + k / 20, k % 20 * 50, 80 - k, k % 5)
+                .unwrap();
         }
         let file = TestFile::new(&text);
         if names.is_empty() {
@@ -156,20 +130,14 @@ fn milliseconds_may_stand_behind_a_colon() {
 #[test]
 fn a_word_with_its_value_is_no_header() {
     for (names, delimiter) in [("Zeit Kan1 Kan2 Druck", " "), ("q;alpha;beta;gamma", ";")] {
-        let mut text = format!(
-            "{names}\n{}\nSample rate: 200 Hz\n",
-            ["s", "mV", "mV", "N"].join(delimiter)
-        );
+        let mut text =
+            format!("{names}\n{}\nSample rate: 200 Hz\n", ["s", "mV", "mV", "N"].join(delimiter));
         for k in 0..20 {
             let row = [k, 3 * k, 50 - k, k % 3].map(|x| x.to_string());
             writeln!(text, "{}", row.join(delimiter)).unwrap();
         }
         let layout = crate::formats::text::detect(text.as_bytes()).unwrap();
-        assert_eq!(
-            (layout.header, layout.skip_rows, layout.units_row),
-            (true, 0, true),
-            "{names}"
-        );
+        assert_eq!((layout.header, layout.skip_rows, layout.units_row), (true, 0, true), "{names}");
     }
 }
 
@@ -178,10 +146,7 @@ fn what_meters_say_out_of_range_is_no_value() {
     let (recording, findings) =
         single("t_s,S1,Fz\n0,1,2\n1,9.9E+37,2\n2,2,-9.91e37\n3,3,4\n4,4,5\n");
     assert_eq!(recording.gauges(), [1.0, 3.0, 4.0]);
-    assert!(
-        findings[0].to_string().contains("out of range"),
-        "{findings:?}"
-    );
+    assert!(findings[0].to_string().contains("out of range"), "{findings:?}");
 }
 
 #[test]
@@ -189,11 +154,7 @@ fn a_comment_in_quotes_may_hold_a_line_end() {
     let text = "t,S1,Fz,note\n0,1,2,a\n1,2,3,\"two\nlines, \"\"quoted\"\"\r\nor three\"\n2,3,4,b\n3,4,x,\n";
     let loaded = TestFile::new(text).read().unwrap();
     assert_eq!(loaded.recordings[0].gauges(), [1.0, 2.0, 3.0]);
-    let skipped = loaded
-        .warnings
-        .iter()
-        .find(|own| own.finding.skips_row())
-        .unwrap();
+    let skipped = loaded.warnings.iter().find(|own| own.finding.skips_row()).unwrap();
     assert_eq!((skipped.first_line, skipped.count), (7, 1));
 }
 
@@ -208,9 +169,7 @@ fn with_stamps(text: &str, stamps: &str) -> Vec<Recording> {
         columns.join(",")
     );
     let map = ColumnMap::from_json(map.as_bytes()).unwrap();
-    read(&file.path, Some(&map), &[], &Progress::default())
-        .unwrap()
-        .recordings
+    read(&file.path, Some(&map), &[], &Progress::default()).unwrap().recordings
 }
 
 #[test]
@@ -229,8 +188,7 @@ fn rows_that_were_written_late_can_be_sorted() {
     assert_eq!(loaded.recordings.len(), 7);
     let told = loaded.warnings.iter().map(|own| &own.finding);
     assert!(
-        told.clone()
-            .any(|own| *own == Finding::LateRows { count: 6 }),
+        told.clone().any(|own| *own == Finding::LateRows { count: 6 }),
         "{:?}",
         loaded.warnings
     );
@@ -249,11 +207,7 @@ fn rows_of_one_stamp_can_be_spread() {
     }
     let loaded = TestFile::new(&text).read().unwrap();
     let told = loaded.warnings.iter().map(|own| &own.finding);
-    assert!(
-        told.clone().any(|own| *own == Finding::CoarseStamps),
-        "{:?}",
-        loaded.warnings
-    );
+    assert!(told.clone().any(|own| *own == Finding::CoarseStamps), "{:?}", loaded.warnings);
     let spread = with_stamps(&text, "spread");
     assert_eq!(spread.len(), 1);
     for (k, time) in (10..110).zip(spread[0].times()) {
@@ -261,13 +215,9 @@ fn rows_of_one_stamp_can_be_spread() {
     }
     // A pause stays one.
     let later = text.lines().skip(1).map(|row| row.split_once(',').unwrap());
-    let later: Vec<String> = later
-        .map(|(t, rest)| format!("{},{rest}", t.parse::<i32>().unwrap() + 100))
-        .collect();
-    assert_eq!(
-        with_stamps(&format!("{text}{}\n", later.join("\n")), "spread").len(),
-        2
-    );
+    let later: Vec<String> =
+        later.map(|(t, rest)| format!("{},{rest}", t.parse::<i32>().unwrap() + 100)).collect();
+    assert_eq!(with_stamps(&format!("{text}{}\n", later.join("\n")), "spread").len(), 2);
 }
 
 /// Each topic at its own time, in one table, as PlotJuggler and pandas write them.
@@ -296,11 +246,7 @@ fn a_file_whose_largest_rows_are_no_numbers_says_so() {
     let rows = |large: &str| {
         let mut text = String::from("t;S1;Fz\n");
         for k in 0..100 {
-            let load = if k % 3 == 0 {
-                large.to_owned()
-            } else {
-                (k % 50).to_string()
-            };
+            let load = if k % 3 == 0 { large.to_owned() } else { (k % 50).to_string() };
             writeln!(text, "{};{k};{load}", f64::from(k) / 10.0).unwrap();
         }
         TestFile::new(text).read().unwrap_err().to_string()

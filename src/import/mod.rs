@@ -76,10 +76,7 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("run.csv");
             std::fs::write(&path, content).unwrap();
-            Self {
-                _folder: folder,
-                path,
-            }
+            Self { _folder: folder, path }
         }
 
         pub(super) fn read(&self) -> Result<Loaded, ReadError> {
@@ -91,10 +88,7 @@ mod tests {
             block_bytes: usize,
             progress: &Progress,
         ) -> Result<Loaded, ReadError> {
-            let reading = Reading {
-                block_bytes,
-                ..Reading::whole(progress)
-            };
+            let reading = Reading { block_bytes, ..Reading::whole(progress) };
             reading.load(&self.path, None)
         }
     }
@@ -225,53 +219,30 @@ mod tests {
 
     #[test]
     fn what_is_no_table_is_an_error_that_says_so() {
-        assert!(matches!(
-            error(""),
-            ReadError::File {
-                source: FileError::Empty,
-                ..
-            }
-        ));
+        assert!(matches!(error(""), ReadError::File { source: FileError::Empty, .. }));
         assert!(matches!(error("\u{feff}"), ReadError::NoHeader { .. }));
         assert!(matches!(error("# a\n\n"), ReadError::NoHeader { .. }));
         assert!(matches!(
             error("t,S1\n"),
-            ReadError::Table {
-                line: 1,
-                source: TableError::NoRows,
-                ..
-            }
+            ReadError::Table { line: 1, source: TableError::NoRows, .. }
         ));
         assert!(matches!(
             error("#\n0,1\n"),
-            ReadError::Table {
-                line: 2,
-                source: TableError::HeaderIsNumbers,
-                ..
-            }
+            ReadError::Table { line: 2, source: TableError::HeaderIsNumbers, .. }
         ));
         assert!(matches!(
             error("\x1f\u{8b}\0"),
-            ReadError::File {
-                source: FileError::NotText { .. },
-                ..
-            }
+            ReadError::File { source: FileError::NotText { .. }, .. }
         ));
         let folder = tempfile::tempdir().unwrap();
         let of = |path: &Path| read(path, None, &[], &Progress::default()).unwrap_err();
         assert!(matches!(
             of(folder.path()),
-            ReadError::File {
-                source: FileError::Folder { .. },
-                ..
-            }
+            ReadError::File { source: FileError::Folder { .. }, .. }
         ));
         assert!(matches!(
             of(&folder.path().join("gone")),
-            ReadError::File {
-                source: FileError::Io(_),
-                ..
-            }
+            ReadError::File { source: FileError::Io(_), .. }
         ));
     }
 
@@ -316,10 +287,7 @@ mod tests {
         let file = TestFile::new("t,S1\n0,1\n");
         let progress = Progress::default();
         progress.cancel();
-        assert!(matches!(
-            read(&file.path, None, &[], &progress),
-            Err(ReadError::Cancelled)
-        ));
+        assert!(matches!(read(&file.path, None, &[], &progress), Err(ReadError::Cancelled)));
     }
 
     #[test]

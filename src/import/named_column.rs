@@ -16,10 +16,7 @@ pub struct NamedColumn {
 impl NamedColumn {
     /// The column `index`, from 0 on.
     pub(super) fn new(index: usize, name: impl Into<String>) -> Self {
-        Self {
-            number: index + 1,
-            name: name.into(),
-        }
+        Self { number: index + 1, name: name.into() }
     }
 }
 

@@ -33,10 +33,7 @@ impl Guess {
     pub(super) fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
         let rules = self.rules.iter();
         TableMap {
-            shape: Shape {
-                columns: head.n_columns,
-                names: head.names.clone(),
-            },
+            shape: Shape { columns: head.n_columns, names: head.names.clone() },
             text: text.clone(),
             sample_rate_hz: None,
             stamps: Stamps::default(),
@@ -66,10 +63,7 @@ impl Guess {
         let ending = path.extension().unwrap_or_default().to_string_lossy();
         ColumnMap {
             table,
-            reference: Some(ReferenceFile {
-                file: format!("{{stem}}.{ending}"),
-                table: of_loads,
-            }),
+            reference: Some(ReferenceFile { file: format!("{{stem}}.{ending}"), table: of_loads }),
             ..ColumnMap::default()
         }
     }
@@ -106,11 +100,7 @@ impl Guess {
 
 /// Guesses by the names of a table, or by those in a comment above it, and by its first rows how times are written.
 pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -> Guess {
-    let names = if text.header {
-        &head.names
-    } else {
-        &head.names_in_comment
-    };
+    let names = if text.header { &head.names } else { &head.names_in_comment };
     let mut columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
     for (index, column) in columns.iter_mut().enumerate() {
         // Of a row of units, too.
@@ -125,9 +115,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     let fraction = stamp_fraction(&mut times, &columns);
     let keys = Header::of(head);
     let mut rules: Vec<(usize, ColumnRule)> = Vec::new();
-    let has_gauges = columns
-        .iter()
-        .any(|column| column.kind == Some(Kind::Gauge));
+    let has_gauges = columns.iter().any(|column| column.kind == Some(Kind::Gauge));
     let others: &[usize] = other_loads.as_deref().unwrap_or_default();
     let mut auxiliaries: Vec<&str> = Vec::new();
     for (index, column) in columns.iter().enumerate() {
@@ -165,9 +153,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     }
     let told = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
     let mut notes = notes(text, &rules, names, &times, told);
-    let has_load = rules
-        .iter()
-        .any(|(_, rule)| matches!(rule.is, ColumnRole::Load(_)));
+    let has_load = rules.iter().any(|(_, rule)| matches!(rule.is, ColumnRole::Load(_)));
     let is_unnamed_load = |index: &usize| {
         let is_free = rules.iter().all(|(own, _)| own != index);
         is_free && columns[*index].is_unnamed_load(head.unit(*index).as_deref())
@@ -178,17 +164,11 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     };
     if !unnamed_loads.is_empty() {
         let names = unnamed_loads.iter().map(|index| names[*index].clone());
-        notes.push(Finding::UnnamedLoads {
-            names: names.collect(),
-        });
+        notes.push(Finding::UnnamedLoads { names: names.collect() });
     }
     notes.extend(several_references);
     notes.extend(date_order(&rules, names, rows));
-    Guess {
-        rules,
-        notes,
-        unnamed_loads,
-    }
+    Guess { rules, notes, unnamed_loads }
 }
 
 /// What a column is that is an auxiliary channel in this unit.
@@ -209,15 +189,8 @@ fn auxiliary(
 /// Where an axis stands in several topics or structs, leaves the reference to one of them: one that calls itself so, or
 /// else the one with the most axes, or the first.
 fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)> {
-    const REFERENCES: [&str; 7] = [
-        "ati",
-        "ref",
-        "reference",
-        "referenz",
-        "truth",
-        "gt",
-        "ground_truth",
-    ];
+    const REFERENCES: [&str; 7] =
+        ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
     let axis_of = |column: &ColumnName| match column.kind {
         Some(Kind::Load(axis)) => Some(axis),
         _ => None,
@@ -225,10 +198,7 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)>
     let mut sources: Vec<(&str, Vec<Axis>)> = Vec::new();
     for column in columns.iter() {
         if let Some(axis) = axis_of(column) {
-            match sources
-                .iter_mut()
-                .find(|(source, _)| *source == column.source)
-            {
+            match sources.iter_mut().find(|(source, _)| *source == column.source) {
                 Some((_, axes)) => axes.push(axis),
                 None => sources.push((&column.source, vec![axis])),
             }
@@ -239,11 +209,8 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)>
         having.count() > 1
     };
     Axis::ALL.iter().find(|axis| is_shared(axis))?;
-    let calls_itself_so = |source: &str| {
-        source
-            .split(['/', '_'])
-            .any(|word| REFERENCES.contains(&word))
-    };
+    let calls_itself_so =
+        |source: &str| source.split(['/', '_']).any(|word| REFERENCES.contains(&word));
     let rank = |(source, axes): &&(&str, Vec<Axis>)| (calls_itself_so(source), axes.len());
     // `max_by_key` takes the last of equals.
     let used = sources.iter().rev().max_by_key(rank)?.0.to_owned();
@@ -252,10 +219,7 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)>
         let own = loads.filter(|column| (column.source == used) == is_used);
         own.map(|column| column.name.clone()).collect()
     };
-    let finding = Finding::SeveralReferences {
-        used: names(true),
-        others: names(false),
-    };
+    let finding = Finding::SeveralReferences { used: names(true), others: names(false) };
     let is_other = |column: &ColumnName| axis_of(column).is_some() && column.source != used;
     let others = (0..columns.len()).filter(|&index| is_other(&columns[index]));
     let others: Vec<usize> = others.collect();
@@ -308,9 +272,7 @@ fn settle_time_form(
     let Some(time_form) = form(time) else {
         return;
     };
-    if let Some((_, rule)) = rules
-        .iter_mut()
-        .find(|(_, rule)| rule.is == ColumnRole::Time)
+    if let Some((_, rule)) = rules.iter_mut().find(|(_, rule)| rule.is == ColumnRole::Time)
         && rule.unit.is_none()
     {
         rule.unit = Some(time_form.name().to_owned());
@@ -370,17 +332,12 @@ fn notes(
 ) -> Vec<Finding> {
     let mut notes = Vec::new();
     if text.preamble.is_none() && text.skip_rows > 0 {
-        notes.push(Finding::SkippedPreamble {
-            n_lines: text.skip_rows,
-        });
+        notes.push(Finding::SkippedPreamble { n_lines: text.skip_rows });
     }
     if let (Some(&used), false) = (times.first(), ignored_times.is_empty()) {
         notes.push(Finding::SeveralTimes {
             used: names[used].clone(),
-            others: ignored_times
-                .iter()
-                .map(|&index| names[index].clone())
-                .collect(),
+            others: ignored_times.iter().map(|&index| names[index].clone()).collect(),
         });
     }
     let mut is_told = vec![false; names.len()];
@@ -411,13 +368,8 @@ mod tests {
         let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
         let gauge = Use::Gauge { factor: 1.0 };
         assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
-        let several = Finding::SeveralTimes {
-            used: "stamp".into(),
-            others: vec!["time".into()],
-        };
-        let ignored = Finding::IgnoredColumns {
-            names: vec!["label".into()],
-        };
+        let several = Finding::SeveralTimes { used: "stamp".into(), others: vec!["time".into()] };
+        let ignored = Finding::IgnoredColumns { names: vec!["label".into()] };
         assert_eq!(notes, [several, ignored]);
     }
 
@@ -430,32 +382,22 @@ mod tests {
         };
         let (plan, notes) = plan_and_notes(&format!("{},S1", header("x"))).unwrap();
         assert_eq!(plan.gauge_names, ["S1"]);
-        let Finding::IgnoredColumns { names } = &notes[0] else {
-            panic!("{notes:?}")
-        };
+        let Finding::IgnoredColumns { names } = &notes[0] else { panic!("{notes:?}") };
         assert_eq!(names.len(), 20_000);
         let error = plan_and_notes(&header("ch")).unwrap_err();
         assert!(matches!(
             error,
-            ReadError::Table {
-                source: TableError::TooManyGauges { count: 20_000, .. },
-                ..
-            }
+            ReadError::Table { source: TableError::TooManyGauges { count: 20_000, .. }, .. }
         ));
     }
 
     #[test]
     fn a_repeated_name_is_listed_by_its_number() {
-        let head = Head {
-            names: ["t", "x", "x", ""].map(str::to_owned).to_vec(),
-            ..Head::default()
-        };
+        let head =
+            Head { names: ["t", "x", "x", ""].map(str::to_owned).to_vec(), ..Head::default() };
         let keys = Header::of(&head);
         let keys: Vec<_> = (0..4).map(|index| keys.key(index)).collect();
         let number = ColumnKey::Number;
-        assert_eq!(
-            keys,
-            [ColumnKey::Name("t".into()), number(2), number(3), number(4)]
-        );
+        assert_eq!(keys, [ColumnKey::Name("t".into()), number(2), number(3), number(4)]);
     }
 }

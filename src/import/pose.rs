@@ -97,11 +97,7 @@ pub fn accelerations(
         while times[start] < times[k] - half {
             start += 1;
         }
-        let end = start
-            + weights[start..end]
-                .iter()
-                .take_while(|w| **w == weights[k])
-                .count();
+        let end = start + weights[start..end].iter().take_while(|w| **w == weights[k]).count();
         accelerations.push(bend(&times[start..end], &centres[start..end], times[k]));
     }
     accelerations
@@ -128,10 +124,7 @@ fn bend(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     }
     let middle = path[path.len() / 2];
     std::array::from_fn(|i| {
-        let along = times
-            .iter()
-            .zip(path)
-            .map(|(x, p)| own(x) * (p[i] - middle[i]));
+        let along = times.iter().zip(path).map(|(x, p)| own(x) * (p[i] - middle[i]));
         2.0 * along.sum::<f64>() / size
     })
 }
@@ -174,10 +167,7 @@ pub fn estimate_weight(
     gravity: [f64; 3],
 ) -> Option<WeightEstimate> {
     let n = rotations.len() as f64;
-    let pulls: Vec<[f64; 3]> = rotations
-        .iter()
-        .map(|r| pull_in_sensor(r, gravity))
-        .collect();
+    let pulls: Vec<[f64; 3]> = rotations.iter().map(|r| pull_in_sensor(r, gravity)).collect();
     let mean = |values: &[[f64; 3]]| -> [f64; 3] {
         std::array::from_fn(|i| values.iter().map(|v| v[i]).sum::<f64>() / n)
     };
@@ -258,11 +248,7 @@ impl WeightEstimate {
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Cramer's rule; the matrix is symmetric and, as the caller made sure, not singular.
@@ -332,13 +318,7 @@ mod tests {
     /// (3 · 0.0105)² / 6 = 0.02 % of 2 N.
     #[test]
     fn a_turntable_pulls_its_weight_outwards() {
-        let (omega, weight) = (
-            3.0,
-            Weight {
-                mass_kg: 2.0,
-                centre_m: [0.1, -0.05, 0.2],
-            },
-        );
+        let (omega, weight) = (3.0, Weight { mass_kg: 2.0, centre_m: [0.1, -0.05, 0.2] });
         let times: Vec<f64> = (0..400).map(|k| f64::from(k) * 1e-3).collect();
         let pose = |t: &f64| Pose {
             rotation: rotation_from_roll_pitch_yaw(0.0, 0.0, omega * t),
@@ -358,35 +338,22 @@ mod tests {
 
     #[test]
     fn a_pause_or_another_weight_is_no_acceleration() {
-        let weight = |mass_kg| Weight {
-            mass_kg,
-            centre_m: [0.1, 0.0, 0.0],
-        };
+        let weight = |mass_kg| Weight { mass_kg, centre_m: [0.1, 0.0, 0.0] };
         let upright = rotation_from_roll_pitch_yaw(0.0, 0.0, 0.0);
-        let pose = |x| Pose {
-            rotation: upright,
-            position_m: [x, 0.0, 0.0],
-        };
+        let pose = |x| Pose { rotation: upright, position_m: [x, 0.0, 0.0] };
         let times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.0, 0.1, 0.2, 0.3, 0.4];
-        let poses: Vec<Pose> = (0..10)
-            .map(|k| pose(if k < 5 { 0.0 } else { 9.0 }))
-            .collect();
+        let poses: Vec<Pose> = (0..10).map(|k| pose(if k < 5 { 0.0 } else { 9.0 })).collect();
         let one = vec![weight(1.0); 10];
         let none = vec![[0.0; 3]; 10];
         assert_eq!(accelerations(&times, &poses, &one, 10.0), none);
         let times: Vec<f64> = (0..10).map(f64::from).collect();
-        let two: Vec<Weight> = (0..10)
-            .map(|k| weight(if k < 5 { 1.0 } else { 2.0 }))
-            .collect();
+        let two: Vec<Weight> = (0..10).map(|k| weight(if k < 5 { 1.0 } else { 2.0 })).collect();
         assert_eq!(accelerations(&times, &poses, &two, 100.0), none);
     }
 
     #[test]
     fn a_weight_is_found_behind_offsets() {
-        let weight = Weight {
-            mass_kg: 1.25,
-            centre_m: [0.02, -0.01, 0.06],
-        };
+        let weight = Weight { mass_kg: 1.25, centre_m: [0.02, -0.01, 0.06] };
         let offset = [3.0, -2.0, 1.0, 0.1, 0.2, -0.3];
         let turned =
             |k: u32| rotation_from_roll_pitch_yaw(f64::from(k), 0.7 * f64::from(k * k % 5), 0.3);
@@ -394,10 +361,7 @@ mod tests {
             let load = |r: &Rotation| load_of_pull(r, &weight, GRAVITY);
             let part =
                 |load: [f64; 6], at: usize| std::array::from_fn(|i| load[at + i] + offset[at + i]);
-            rotations
-                .iter()
-                .map(|r| (part(load(r), 0), part(load(r), 3)))
-                .unzip()
+            rotations.iter().map(|r| (part(load(r), 0), part(load(r), 3))).unzip()
         };
         let rotations: Vec<Rotation> = (0..12).map(turned).collect();
         let (forces, moments) = measured(&rotations);
@@ -406,11 +370,7 @@ mod tests {
         assert_close(&found.centre_m.unwrap(), &weight.centre_m, 1e-12);
         assert_close(&found.force_offset, &offset[..3], 1e-11);
         assert_close(&found.moment_offset.unwrap(), &offset[3..], 1e-11);
-        assert_close(
-            &[found.force_rms, found.moment_rms.unwrap()],
-            &[0.0; 2],
-            1e-11,
-        );
+        assert_close(&[found.force_rms, found.moment_rms.unwrap()], &[0.0; 2], 1e-11);
         // Forth and back along one line of gravity: the mass is there, its place is not.
         let line: Vec<Rotation> = [0.0, std::f64::consts::PI]
             .map(|roll| rotation_from_roll_pitch_yaw(roll, 0.0, 0.0))
@@ -420,9 +380,6 @@ mod tests {
         assert_eq!(found.centre_m, None);
         let still = vec![turned(1); 5];
         let (forces, moments) = measured(&still);
-        assert_eq!(
-            estimate_weight(&still, &forces, Some(&moments), GRAVITY),
-            None
-        );
+        assert_eq!(estimate_weight(&still, &forces, Some(&moments), GRAVITY), None);
     }
 }

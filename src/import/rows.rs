@@ -63,10 +63,7 @@ struct Unusable;
 impl Rows {
     /// No rows yet, below so many lines.
     pub(super) fn starting_after(n_lines: u64) -> Self {
-        Self {
-            n_lines,
-            ..Self::default()
-        }
+        Self { n_lines, ..Self::default() }
     }
 
     /// The rows of a part of a file, line 1 being its first; rows that are no text count as lines.
@@ -93,10 +90,7 @@ impl Rows {
                     if has_texts
                         && memchr::memchr(b'"', line).is_some()
                         && let Some((whole, n_whole)) = whole_row(rest, line.len())
-                        && plan
-                            .text
-                            .row(whole)
-                            .is_some_and(|row| row.count() == plan.uses.len())
+                        && plan.text.row(whole).is_some_and(|row| row.count() == plan.uses.len())
                     {
                         lines.by_ref().take(n_whole - 1).for_each(drop);
                         (text, n_lines) = (whole, n_whole);
@@ -274,11 +268,7 @@ impl Rows {
     fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<(), Unusable> {
         let mut loads = [0.0; Axis::ALL.len()];
         let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
-        let mut time = if self.counts_rows {
-            self.n_table_rows as f64
-        } else {
-            0.0
-        };
+        let mut time = if self.counts_rows { self.n_table_rows as f64 } else { 0.0 };
         let mut comma = None;
         for (index, usage) in plan.uses.iter().enumerate() {
             let mut value = || next_value(&mut row, *usage, index, plan, &mut comma);
@@ -291,8 +281,7 @@ impl Rows {
                     // What changes slowly is often written now and then: no row is lost for it.
                     let cell = row.next().ok_or(Unusable)?;
                     let value = value_of(cell, *usage, index, plan);
-                    self.auxiliary
-                        .push(value.map_or(f64::NAN, |(value, _)| value));
+                    self.auxiliary.push(value.map_or(f64::NAN, |(value, _)| value));
                 }
                 Use::Load { slot, .. } => loads[slot] = value()?,
                 Use::Time | Use::TimeText(_) | Use::TimeFraction { .. } => time += value()?,
@@ -306,10 +295,7 @@ impl Rows {
         self.loads.extend_from_slice(&loads[..plan.axes.len()]);
         self.poses.extend_from_slice(&pose[..plan.pose_width()]);
         if let Some((index, cell)) = comma {
-            let finding = Finding::DecimalComma {
-                column: plan.column(index),
-                value: cell.shown(),
-            };
+            let finding = Finding::DecimalComma { column: plan.column(index), value: cell.shown() };
             self.findings.note(self.n_lines, finding);
         }
         let n_extra = row.count();
@@ -432,8 +418,7 @@ impl Rows {
                     plan.auxiliary_units.push(unit);
                 } else {
                     let names = vec![name];
-                    self.findings
-                        .note(plan.line, Finding::IgnoredColumns { names });
+                    self.findings.note(plan.line, Finding::IgnoredColumns { names });
                 }
             }
         }
@@ -470,9 +455,7 @@ impl Rows {
         let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
         let secs_of = |rows: &Range<usize>| {
             let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
-            steps
-                .filter(|step| (0.0..=gap_of_rows).contains(step))
-                .sum::<f64>()
+            steps.filter(|step| (0.0..=gap_of_rows).contains(step)).sum::<f64>()
         };
         let runs = missing.chunk_by(|a, b| a + 1 == *b);
         let runs = runs.map(|run| run[0]..run[run.len() - 1] + 1);
@@ -499,27 +482,16 @@ impl Rows {
             longest_secs: (!plan.is_static).then_some(secs),
         };
         let (first, last) = (first.start, last.end - 1);
-        let long = runs
-            .iter()
-            .filter(|(_, secs)| !plan.is_static && *secs > gap);
-        let held = long.map(|(rows, _)| HeldRows {
-            channel,
-            rows: rows.clone(),
-        });
+        let long = runs.iter().filter(|(_, secs)| !plan.is_static && *secs > gap);
+        let held = long.map(|(rows, _)| HeldRows { channel, rows: rows.clone() });
         self.held.extend(held);
         self.note_rows(first, last, 1, finding);
     }
 
     /// From now on these rows, in order, are the first, the second and so on; only their lines move.
     pub(super) fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
-        let before = Self {
-            lines: std::mem::take(&mut self.lines),
-            ..Self::default()
-        };
-        let ends = self
-            .held
-            .iter()
-            .flat_map(|own| [own.rows.start, own.rows.end]);
+        let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
+        let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
         let mut ends: Vec<(usize, usize)> = ends.map(|end| (end, 0)).collect();
         for (new, old) in rows.enumerate() {
             self.place_row(new, before.line_of(old));
@@ -553,11 +525,8 @@ fn next_value<'a>(
     plan: &Plan,
     comma: &mut Option<(usize, Cell<'a>)>,
 ) -> Result<f64, Unusable> {
-    let plain = if usage.is_number() && !plan.is_since_off(index) {
-        row.next_number()
-    } else {
-        None
-    };
+    let plain =
+        if usage.is_number() && !plan.is_since_off(index) { row.next_number() } else { None };
     match plain {
         Some(number) => in_si(number, usage, index, plan).map_err(|_| Unusable),
         None => {
@@ -596,10 +565,9 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
         }
         Use::Time if plan.is_since_off(index) => {
             let (number, has_comma) = match cell {
-                Cell::Text(text) => plan
-                    .text
-                    .number_since(plan.since, text)
-                    .ok_or(Trouble::NotANumber)?,
+                Cell::Text(text) => {
+                    plan.text.number_since(plan.since, text).ok_or(Trouble::NotANumber)?
+                }
                 Cell::Number(number) => (number - plan.since as f64, false),
                 Cell::Since(since, number) => ((since - plan.since) as f64 + number, false),
             };
@@ -635,9 +603,7 @@ fn magnitude(text: &[u8]) -> f64 {
         _ => text.len(),
     };
     let digits: Vec<u8> = text[..decimals].iter().copied().filter(is_digit).collect();
-    let number = String::from_utf8(digits)
-        .ok()
-        .and_then(|digits| digits.parse().ok());
+    let number = String::from_utf8(digits).ok().and_then(|digits| digits.parse().ok());
     number.unwrap_or(f64::INFINITY)
 }
 
@@ -696,10 +662,8 @@ mod tests {
     #[test]
     fn an_unusable_row_leaves_nothing_behind() {
         let plan = plan_of_names("t,S1,S2,Fz,Fx [kN]");
-        let rows = Rows::parse(
-            Part::Lines(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n"),
-            &plan,
-        );
+        let rows =
+            Rows::parse(Part::Lines(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n"), &plan);
         assert_eq!(rows.times, [0.0]);
         assert_eq!(rows.gauges, [1.0, 2.0]);
         assert_eq!(rows.loads, [4000.0, 3.0]);

@@ -19,12 +19,8 @@ const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
 /// The units that times are counted in.
-const UNITS: [TimeUnit; 4] = [
-    TimeUnit::Seconds,
-    TimeUnit::Milliseconds,
-    TimeUnit::Microseconds,
-    TimeUnit::Nanoseconds,
-];
+const UNITS: [TimeUnit; 4] =
+    [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
 /// From this step on whole numbers are microseconds, of 1 kHz rather than milliseconds of 1 Hz ...
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
 /// ... and from this on nanoseconds, of 3 kHz rather than microseconds of 3 Hz.
@@ -87,9 +83,8 @@ pub(super) fn sort(rows: &mut Rows) {
 /// Spreads rows with one stamp evenly until the next stamp: the first ones so that they end there, the last ones and those before a
 /// pause as far apart as the others.
 pub(super) fn spread(times: &mut [f64]) {
-    let stamps: Vec<(f64, usize)> = (times.chunk_by(|a, b| a == b))
-        .map(|own| (own[0], own.len()))
-        .collect();
+    let stamps: Vec<(f64, usize)> =
+        (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();
     let inner = stamps.get(1..).unwrap_or_default().windows(2);
     let Some(step) = median(inner.map(|pair| (pair[1].0 - pair[0].0) / pair[0].1 as f64)) else {
         return;
@@ -124,9 +119,8 @@ pub(super) fn longest_bridge(times: &[f64]) -> f64 {
 fn bursts(times: &[f64]) -> Option<Bursts> {
     let shortest = steps_of_a_pause(times);
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
-    let pauses: Vec<(usize, f64)> = steps
-        .filter(|&(_, step)| step > shortest && step <= GAP_BETWEEN_BURSTS_SECS)
-        .collect();
+    let pauses: Vec<(usize, f64)> =
+        steps.filter(|&(_, step)| step > shortest && step <= GAP_BETWEEN_BURSTS_SECS).collect();
     let is_rhythm = pauses.len() >= FEWEST_BURSTS && pauses.len() * STEPS_PER_BURST >= times.len();
     let pause_secs = median(pauses.iter().map(|(_, step)| *step))?;
     let (first, last) = (pauses.first()?, pauses.last()?);
@@ -243,10 +237,8 @@ impl Cuts {
             rows.note_row(first, Finding::LateRows { count });
         }
         for &row in &self.starts {
-            let finding = Finding::NewRecording {
-                from_secs: rows.times[row - 1],
-                to_secs: rows.times[row],
-            };
+            let finding =
+                Finding::NewRecording { from_secs: rows.times[row - 1], to_secs: rows.times[row] };
             rows.note_row(row, finding);
         }
         if let Some((first, last, count)) = self.repeats {
@@ -254,9 +246,7 @@ impl Cuts {
             let is_coarse = 2 * count >= rows.times.len() as u64;
             let finding = match is_coarse {
                 true => Finding::CoarseStamps,
-                false => Finding::RepeatedTime {
-                    time_secs: rows.times[first],
-                },
+                false => Finding::RepeatedTime { time_secs: rows.times[first] },
             };
             rows.note_rows(first, last, count, finding);
         }
@@ -306,10 +296,7 @@ mod tests {
     #[test]
     fn packets_with_short_pauses_are_one_recording_and_nothing_to_tell() {
         let found = cuts(&runs(40, 50, 0.001, 0.004), None);
-        assert_eq!(
-            (found.starts, found.repeats, found.bursts),
-            (vec![], None, None)
-        );
+        assert_eq!((found.starts, found.repeats, found.bursts), (vec![], None, None));
     }
 
     #[test]
@@ -336,10 +323,7 @@ mod tests {
         let mut times: Vec<f64> = (0..2000).map(|k| f64::from(k) / 1000.0).collect();
         times[1000..].iter_mut().for_each(|time| *time += 0.03);
         let found = cuts(&times, None);
-        assert_eq!(
-            (found.starts, found.repeats, found.bursts),
-            (vec![], None, None)
-        );
+        assert_eq!((found.starts, found.repeats, found.bursts), (vec![], None, None));
         times[1000..].iter_mut().for_each(|time| *time += 0.2);
         assert_eq!(cuts(&times, None).starts, [1000]);
     }

@@ -54,9 +54,8 @@ pub(super) fn join(
     for time in &mut reference.rows.times {
         *time += join.clock_offset_secs;
     }
-    let limit_secs = join
-        .limit_secs
-        .unwrap_or_else(|| timeline::longest_bridge(&reference.rows.times));
+    let limit_secs =
+        join.limit_secs.unwrap_or_else(|| timeline::longest_bridge(&reference.rows.times));
     let series = Series {
         times: &reference.rows.times,
         values: &reference.rows.loads,

@@ -28,11 +28,7 @@ pub struct LoadWarning {
 pub enum Finding {
     /// A row is skipped or left out for one of its cells.
     #[error("{column} {}", trouble.told(&shown(value)))]
-    Cell {
-        column: NamedColumn,
-        value: String,
-        trouble: Trouble,
-    },
+    Cell { column: NamedColumn, value: String, trouble: Trouble },
     /// A row is skipped: it is shorter than the header.
     #[error("{actual} cells where the table has {expected} columns; row skipped")]
     TooFewCells { expected: usize, actual: usize },
@@ -40,21 +36,11 @@ pub enum Finding {
     #[error("{actual} cells where the table has {expected} columns; the extra ones are ignored")]
     TooManyCells { expected: usize, actual: usize },
     /// A number with a comma where others write a point.
-    #[error(
-        "{column} holds {}; its comma is read as a decimal point",
-        shown(value)
-    )]
+    #[error("{column} holds {}; its comma is read as a decimal point", shown(value))]
     DecimalComma { column: NamedColumn, value: String },
     /// A gauge that never changes.
-    #[error(
-        "column {column} (gauge {}) is {value} in every row; is it connected?",
-        shown(name)
-    )]
-    ConstantGauge {
-        column: usize,
-        name: String,
-        value: f64,
-    },
+    #[error("column {column} (gauge {}) is {value} in every row; is it connected?", shown(name))]
+    ConstantGauge { column: usize, name: String, value: f64 },
     /// An auxiliary channel without numbers.
     #[error(
         "{}(auxiliary {}) has no number in {}{}; the one before is held there",
@@ -63,12 +49,7 @@ pub enum Finding {
         if *n_rows == 1 { "a row".to_owned() } else { format!("{n_rows} rows") },
         longest_secs.map_or_else(String::new, |secs| format!(", for {secs:.3} s at the longest"))
     )]
-    HeldAuxiliary {
-        column: Option<usize>,
-        name: String,
-        n_rows: usize,
-        longest_secs: Option<f64>,
-    },
+    HeldAuxiliary { column: Option<usize>, name: String, n_rows: usize, longest_secs: Option<f64> },
     /// Time jumps or goes back, so that a new recording starts.
     #[error("time goes from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
@@ -105,11 +86,7 @@ pub enum Finding {
     #[error(
         "the dates of {column} are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map"
     )]
-    AssumedDateOrder {
-        column: NamedColumn,
-        order: &'static str,
-        other: &'static str,
-    },
+    AssumedDateOrder { column: NamedColumn, order: &'static str, other: &'static str },
     /// More than one column could be the time.
     #[error(
         "several columns could be the time: {} is used, ignored: {}",
@@ -123,10 +100,7 @@ pub enum Finding {
         listed(used),
         listed(others)
     )]
-    SeveralReferences {
-        used: Vec<String>,
-        others: Vec<String>,
-    },
+    SeveralReferences { used: Vec<String>, others: Vec<String> },
     /// Columns that are neither time nor gauge nor reference.
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
@@ -169,11 +143,7 @@ pub enum Finding {
             " and is left out; move more slowly, or set \"inertia\" under \"weight\""
         }
     )]
-    Inertia {
-        axis: Axis,
-        percent: f64,
-        is_counted: bool,
-    },
+    Inertia { axis: Axis, percent: f64, is_counted: bool },
     /// What a file of arrays holds besides the table.
     #[error("not columns of the table, so left out: {}", listed(names))]
     LeftOut { names: Vec<String> },
@@ -189,10 +159,7 @@ pub enum Finding {
         listed(used),
         listed(others)
     )]
-    SeveralParts {
-        used: Vec<String>,
-        others: Vec<String>,
-    },
+    SeveralParts { used: Vec<String>, others: Vec<String> },
     /// A recording whose end is missing.
     #[error("the file ends early, as if its recorder was stopped; what it holds is read")]
     EndsEarly,
@@ -214,10 +181,7 @@ impl Finding {
 
     /// Whether a row is not used for it.
     pub(super) const fn skips_row(&self) -> bool {
-        matches!(
-            self,
-            Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation
-        )
+        matches!(self, Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation)
     }
 }
 
@@ -272,19 +236,9 @@ impl Trouble {
 
 impl fmt::Display for LoadWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}:{}: {}",
-            self.path.display(),
-            self.first_line,
-            self.finding
-        )?;
+        write!(f, "{}:{}: {}", self.path.display(), self.first_line, self.finding)?;
         if self.count > 1 {
-            write!(
-                f,
-                " ({} times, last on line {})",
-                self.count, self.last_line
-            )?;
+            write!(f, " ({} times, last on line {})", self.count, self.last_line)?;
         }
         Ok(())
     }
@@ -334,10 +288,7 @@ impl Findings {
     /// Returns the number of rows that are skipped for a cell which is no number, or for missing cells.
     pub(super) fn not_understood(&self) -> u64 {
         let is_nan = |own: &&LoadWarning| matches!(&own.finding, Finding::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
-        let skipped = self
-            .0
-            .iter()
-            .filter(|own| own.finding.skips_row() && !is_nan(own));
+        let skipped = self.0.iter().filter(|own| own.finding.skips_row() && !is_nan(own));
         skipped.map(|own| own.count).sum()
     }
 
@@ -345,10 +296,7 @@ impl Findings {
     pub(super) fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
         let skipped = self.0.iter().filter(|own| own.finding.skips_row());
         let most = skipped.max_by_key(|own| own.count)?;
-        Some(LoadWarning {
-            path: path.to_owned(),
-            ..most.clone()
-        })
+        Some(LoadWarning { path: path.to_owned(), ..most.clone() })
     }
 
     /// How many rows are skipped for having too few cells.

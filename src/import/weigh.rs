@@ -22,11 +22,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     let rotations = rotations(table, &plan, map);
     if rotations.is_empty() {
         let rows = std::mem::take(&mut table.rows);
-        return Err(assemble::why_nothing_is_usable(
-            &table.path,
-            &table.plan,
-            rows,
-        ));
+        return Err(assemble::why_nothing_is_usable(&table.path, &table.plan, rows));
     }
     let weights = weights(table, &plan, map)?;
     let rows = &mut table.rows;
@@ -54,22 +50,15 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
             let (low, high) = range[axis];
             range[axis] = (low.min(at_rest[axis]), high.max(at_rest[axis]));
         }
-        rows.loads
-            .extend(if map.inertia { moving } else { at_rest });
+        rows.loads.extend(if map.inertia { moving } else { at_rest });
     }
     rows.poses = Vec::new();
     let share = |axis: usize| {
         let full_scale = full_scale_of(range[axis]);
         // An axis that gravity never reaches has no full scale.
-        if full_scale > 1e-9 {
-            inertia[axis] / full_scale
-        } else {
-            0.0
-        }
+        if full_scale > 1e-9 { inertia[axis] / full_scale } else { 0.0 }
     };
-    let worst = (0..6)
-        .max_by(|&a, &b| share(a).total_cmp(&share(b)))
-        .unwrap_or(0);
+    let worst = (0..6).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0);
     if share(worst) > INERTIA_SHARE {
         let finding = Finding::Inertia {
             axis: Axis::ALL[worst],
@@ -101,9 +90,7 @@ fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight
     let all = |weight: Weight| vec![weight; table.rows.times.len()];
     if let Some(at) = plan.mount {
         let numbers = table.rows.poses.chunks_exact(plan.width);
-        return Ok(numbers
-            .map(|numbers| known[numbers[at] as usize].1)
-            .collect());
+        return Ok(numbers.map(|numbers| known[numbers[at] as usize].1).collect());
     }
     if map.mounts.is_empty() {
         return Ok(all(known[0].1));
@@ -183,10 +170,7 @@ mod tests {
         for (actual, expected) in recording.loads().iter().zip(expected.as_flattened()) {
             assert!((actual - expected).abs() < 1e-12, "{:?}", recording.loads());
         }
-        assert!(
-            told.contains("run.csv:5: the pose is no rotation"),
-            "{told}"
-        );
+        assert!(told.contains("run.csv:5: the pose is no rotation"), "{told}");
         assert!(
             told.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
             "{told}"
@@ -197,33 +181,22 @@ mod tests {
     /// (0, −W, 0), and halfway between on their line.
     #[test]
     fn the_pose_may_stand_in_the_file_of_another_clock() {
-        let mut map = map(
-            &QUATERNION[..6],
-            r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#,
-        );
+        let mut map = map(&QUATERNION[..6], r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#);
         let mut states = map.table.clone();
         states.columns.retain(|rule| rule.is != ColumnRole::Gauge);
         map.table.columns.truncate(2);
-        map.reference = Some(ReferenceFile {
-            file: "states.csv".to_owned(),
-            table: states,
-        });
+        map.reference = Some(ReferenceFile { file: "states.csv".to_owned(), table: states });
         let file = TestFile::new("t_s,S1,w,x,y,z\n0,1,,,,\n5,2,,,,\n10,3,,,,\n");
         let text = "t_s,S1,w,x,y,z\n0,,1,0,0,0\n10,,1,1,0,0\n";
         std::fs::write(file.path.with_file_name("states.csv"), text).unwrap();
         let loaded = read(&file.path, Some(&map), &[], &Progress::default()).unwrap();
         let loads = loaded.recordings[0].loads();
         let half = STANDARD_GRAVITY / 2.0;
-        for (sample, force) in [
-            (0, [0.0, -2.0 * half]),
-            (1, [-half, -half]),
-            (2, [-2.0 * half, 0.0]),
-        ] {
+        for (sample, force) in
+            [(0, [0.0, -2.0 * half]), (1, [-half, -half]), (2, [-2.0 * half, 0.0])]
+        {
             for axis in 0..2 {
-                assert!(
-                    (loads[6 * sample + 1 + axis] - force[axis]).abs() < 1e-12,
-                    "{loads:?}"
-                );
+                assert!((loads[6 * sample + 1 + axis] - force[axis]).abs() < 1e-12, "{loads:?}");
             }
         }
     }
@@ -239,9 +212,7 @@ mod tests {
         let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
         let (loaded, _) = load(text, &map(columns, &weight("run"))).unwrap();
         assert_eq!(loaded.recordings[0].loads()[2], -STANDARD_GRAVITY);
-        let error = load(text, &map(columns, &weight("left")))
-            .unwrap_err()
-            .to_string();
+        let error = load(text, &map(columns, &weight("left"))).unwrap_err().to_string();
         assert!(error.contains("holds none of the mounts left"), "{error}");
     }
 
@@ -259,15 +230,9 @@ mod tests {
         let mut text = "t_s,S1,r [rad],p,y\n".to_owned();
         for k in 0..300 {
             let t = f64::from(k) / 100.0;
-            text.push_str(&format!(
-                "{t},{k},{},0,0\n",
-                (std::f64::consts::TAU * t).sin()
-            ));
+            text.push_str(&format!("{t},{k},{},0,0\n", (std::f64::consts::TAU * t).sin()));
         }
-        for (inertia, word) in [
-            ("false", "is left out"),
-            ("true", "only as good as the pose"),
-        ] {
+        for (inertia, word) in [("false", "is left out"), ("true", "only as good as the pose")] {
             let weight = format!(
                 r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#
             );
@@ -296,10 +261,6 @@ mod tests {
         let file = TestFile::new(text);
         let alone = map(&QUATERNION[..6], whole);
         let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();
-        assert!(
-            error
-                .to_string()
-                .contains("a weight is found by the forces on it")
-        );
+        assert!(error.to_string().contains("a weight is found by the forces on it"));
     }
 }

@@ -37,11 +37,7 @@ impl AuxiliaryInputs {
             };
             let mut without = entries.iter().filter(|entry| !has_it(&entry.recording));
             if let Some(first) = without.next() {
-                let of_unit = if unit.is_empty() {
-                    String::new()
-                } else {
-                    format!(" in {unit}")
-                };
+                let of_unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
                 inputs.unused.push(format!(
                     "{} has no {name}{of_unit}, so that it cannot be used; load recordings that all have it, or close this one",
                     first.recording.name(),
@@ -119,10 +115,7 @@ mod tests {
         );
         let (names, units) = (["U", "T"], ["V", "°C"]);
         let [names, units] = [names, units].map(|texts| texts.map(str::to_owned).to_vec());
-        recording
-            .unwrap()
-            .with_auxiliary(names, units, auxiliary)
-            .unwrap()
+        recording.unwrap().with_auxiliary(names, units, auxiliary).unwrap()
     }
 
     /// The last one tests.
@@ -170,23 +163,14 @@ mod tests {
         });
         assert!(test_rmse(&with.calibration) < 1.1 * NOISE);
         assert!(test_rmse(&without.calibration) > 50.0 * NOISE);
-        let cv = with
-            .calibration
-            .quality
-            .compensated
-            .cv_rmse
-            .as_ref()
-            .unwrap();
+        let cv = with.calibration.quality.compensated.cv_rmse.as_ref().unwrap();
         assert!(cv[0] < 1.15 * NOISE, "{cv:?}");
         // The supply stood still: it is none of the channels, and that is said.
         let channels = &with.calibration.features.auxiliary;
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);
         let said: Vec<String> = with.cautions.iter().map(ToString::to_string).collect();
-        assert!(
-            said.iter().any(|text| text.contains("U stands at 5")),
-            "{said:?}"
-        );
+        assert!(said.iter().any(|text| text.contains("U stands at 5")), "{said:?}");
     }
 
     /// At 30 °C the load is `(3 + 0.02 · 10) s₁ − 2 s₂ + 0.4 · 10`.
@@ -214,11 +198,7 @@ mod tests {
         assert!(entered.cautions.len() == mean.cautions.len());
         let far = with(Some(-20.0));
         let said: Vec<String> = far.cautions.iter().map(ToString::to_string).collect();
-        assert!(
-            said.iter()
-                .any(|text| text.contains("T counts from -20 °C")),
-            "{said:?}"
-        );
+        assert!(said.iter().any(|text| text.contains("T counts from -20 °C")), "{said:?}");
     }
 
     /// The same least squares by QR on `[s₁, s₂, 1, T, T s₁, T s₂]`.
@@ -226,10 +206,8 @@ mod tests {
     fn predictions_are_those_of_a_qr_solution() {
         let recordings = set(drifting(30.0));
         let calibration = fitted(&recordings, |_| {}).calibration;
-        let training: Vec<_> = recordings.entries()[..4]
-            .iter()
-            .map(|entry| &entry.recording)
-            .collect();
+        let training: Vec<_> =
+            recordings.entries()[..4].iter().map(|entry| &entry.recording).collect();
         let row = |recording: &Recording, k: usize| {
             let (s, t) = (recording.gauges_at(k), recording.auxiliary().at(k)[1]);
             [s[0], s[1], 1.0, t, t * s[0], t * s[1]]
@@ -241,15 +219,9 @@ mod tests {
         let tested = &recordings.entries()[4].recording;
         let loads = calibration.apply(tested).unwrap().compensated;
         for (k, load) in loads.iter().enumerate() {
-            let expected: f64 = row(tested, k)
-                .iter()
-                .enumerate()
-                .map(|(j, x)| x * solution[(j, 0)])
-                .sum();
-            assert!(
-                (load - expected).abs() < 1e-7,
-                "sample {k}: {load} instead of {expected}"
-            );
+            let expected: f64 =
+                row(tested, k).iter().enumerate().map(|(j, x)| x * solution[(j, 0)]).sum();
+            assert!((load - expected).abs() < 1e-7, "sample {k}: {load} instead of {expected}");
         }
     }
 
@@ -263,14 +235,8 @@ mod tests {
         assert_eq!(quality.compensated, quality.conventional);
         assert!(analysis.calibration.features.auxiliary.is_empty());
         let said: Vec<String> = analysis.cautions.iter().map(ToString::to_string).collect();
-        let about = said
-            .iter()
-            .find(|text| text.contains("T stands at"))
-            .unwrap();
-        assert!(
-            about.contains("(1 °C): its effect is not determined"),
-            "{about}"
-        );
+        let about = said.iter().find(|text| text.contains("T stands at")).unwrap();
+        assert!(about.contains("(1 °C): its effect is not determined"), "{about}");
     }
 
     #[test]
@@ -281,10 +247,7 @@ mod tests {
         recordings[1] = bare.with_auxiliary_of(&only).unwrap();
         let analysis = fitted(&set(recordings), |_| {});
         let said: Vec<String> = analysis.cautions.iter().map(ToString::to_string).collect();
-        assert!(
-            said.iter().any(|text| text.contains("r2 has no T in °C")),
-            "{said:?}"
-        );
+        assert!(said.iter().any(|text| text.contains("r2 has no T in °C")), "{said:?}");
         assert!(analysis.calibration.features.auxiliary.is_empty());
     }
 
@@ -306,11 +269,7 @@ mod tests {
     #[test]
     fn a_file_and_an_estimator_give_the_numbers_of_a_whole_recording() {
         let recordings = set(drifting(30.0));
-        for regressor in [
-            Regressor::Linear,
-            Regressor::HybridKernel,
-            Regressor::Network,
-        ] {
+        for regressor in [Regressor::Linear, Regressor::HybridKernel, Regressor::Network] {
             let request = asked(&recordings, |settings| {
                 settings.regressor = regressor;
                 settings.network.epochs = 2;

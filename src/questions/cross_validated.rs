@@ -43,10 +43,7 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
 
 /// About how much work the cross-validation is, in the steps that the fit itself counts.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
-    let training = data
-        .entries
-        .iter()
-        .filter(|entry| entry.role == Role::Train);
+    let training = data.entries.iter().filter(|entry| entry.role == Role::Train);
     let steps = match settings.regressor.learner() {
         Some(Learner::Network) => {
             let samples: usize = training.map(|entry| entry.recording.n_samples()).sum();
@@ -91,13 +88,10 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
 
 /// The squared errors of parts; with shares that are chosen by them, each fold's by the parts of the others.
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
-    let squares = parts
-        .iter()
-        .zip(part_shares(parts, has_shares))
-        .flat_map(|(part, shares)| {
-            let shares = shares.into_iter().enumerate();
-            shares.map(|(axis, share)| part.squares(axis, share))
-        });
+    let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
+        let shares = shares.into_iter().enumerate();
+        shares.map(|(axis, share)| part.squares(axis, share))
+    });
     PartSquares {
         squares: squares.collect(),
         part_samples: parts.iter().map(|part| part.n_samples).collect(),
@@ -120,9 +114,8 @@ pub(crate) fn cross_validated(
         .filter(|(_, (entry, _))| entry.role == Role::Train)
         .map(|(at, (entry, pieces))| (data.groups.said(at, entry), &pieces[..]))
         .collect();
-    let n_parts = (training.iter().flat_map(|(_, pieces)| *pieces))
-        .map(|piece| piece.fold + 1)
-        .max()?;
+    let n_parts =
+        (training.iter().flat_map(|(_, pieces)| *pieces)).map(|piece| piece.fold + 1).max()?;
     let n_folds = n_parts.min(FOLDS);
     if n_folds < 2 || progress.is_cancelled() {
         return None;
@@ -163,10 +156,7 @@ pub(crate) fn cross_validated(
             let before = (done * steps as f64) as u64;
             done += more / n_folds as f64;
             progress.advance((done * steps as f64) as u64 - before);
-            on_step(TrainingStep::CrossValidation {
-                done,
-                elapsed: start.elapsed(),
-            });
+            on_step(TrainingStep::CrossValidation { done, elapsed: start.elapsed() });
         }
         let ended = workers.into_iter().map(|worker| worker.join());
         let ended = ended.map(|ended| ended.unwrap_or_else(|panic| resume_unwind(panic)));
@@ -206,11 +196,7 @@ struct Fold {
 impl Fold {
     /// A recording of which only some is left out is cut into several, each with a history of its own.
     fn new(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Self {
-        let mut fold = Self {
-            set: RecordingSet::default(),
-            n_train: 0,
-            left_out: Vec::new(),
-        };
+        let mut fold = Self { set: RecordingSet::default(), n_train: 0, left_out: Vec::new() };
         for (entry, pieces) in training {
             let mut kept = 0..0;
             for piece in *pieces {
@@ -255,10 +241,7 @@ impl Fold {
                 landmarks: settings.kernel.landmarks.min(self.n_train.max(1)),
                 ..settings.kernel
             },
-            network: NetworkSettings {
-                cross_validate: false,
-                ..settings.network.clone()
-            },
+            network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
             ..settings.clone()
         }
     }
@@ -275,11 +258,8 @@ impl Fold {
         let progress = &progress.part();
         let request = Request::fit(Arc::new(self.set), settings);
         let data = Datasets::default().get(&request.key(), progress)?;
-        let Fitted {
-            past,
-            mut calibration,
-            ..
-        } = fit_all(&data, &request.settings, progress, on_epoch)?;
+        let Fitted { past, mut calibration, .. } =
+            fit_all(&data, &request.settings, progress, on_epoch)?;
         let learned = calibration.learned.take();
         let left_out = data.entries.iter().zip(&past);
         let left_out = left_out.filter(|(entry, _)| entry.role == Role::Test);
@@ -289,10 +269,7 @@ impl Fold {
             let whole = calibration.compensated_loads(&entry.recording, past);
             calibration.learned = None;
             let difference = |of: &[f64]| -> Vec<f64> {
-                of.iter()
-                    .zip(&linear)
-                    .map(|(of, linear)| of - linear)
-                    .collect()
+                of.iter().zip(&linear).map(|(of, linear)| of - linear).collect()
             };
             let mut moments = Moments::new(calibration.axes.len());
             let (left_over, added) = (difference(entry.recording.loads()), difference(&whole));
@@ -341,19 +318,13 @@ mod tests {
     fn settings(regressor: Regressor) -> FitSettings {
         FitSettings {
             features: FeatureSettings {
-                look_backs: vec![Thresholds {
-                    f_th: 0.5,
-                    t_th_secs: 2.0,
-                }],
+                look_backs: vec![Thresholds { f_th: 0.5, t_th_secs: 2.0 }],
                 blocks: Blocks::default().with(&Polynomial, &[2.0]),
                 ..FeatureSettings::present()
             },
             regressor,
             ridge: RidgeChoice::Auto,
-            kernel: KernelSettings {
-                landmarks: 12,
-                length_scale: None,
-            },
+            kernel: KernelSettings { landmarks: 12, length_scale: None },
             network: NetworkSettings {
                 hidden: vec![5],
                 epochs: 6,
@@ -387,20 +358,13 @@ mod tests {
     #[test]
     fn scores_are_those_of_fits_from_scratch_without_the_part() {
         let recordings = recordings(&[60, 50, 70, 40, 55]);
-        for regressor in [
-            Regressor::Kernel,
-            Regressor::HybridKernel,
-            Regressor::Network,
-        ] {
+        for regressor in [Regressor::Kernel, Regressor::HybridKernel, Regressor::Network] {
             let settings = settings(regressor);
             let whole = scored(&recordings, None, &settings);
             let full_scale = whole.calibration.full_scale.iter();
             let plain = FitSettings {
                 full_scale: full_scale.copied().map(Some).collect(),
-                network: NetworkSettings {
-                    cross_validate: false,
-                    ..settings.network.clone()
-                },
+                network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
                 ..settings
             };
             let left_out = whole.left_out.unwrap();
@@ -441,8 +405,7 @@ mod tests {
         let recordings = recordings(&[60, 50, 70]);
         let mut set = RecordingSet::default();
         for recording in recordings {
-            set.push(Entry::with_default_role((*recording).clone()))
-                .unwrap();
+            set.push(Entry::with_default_role((*recording).clone())).unwrap();
         }
         let request = Request::fit(Arc::new(set), settings(Regressor::Network));
         let progress = Progress::default();

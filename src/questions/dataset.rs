@@ -168,9 +168,8 @@ impl Datasets {
     ) -> Result<Vec<Arc<Faults>>, Cancelled> {
         let mut kept = waited_for(&self.faults, progress)?;
         let before = std::mem::take(&mut *kept);
-        let all: Vec<&Arc<Recording>> = (recordings.entries().iter())
-            .map(|entry| &entry.recording)
-            .collect();
+        let all: Vec<&Arc<Recording>> =
+            (recordings.entries().iter()).map(|entry| &entry.recording).collect();
         let are_same =
             before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
         // Load cases of a table are judged together.
@@ -200,9 +199,7 @@ impl Datasets {
 impl Dataset {
     pub fn prepare(key: &Key, progress: &Progress) -> Result<Self, AnalysisError> {
         let mut entries = decimated(key.recordings.entries(), key.decimation);
-        entries
-            .par_iter()
-            .try_for_each(|entry| check_size(&entry.recording))?;
+        entries.par_iter().try_for_each(|entry| check_size(&entry.recording))?;
         let auxiliary = match &key.calibration {
             Some(calibration) => {
                 for entry in &mut entries {
@@ -233,20 +230,14 @@ impl Dataset {
         };
         let ranges = load_ranges(training.iter().copied());
         let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
-        let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES).then(|| {
-            entries
-                .par_iter()
-                .map(kept)
-                .collect::<Result<_, Cancelled>>()
-        });
+        let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES)
+            .then(|| entries.par_iter().map(kept).collect::<Result<_, Cancelled>>());
         let loads = loads.transpose()?;
         Ok(Self {
             key: key.clone(),
             groups: key.recordings.groups(),
             full_scale: ranges.iter().copied().map(full_scale_of).collect(),
-            largest: (ranges.iter())
-                .map(|(low, high)| low.abs().max(high.abs()))
-                .collect(),
+            largest: (ranges.iter()).map(|(low, high)| low.abs().max(high.abs())).collect(),
             gap_secs: gap_secs(&training),
             entries,
             auxiliary,
@@ -272,10 +263,7 @@ impl Dataset {
     /// As if there were too many to be kept.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
-        Self {
-            loads: None,
-            ..self
-        }
+        Self { loads: None, ..self }
     }
 
     /// Those of all recordings, where they are kept.
@@ -308,14 +296,12 @@ impl Dataset {
 
     /// What loads the recordings hold on these axes.
     pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
-        self.coverage
-            .get_or_init(|| Coverage::of(&self.entries, axes))
+        self.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
     /// Columns of the training recordings that are taken for gauges and seem to be none.
     pub fn no_gauges(&self) -> &[NoGauge] {
-        self.no_gauges
-            .get_or_init(|| no_gauges(&in_role(&self.entries, Role::Train)))
+        self.no_gauges.get_or_init(|| no_gauges(&in_role(&self.entries, Role::Train)))
     }
 
     /// The searches of this calibration.
@@ -376,11 +362,7 @@ impl Dataset {
             .collect();
         let is_entered = |axis| settings.full_scale.get(axis).is_some_and(Option::is_some);
         let rated: Vec<bool> = (0..layout.axes.len()).map(is_entered).collect();
-        let rated = if rated.contains(&true) {
-            rated
-        } else {
-            Vec::new()
-        };
+        let rated = if rated.contains(&true) { rated } else { Vec::new() };
         let training = in_role(&self.entries, Role::Train);
         let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
         let history_step_secs = match settings.history_rate_hz {
@@ -402,11 +384,7 @@ impl Dataset {
             identity: Identity::default(),
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
-            units: layout
-                .axes
-                .iter()
-                .map(|axis| axis.unit().to_owned())
-                .collect(),
+            units: layout.axes.iter().map(|axis| axis.unit().to_owned()).collect(),
             full_scale,
             rated,
             offset: settings.offset,
@@ -519,10 +497,9 @@ pub(crate) fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibra
 const LARGEST: f64 = 1e140;
 
 fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
-    for (values, width) in [
-        (recording.gauges(), recording.n_gauges()),
-        (recording.loads(), recording.axes().len()),
-    ] {
+    for (values, width) in
+        [(recording.gauges(), recording.n_gauges()), (recording.loads(), recording.axes().len())]
+    {
         if let Some(at) = values.iter().position(|value| value.abs() > LARGEST) {
             return Err(AnalysisError::TooLarge {
                 recording: recording.name().to_owned(),
@@ -535,21 +512,14 @@ fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
 }
 
 pub(crate) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
-    entries
-        .iter()
-        .filter(|entry| entry.role == role)
-        .map(|entry| &*entry.recording)
-        .collect()
+    entries.iter().filter(|entry| entry.role == role).map(|entry| &*entry.recording).collect()
 }
 
 /// Every `step`-th sample of each.
 fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
     let entries = entries.par_iter().map(|entry| match step {
         1 => entry.clone(),
-        step => Entry {
-            recording: Arc::new(entry.recording.decimated(step)),
-            ..entry.clone()
-        },
+        step => Entry { recording: Arc::new(entry.recording.decimated(step)), ..entry.clone() },
     });
     entries.collect()
 }

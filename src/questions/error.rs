@@ -22,11 +22,7 @@ pub enum AnalysisError {
     #[error(
         "{recording}: sample {sample} holds {value:e}, too large to be squared; leave that row out, or take a larger unit"
     )]
-    TooLarge {
-        recording: String,
-        sample: usize,
-        value: f64,
-    },
+    TooLarge { recording: String, sample: usize, value: f64 },
     #[error(
         "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
     )]
@@ -42,11 +38,7 @@ pub enum AnalysisError {
         "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; take fewer values of t_th, \
          or fewer blocks"
     )]
-    MapTooLarge {
-        t_ths: usize,
-        columns: usize,
-        parts: usize,
-    },
+    MapTooLarge { t_ths: usize, columns: usize, parts: usize },
     #[error(transparent)]
     Grid(#[from] GridError),
     #[error(transparent)]

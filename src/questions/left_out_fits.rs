@@ -37,37 +37,22 @@ impl Dataset {
         }
         let design = calibration.design();
         let (kinds, known, all) = (design.kinds(), self.map.standardised(&design), design.all());
-        let terms = Terms {
-            used: &all,
-            kinds: &kinds,
-            known: &known,
-        };
+        let terms = Terms { used: &all, kinds: &kinds, known: &known };
         let shares = shares_of(calibration, terms, &design);
-        let strengths: Vec<f64> = shares
-            .iter()
-            .map(|own| own.iter().copied().fold(0.0, f64::max))
-            .collect();
-        let left_out = LeftOut {
-            total: &sums.train,
-            parts: &sums.parts,
-            terms,
-        };
+        let strengths: Vec<f64> =
+            shares.iter().map(|own| own.iter().copied().fold(0.0, f64::max)).collect();
+        let left_out = LeftOut { total: &sums.train, parts: &sums.parts, terms };
         if !left_out.is_determined(&strengths) {
             return Err(NotLeftOut::TooFew);
         }
         let fits = left_out.coefficients(&shares);
         let maps = fits.iter().map(|found| self.map_of(&design, found));
-        Ok(LeftOutFits {
-            maps: maps.collect(),
-        })
+        Ok(LeftOutFits { maps: maps.collect() })
     }
 
     /// The map with these coefficients beside the conventional ones.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
-        LinearMap {
-            columns: design.columns(),
-            matrix: self.map.corrected(design, coefficients),
-        }
+        LinearMap { columns: design.columns(), matrix: self.map.corrected(design, coefficients) }
     }
 }
 
@@ -77,17 +62,11 @@ fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Ve
     match quality.ridge_by_block.is_empty() {
         true => terms.of_targets(&quality.ridge),
         false => {
-            let blocks: Vec<Vec<usize>> = design
-                .blocks()
-                .into_iter()
-                .map(|(_, columns)| columns)
-                .collect();
+            let blocks: Vec<Vec<usize>> =
+                design.blocks().into_iter().map(|(_, columns)| columns).collect();
             let of_axis = |axis: usize| {
-                let strengths: Vec<Option<f64>> = quality
-                    .ridge_by_block
-                    .iter()
-                    .map(|own| own.strengths[axis])
-                    .collect();
+                let strengths: Vec<Option<f64>> =
+                    quality.ridge_by_block.iter().map(|own| own.strengths[axis]).collect();
                 shares_of_blocks(design.n_columns(), &blocks, &strengths)
             };
             (0..calibration.axes.len()).map(of_axis).collect()

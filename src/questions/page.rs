@@ -74,13 +74,7 @@ pub fn report(
     let shown = worst(&applied.recordings, &analysis);
     if let Some((at, _)) = shown {
         let view = View::One(at);
-        analysis = analyst.analyse(
-            &Request {
-                view,
-                ..applied.clone()
-            },
-            &progress.part(),
-        )?;
+        analysis = analyst.analyse(&Request { view, ..applied.clone() }, &progress.part())?;
     }
     drop(analyst);
     progress.advance(1);
@@ -195,13 +189,10 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
     let full_scale = &analysis.calibration.full_scale;
     let badness = |at: usize| -> Option<f64> {
         let rmse = analysis.recordings[at].compensated_rmse.as_ref()?;
-        let shares = rmse
-            .iter()
-            .zip(full_scale)
-            .map(|(rmse, full)| match *full > 0.0 {
-                true => (rmse / full).powi(2),
-                false => 0.0,
-            });
+        let shares = rmse.iter().zip(full_scale).map(|(rmse, full)| match *full > 0.0 {
+            true => (rmse / full).powi(2),
+            false => 0.0,
+        });
         Some(shares.sum())
     };
     let in_role = |role: Role| {
@@ -212,22 +203,11 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
         rated.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
     };
     let chosen = [
-        (
-            Role::Test,
-            "the test recording with the greatest errors over full scale",
-        ),
-        (
-            Role::Train,
-            "the training recording with the greatest errors over full scale",
-        ),
-        (
-            Role::Off,
-            "the recording with the greatest errors over full scale",
-        ),
+        (Role::Test, "the test recording with the greatest errors over full scale"),
+        (Role::Train, "the training recording with the greatest errors over full scale"),
+        (Role::Off, "the recording with the greatest errors over full scale"),
     ];
-    chosen
-        .into_iter()
-        .find_map(|(role, why)| Some((in_role(role)?, why)))
+    chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
 /// The recordings that loops and figures are of.
@@ -426,10 +406,7 @@ fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> 
         Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),
         Output::Compensated => (color::COMPENSATED, None),
     };
-    Line {
-        dash,
-        ..Line::new(name, color, pieces)
-    }
+    Line { dash, ..Line::new(name, color, pieces) }
 }
 
 fn error_figures(traces: &TraceSet) -> Vec<Figure<'static>> {
@@ -471,13 +448,8 @@ fn points(traces: &TraceSet, series: &Series) -> Vec<[f64; 2]> {
     let (first, last) = (traces.times.first(), traces.times.last());
     let secs = first.zip(last).map_or(0.0, |(first, last)| last - first);
     let column_secs = secs / TRACE_COLUMNS;
-    series.draw(
-        &traces.times,
-        0..series.len(),
-        column_secs,
-        |time, value| {
-            points.push([time, value]);
-        },
-    );
+    series.draw(&traces.times, 0..series.len(), column_secs, |time, value| {
+        points.push([time, value]);
+    });
     points
 }

@@ -31,12 +31,7 @@ impl Default for AuxiliaryTable {
 
 impl AuxiliaryTable {
     pub(super) fn new(names: Vec<String>, units: Vec<String>, values: Vec<f64>) -> Self {
-        Self {
-            names,
-            units,
-            values: values.into(),
-            held: Arc::default(),
-        }
+        Self { names, units, values: values.into(), held: Arc::default() }
     }
 
     /// The same, having held the last value for longer than a gap there, for each channel in order of time.
@@ -125,23 +120,16 @@ impl AuxiliaryTable {
     }
 
     pub(super) fn with_values(&self, values: Shared) -> Self {
-        Self {
-            values,
-            ..self.clone()
-        }
+        Self { values, ..self.clone() }
     }
 }
 
 /// A range with its unit, or the one value that it is; in as many digits as tell its ends apart: `21.5 to 24.0 °C`.
 pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
     if low == high {
-        return format!("{} {unit}", (low * 1e6).round() / 1e6)
-            .trim_end()
-            .to_owned();
+        return format!("{} {unit}", (low * 1e6).round() / 1e6).trim_end().to_owned();
     }
-    let width = (high - low)
-        .max(1e-3 * low.abs().max(high.abs()))
-        .max(f64::MIN_POSITIVE);
+    let width = (high - low).max(1e-3 * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
     let digits = (2.0 - width.log10()).clamp(0.0, 6.0) as usize;
     let numbers = format!("{low:.digits$} to {high:.digits$} {unit}");
     numbers.trim_end().to_owned()
@@ -167,11 +155,7 @@ mod tests {
             gauges,
         )
         .unwrap()
-        .with_auxiliary(
-            vec!["T".into(), "U".into()],
-            vec!["°C".into(), "V".into()],
-            auxiliary,
-        )
+        .with_auxiliary(vec!["T".into(), "U".into()], vec!["°C".into(), "V".into()], auxiliary)
         .unwrap()
     }
 
@@ -181,23 +165,11 @@ mod tests {
         let (first, rest) = recording.split(0.5).unwrap();
         assert_eq!(first.auxiliary().at(2), [22.0, 5.0]);
         assert_eq!(rest.auxiliary().at(0), [23.0, 5.0]);
-        assert!(std::ptr::eq(
-            rest.auxiliary().at(0),
-            recording.auxiliary().at(3)
-        ));
+        assert!(std::ptr::eq(rest.auxiliary().at(0), recording.auxiliary().at(3)));
         let every_second = recording.decimated(2);
-        assert_eq!(
-            every_second.auxiliary().values(),
-            [20.0, 5.0, 22.0, 5.0, 24.0, 5.0]
-        );
-        assert_eq!(
-            every_second.auxiliary().ranges(),
-            [(20.0, 24.0), (5.0, 5.0)]
-        );
-        assert_eq!(
-            recording.auxiliary().in_words(),
-            ["T 20.0 to 25.0 °C", "U 5 V"]
-        );
+        assert_eq!(every_second.auxiliary().values(), [20.0, 5.0, 22.0, 5.0, 24.0, 5.0]);
+        assert_eq!(every_second.auxiliary().ranges(), [(20.0, 24.0), (5.0, 5.0)]);
+        assert_eq!(recording.auxiliary().in_words(), ["T 20.0 to 25.0 °C", "U 5 V"]);
     }
 
     #[test]

@@ -146,10 +146,8 @@ impl Day {
         let is_end = |c: char| matches!(c, ':' | '=' | ',' | ';' | '\t') || c.is_ascii_digit();
         let (key, value) = line.split_at(line.find(is_end)?);
         let key = key.to_lowercase();
-        let key: Vec<&str> = key
-            .split(|c: char| !c.is_alphanumeric())
-            .filter(|word| !word.is_empty())
-            .collect();
+        let key: Vec<&str> =
+            key.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).collect();
         KEYS.contains(&&*key.join(" ")).then_some(())?;
         Self::in_text(value)
     }
@@ -173,9 +171,7 @@ impl Word<'_> {
 
     /// A number of one or two digits.
     fn part(&self) -> Option<i8> {
-        (self.text.len() <= 2)
-            .then(|| self.text.parse().ok())
-            .flatten()
+        (self.text.len() <= 2).then(|| self.text.parse().ok()).flatten()
     }
 
     fn month(&self) -> Option<i8> {
@@ -202,10 +198,7 @@ fn words(text: &str) -> Vec<Word<'_>> {
         let of = text[start..].chars().next().map(kind);
         let length = text[start..].find(|c| Some(kind(c)) != of);
         end = length.map_or(text.len(), |length| start + length);
-        words.push(Word {
-            before: &text[from..start],
-            text: &text[start..end],
-        });
+        words.push(Word { before: &text[from..start], text: &text[start..end] });
     }
     words
 }
@@ -221,9 +214,7 @@ fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
         // 10:22:01 May 3 2024, 3 May 10:22 2024: the part of a time of day is no day.
         let is_clock = |at: usize| {
             words[at].before.ends_with(':')
-                || words
-                    .get(at + 1)
-                    .is_some_and(|own| own.before.starts_with(':'))
+                || words.get(at + 1).is_some_and(|own| own.before.starts_with(':'))
         };
         let first = first.filter(|_| !is_clock(at - 1));
         let second = second.filter(|_| !is_clock(at + 1));

@@ -38,9 +38,7 @@ pub fn gap_by_steps(times: &[f64]) -> f64 {
 
 /// The gap of a sensor of which no more is known than its rate.
 pub fn gap_by_rate(rate_hz: Option<f64>) -> f64 {
-    rate_hz.map_or(UNKNOWN_GAP_SECS, |rate| {
-        (PAUSE_IN_STEPS / rate).max(SHORTEST_GAP_SECS)
-    })
+    rate_hz.map_or(UNKNOWN_GAP_SECS, |rate| (PAUSE_IN_STEPS / rate).max(SHORTEST_GAP_SECS))
 }
 
 /// The median of the steps forward; `None` if there are none.
@@ -113,10 +111,7 @@ impl Earlier {
     }
 
     pub(super) fn decimated(&self, step: usize) -> Self {
-        Self {
-            every: self.every * step,
-            ..self.clone()
-        }
+        Self { every: self.every * step, ..self.clone() }
     }
 
     /// Gives each sample's time, gauges and auxiliary channels to `take`, and calls `gap` after each recording.
@@ -137,10 +132,7 @@ impl Earlier {
         let mut tared = self.less.clone();
         let mut auxiliary = vec![0.0; self.auxiliary.len()];
         for run in runs.into_iter().rev() {
-            let rows = run
-                .times
-                .iter()
-                .zip(run.gauges.chunks_exact(self.less.len()));
+            let rows = run.times.iter().zip(run.gauges.chunks_exact(self.less.len()));
             for (k, (time, gauges)) in rows.enumerate().step_by(self.every) {
                 for ((tared, gauge), less) in tared.iter_mut().zip(gauges).zip(&self.less) {
                     *tared = gauge - less;

@@ -106,10 +106,7 @@ impl Groups {
 
     /// A recording of the set whose group is said, so that what is found among fewer recordings is the same.
     pub fn said(&self, recording: usize, entry: &Entry) -> Entry {
-        Entry {
-            group: self.name_of(recording).map(str::to_owned),
-            ..entry.clone()
-        }
+        Entry { group: self.name_of(recording).map(str::to_owned), ..entry.clone() }
     }
 }
 
@@ -207,9 +204,8 @@ impl RecordingSet {
     /// Which recordings are left out together.
     pub fn groups(&self) -> Groups {
         let entries = self.entries();
-        let training: Vec<usize> = (0..entries.len())
-            .filter(|&at| entries[at].role == Role::Train)
-            .collect();
+        let training: Vec<usize> =
+            (0..entries.len()).filter(|&at| entries[at].role == Role::Train).collect();
         let keyed = |found: Option<&Way>| -> Vec<Key> {
             let key = |(at, entry): (usize, &Entry)| {
                 let found = || found.and_then(|way| way.keys[at].clone());
@@ -264,43 +260,29 @@ impl RecordingSet {
                 let lone = lone(&keys);
                 return named(GROUP, keys, lone);
             }
-            unused = Some(UnusedGroups {
-                by: GROUP,
-                n: n_groups,
-                lone: None,
-            });
+            unused = Some(UnusedGroups { by: GROUP, n: n_groups, lone: None });
         }
         let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
-        Groups {
-            unused,
-            ..named(RECORDING, own.collect(), None)
-        }
+        Groups { unused, ..named(RECORDING, own.collect(), None) }
     }
 
     /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
     fn ways(&self, training: &[usize]) -> Vec<Way> {
         let entries = self.entries();
-        let open: Vec<usize> = training
-            .iter()
-            .copied()
-            .filter(|&at| entries[at].group.is_none())
-            .collect();
+        let open: Vec<usize> =
+            training.iter().copied().filter(|&at| entries[at].group.is_none()).collect();
         if open.is_empty() {
             return Vec::new();
         }
-        let words: Vec<Vec<String>> = entries
-            .iter()
-            .map(|entry| words_of(&entry.recording))
-            .collect();
+        let words: Vec<Vec<String>> =
+            entries.iter().map(|entry| words_of(&entry.recording)).collect();
         let by_words = |by, tells_alone, key: &dyn Fn(&[String]) -> Option<String>| Way {
             by,
             keys: words.iter().map(|words| key(words)).collect(),
             tells_alone,
         };
         let labelled = |(word, by): &(&'static str, &'static str)| {
-            by_words(by, true, &|words| {
-                Some(format!("{by} {}", after(words, word)?))
-            })
+            by_words(by, true, &|words| Some(format!("{by} {}", after(words, word)?)))
         };
         let mut ways: Vec<Way> = PROGRAMMES.iter().map(labelled).collect();
         if open.iter().any(|&at| repetition(&words[at]).is_some()) {
@@ -332,10 +314,8 @@ fn cases(entries: &[Entry]) -> Vec<Key> {
     let axes = entries.iter().find(|entry| is_one(entry));
     let axes = axes.map_or(&[][..], |entry| entry.recording.axes());
     let loads = entries.iter().filter(|entry| is_one(entry));
-    let loads: Vec<f64> = loads
-        .flat_map(|entry| &entry.recording.loads()[..axes.len()])
-        .copied()
-        .collect();
+    let loads: Vec<f64> =
+        loads.flat_map(|entry| &entry.recording.loads()[..axes.len()]).copied().collect();
     let mut cases = load_cases(&loads, axes).into_iter();
     let mut names: Vec<&str> = Vec::new();
     let key = |(at, entry): (usize, &Entry)| match is_one(entry).then(|| cases.next()) {
@@ -379,13 +359,7 @@ fn named(by: &'static str, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
         }
         of.push(number);
     }
-    Groups {
-        by,
-        of,
-        names,
-        unused: None,
-        lone,
-    }
+    Groups { by, of, names, unused: None, lone }
 }
 
 /// The group without which an axis keeps too little of its range.
@@ -411,10 +385,7 @@ fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup
             Key::Own(_) => None,
         });
         let (_, group) = named.find(|(key, _)| span(axis, Some(*key)) < KEPT_RANGE * whole)?;
-        Some(LoneGroup {
-            group: group.clone(),
-            axis: axes[axis],
-        })
+        Some(LoneGroup { group: group.clone(), axis: axes[axis] })
     })
 }
 
@@ -470,11 +441,7 @@ fn last_name(path: &Path) -> Option<String> {
 /// Its digits without zeros in front, so that 1 and 01 are one.
 fn plain(number: &str) -> &str {
     let digits = number.trim_start_matches('0');
-    if digits.is_empty() && is_number(number) {
-        "0"
-    } else {
-        digits
-    }
+    if digits.is_empty() && is_number(number) { "0" } else { digits }
 }
 
 /// The number or letter after a word.
@@ -537,10 +504,8 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
 
 /// By a part of the path of the file.
 fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
-    let parts: Vec<Option<&Path>> = entries
-        .iter()
-        .map(|entry| entry.recording.source().path().and_then(part))
-        .collect();
+    let parts: Vec<Option<&Path>> =
+        entries.iter().map(|entry| entry.recording.source().path().and_then(part)).collect();
     let last = |path: &Path| last_name(path).unwrap_or_default();
     let mut called: HashMap<String, BTreeSet<&Path>> = HashMap::new();
     for path in parts.iter().flatten() {
@@ -550,11 +515,7 @@ fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>
         1 => last(path),
         _ => path.display().to_string(),
     };
-    Way {
-        by,
-        keys: parts.iter().map(|part| part.map(name)).collect(),
-        tells_alone: false,
-    }
+    Way { by, keys: parts.iter().map(|part| part.map(name)).collect(), tells_alone: false }
 }
 
 #[cfg(test)]
@@ -580,8 +541,7 @@ mod tests {
                 vec![Axis::Fz],
                 loads(at),
             );
-            set.push(Entry::new(recording.unwrap(), Role::Train))
-                .unwrap();
+            set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
         }
         set
     }
@@ -589,11 +549,8 @@ mod tests {
     /// What the groups of files with these names are, and which.
     fn found(names: &[&str]) -> (&'static str, Vec<usize>) {
         let files: Vec<String> = names.iter().map(|name| format!("/d/{name}.csv")).collect();
-        let names: Vec<(&str, &str)> = files
-            .iter()
-            .map(|file| &**file)
-            .zip(names.iter().copied())
-            .collect();
+        let names: Vec<(&str, &str)> =
+            files.iter().map(|file| &**file).zip(names.iter().copied()).collect();
         let groups = set_of(&names).groups();
         (groups.by, groups.of)
     }
@@ -601,37 +558,15 @@ mod tests {
     #[test]
     fn names_that_say_what_was_repeated_are_grouped() {
         for (names, by, of) in [
-            (
-                &["path1_run1", "path1_run2", "path2_run1", "path3_run1"][..],
-                "path",
-                [0, 0, 1, 2],
-            ),
-            (
-                &["train_path01_a", "train_path2", "path_1 fast", "pathB"],
-                "path",
-                [0, 1, 0, 2],
-            ),
-            (
-                &["a run 1", "b run 1", "a run 2", "c take 3"],
-                "series",
-                [0, 1, 0, 2],
-            ),
-            (
-                &["Mount1 x", "Mount2 x", "Mount3 x", "Mount3 y"],
-                "mount",
-                [0, 1, 2, 2],
-            ),
-            (
-                &["20240501_1", "2024-05-02 a", "20240503", "20240501_b"],
-                "day",
-                [0, 1, 2, 0],
-            ),
+            (&["path1_run1", "path1_run2", "path2_run1", "path3_run1"][..], "path", [0, 0, 1, 2]),
+            (&["train_path01_a", "train_path2", "path_1 fast", "pathB"], "path", [0, 1, 0, 2]),
+            (&["a run 1", "b run 1", "a run 2", "c take 3"], "series", [0, 1, 0, 2]),
+            (&["Mount1 x", "Mount2 x", "Mount3 x", "Mount3 y"], "mount", [0, 1, 2, 2]),
+            (&["20240501_1", "2024-05-02 a", "20240503", "20240501_b"], "day", [0, 1, 2, 0]),
         ] {
             assert_eq!(found(names), (by, of.to_vec()), "{names:?}");
         }
-        let levels = [
-            "f_100_1", "f_100_2", "f_200_1", "f_200_2", "f_300_1", "f_300_2",
-        ];
+        let levels = ["f_100_1", "f_100_2", "f_200_1", "f_200_2", "f_300_1", "f_300_2"];
         assert_eq!(found(&levels), ("series", vec![0, 0, 1, 1, 2, 2]));
     }
 
@@ -647,12 +582,7 @@ mod tests {
             &["up", "down", "left", "right"],
             &["fx_1", "fx_2", "fy_1", "fz_1"],
             &["path1_a", "path1_b", "path2_a", "path2_b"],
-            &[
-                "log 2024-05-01 10-00",
-                "log 2024-05-01 11-00",
-                "log 2024-05-01 11-30",
-                "log",
-            ],
+            &["log 2024-05-01 10-00", "log 2024-05-01 11-00", "log 2024-05-01 11-30", "log"],
         ] {
             assert_eq!(found(names).0, RECORDING, "{names:?}");
         }
@@ -661,36 +591,16 @@ mod tests {
     #[test]
     fn groups_that_are_seen_and_not_used_are_told() {
         let unused = |names: &[(&str, &str)]| set_of(names).groups().unused;
-        let few = [
-            ("/a", "path1 a"),
-            ("/a", "path1 b"),
-            ("/a", "path2 a"),
-            ("/a", "path2 b"),
-        ];
-        let told = |n, lone| UnusedGroups {
-            by: "path",
-            n,
-            lone,
-        };
+        let few = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path2 b")];
+        let told = |n, lone| UnusedGroups { by: "path", n, lone };
         assert_eq!(unused(&few), Some(told(2, None)));
         assert_eq!(unused(&few[..2]), Some(told(1, None)));
         assert_eq!(unused(&[("/a", "a"), ("/b", "b"), ("/c", "c")]), None);
-        let names = [
-            ("/a", "path1 a"),
-            ("/a", "path1 b"),
-            ("/a", "path2"),
-            ("/a", "path3"),
-        ];
+        let names = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2"), ("/a", "path3")];
         let set = with_loads(&names, |at| vec![0.0, if at == 2 { 9.0 } else { 1.0 }]);
-        let lone = LoneGroup {
-            group: "path 2".to_owned(),
-            axis: Axis::Fz,
-        };
+        let lone = LoneGroup { group: "path 2".to_owned(), axis: Axis::Fz };
         let groups = set.groups();
-        assert_eq!(
-            (groups.by, groups.unused),
-            (RECORDING, Some(told(3, Some(lone))))
-        );
+        assert_eq!((groups.by, groups.unused), (RECORDING, Some(told(3, Some(lone)))));
     }
 
     #[test]
@@ -700,45 +610,22 @@ mod tests {
             let name = groups.name_of(0).map(str::to_owned);
             (groups.by, groups.of, name)
         };
-        let folders = [
-            ("/mon/a.csv", "a"),
-            ("/mon/b.csv", "b"),
-            ("/tue/a.csv", "a"),
-            ("/wed/a.csv", "a"),
-        ];
-        assert_eq!(
-            groups(&folders),
-            ("folder", vec![0, 0, 1, 2], Some("mon".to_owned()))
-        );
-        let parts = [
-            ("/a.csv", "a #1"),
-            ("/a.csv", "a #2"),
-            ("/b.csv", "b"),
-            ("/c.csv", "c"),
-        ];
-        assert_eq!(
-            groups(&parts),
-            ("file", vec![0, 0, 1, 2], Some("a.csv".to_owned()))
-        );
+        let folders =
+            [("/mon/a.csv", "a"), ("/mon/b.csv", "b"), ("/tue/a.csv", "a"), ("/wed/a.csv", "a")];
+        assert_eq!(groups(&folders), ("folder", vec![0, 0, 1, 2], Some("mon".to_owned())));
+        let parts = [("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/b.csv", "b"), ("/c.csv", "c")];
+        assert_eq!(groups(&parts), ("file", vec![0, 0, 1, 2], Some("a.csv".to_owned())));
         let one_file = [("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/a.csv", "a #3")];
         assert_eq!(groups(&one_file), (RECORDING, vec![0, 1, 2], None));
     }
 
     #[test]
     fn what_is_set_holds_and_only_the_training_recordings_decide() {
-        let names = [
-            ("/a", "path1 a"),
-            ("/a", "path1 b"),
-            ("/a", "path2 a"),
-            ("/a", "path3 b"),
-        ];
+        let names = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path3 b")];
         let mut set = set_of(&names);
         assert_eq!(set.groups().of, [0, 0, 1, 2]);
         set.set_group(3, Some("path 2".to_owned()));
-        assert_eq!(
-            (set.groups().by, set.groups().of),
-            (GROUP, vec![0, 0, 1, 1])
-        );
+        assert_eq!((set.groups().by, set.groups().of), (GROUP, vec![0, 0, 1, 1]));
         (0..4).for_each(|at| set.set_group(at, Some(format!("{at}"))));
         let alone = set.groups();
         assert_eq!((alone.by, alone.of), (RECORDING, vec![0, 1, 2, 3]));

@@ -187,10 +187,7 @@ impl SensorFile {
     /// # Errors
     /// [`SensorFileError`] if it cannot be read, is no TOML, or has a name that is not known.
     pub fn read(path: &Path) -> Result<Self, SensorFileError> {
-        let wrong = |reason: String| SensorFileError {
-            path: path.display().to_string(),
-            reason,
-        };
+        let wrong = |reason: String| SensorFileError { path: path.display().to_string(), reason };
         let text = read_small(path, "a description of a sensor", BYTES_LIMIT)
             .map_err(|error| wrong(error.to_string()))?;
         let text = String::from_utf8(text).map_err(|_| wrong("not in UTF-8".to_owned()))?;
@@ -203,14 +200,13 @@ impl SensorFile {
         let mut table: toml::Table = toml::from_str(text).map_err(told)?;
         let rated = table.remove("rated_loads");
         let rated: BTreeMap<Axis, f64> = match rated {
-            Some(value) => value
-                .try_into()
-                .map_err(|error| format!("rated_loads: {}", told(error)))?,
+            Some(value) => {
+                value.try_into().map_err(|error| format!("rated_loads: {}", told(error)))?
+            }
             None => BTreeMap::new(),
         };
-        if let Some((axis, load)) = rated
-            .iter()
-            .find(|(_, load)| !(load.is_finite() && **load > 0.0))
+        if let Some((axis, load)) =
+            rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0))
         {
             return Err(format!(
                 "rated_loads: {load} of {} is not a load above zero",
@@ -218,10 +214,7 @@ impl SensorFile {
             ));
         }
         let identity: Identity = toml::Value::Table(table).try_into().map_err(told)?;
-        Ok(Self {
-            identity,
-            rated_loads: rated,
-        })
+        Ok(Self { identity, rated_loads: rated })
     }
 
     /// Puts the rated loads in the place of full scales that nobody entered.
@@ -246,27 +239,17 @@ mod tests {
             "serial = 4711\ndate = 2026-03-31\ntemperature = \"(23 ± 1) °C\"\nnotes = \"  \"\n[rated_loads]\nFz = 200\nMx = 2.5",
         );
         let read = read.unwrap();
-        let entered: Vec<_> = read
-            .identity
-            .entered()
-            .map(|(item, text)| (item.key(), text))
-            .collect();
+        let entered: Vec<_> =
+            read.identity.entered().map(|(item, text)| (item.key(), text)).collect();
         assert_eq!(
             entered,
-            [
-                ("serial", "4711"),
-                ("date", "2026-03-31"),
-                ("temperature", "(23 ± 1) °C")
-            ]
+            [("serial", "4711"), ("date", "2026-03-31"), ("temperature", "(23 ± 1) °C")]
         );
         let mut full_scale = vec![None, Some(7.0)];
         read.rate(&[Axis::Fz, Axis::Mx, Axis::My], &mut full_scale);
         assert_eq!(full_scale, [Some(200.0), Some(7.0), None]);
         let json = serde_json::to_string(&read.identity).unwrap();
-        assert_eq!(
-            serde_json::from_str::<Identity>(&json).unwrap(),
-            read.identity
-        );
+        assert_eq!(serde_json::from_str::<Identity>(&json).unwrap(), read.identity);
     }
 
     #[test]

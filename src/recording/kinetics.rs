@@ -74,14 +74,7 @@ pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
 /// The force and its moments about the origin.
 fn with_moments([fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
     let [x, y, z] = weight.centre_m;
-    [
-        fx,
-        fy,
-        fz,
-        y * fz - z * fy,
-        z * fx - x * fz,
-        x * fy - y * fx,
-    ]
+    [fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx]
 }
 
 /// The attitude of a quaternion `[w, x, y, z]` of any length; `None` without length.
@@ -92,21 +85,9 @@ pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
     }
     let [w, x, y, z] = quaternion.map(|part| part / length);
     Some([
-        [
-            1.0 - 2.0 * (y * y + z * z),
-            2.0 * (x * y - w * z),
-            2.0 * (x * z + w * y),
-        ],
-        [
-            2.0 * (x * y + w * z),
-            1.0 - 2.0 * (x * x + z * z),
-            2.0 * (y * z - w * x),
-        ],
-        [
-            2.0 * (x * z - w * y),
-            2.0 * (y * z + w * x),
-            1.0 - 2.0 * (x * x + y * y),
-        ],
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+        [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
     ])
 }
 
@@ -114,11 +95,7 @@ pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
 pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     let angle = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
     // sin(angle / 2) / angle has the limit one half.
-    let share = if angle > 0.0 {
-        (angle / 2.0).sin() / angle
-    } else {
-        0.5
-    };
+    let share = if angle > 0.0 { (angle / 2.0).sin() / angle } else { 0.5 };
     let [x, y, z] = vector.map(|part| share * part);
     rotation_from_quaternion([(angle / 2.0).cos(), x, y, z]).unwrap_or([[f64::NAN; 3]; 3])
 }
@@ -154,10 +131,7 @@ mod tests {
     #[test]
     fn quarter_turns_give_known_loads() {
         let [x, y, z] = [0.02, 0.015, 0.03];
-        let weight = Weight {
-            mass_kg: 2.0,
-            centre_m: [x, y, z],
-        };
+        let weight = Weight { mass_kg: 2.0, centre_m: [x, y, z] };
         let w = 2.0 * STANDARD_GRAVITY;
         let load = |roll, pitch| gravity_load(&rotation_from_roll_pitch(roll, pitch), &weight);
         assert_close(load(0.0, 0.0), [0.0, 0.0, -w, -y * w, x * w, 0.0]);

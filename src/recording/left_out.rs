@@ -79,10 +79,7 @@ impl Recording {
     pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
         let mut kept = Vec::new();
         let mut next = 0;
-        for range in samples
-            .iter()
-            .chain([&(self.n_samples()..self.n_samples())])
-        {
+        for range in samples.iter().chain([&(self.n_samples()..self.n_samples())]) {
             kept.extend((next < range.start).then_some(next..range.start));
             next = next.max(range.end);
         }

@@ -14,10 +14,7 @@ mod left_out;
 mod load_cases;
 mod median;
 mod range;
-#[expect(
-    clippy::module_inception,
-    reason = "the room's main thing has the room's name"
-)]
+#[expect(clippy::module_inception, reason = "the room's main thing has the room's name")]
 mod recording;
 pub mod set;
 mod shared;

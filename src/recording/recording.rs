@@ -92,20 +92,11 @@ pub enum RecordingError {
     #[error("{name}: no gauge channels")]
     NoGauges { name: String },
     #[error("{name}: {what} holds {actual} numbers where {expected} are needed")]
-    Shape {
-        name: String,
-        what: &'static str,
-        expected: usize,
-        actual: usize,
-    },
+    Shape { name: String, what: &'static str, expected: usize, actual: usize },
     #[error("{name}: the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
     AxisOrder { name: String },
     #[error("{name}: sample {sample} has a {what} that is not a finite number")]
-    NotFinite {
-        name: String,
-        what: &'static str,
-        sample: usize,
-    },
+    NotFinite { name: String, what: &'static str, sample: usize },
     #[error("{name}: time goes back at sample {sample}")]
     TimeGoesBack { name: String, sample: usize },
 }
@@ -132,10 +123,9 @@ impl Recording {
         if gauge_names.is_empty() {
             return Err(RecordingError::NoGauges { name });
         }
-        for (what, width, values) in [
-            ("gauge table", gauge_names.len(), &gauges),
-            ("load table", axes.len(), &loads),
-        ] {
+        for (what, width, values) in
+            [("gauge table", gauge_names.len(), &gauges), ("load table", axes.len(), &loads)]
+        {
             if values.len() != n * width {
                 return Err(RecordingError::Shape {
                     name,
@@ -159,10 +149,7 @@ impl Recording {
             }
         }
         if let Some(at) = times.windows(2).position(|pair| pair[1] < pair[0]) {
-            return Err(RecordingError::TimeGoesBack {
-                name,
-                sample: at + 1,
-            });
+            return Err(RecordingError::TimeGoesBack { name, sample: at + 1 });
         }
         Ok(Self {
             rate_hz: rate_hz(&times),
@@ -212,12 +199,7 @@ impl Recording {
         let expected = self.n_samples() * names.len();
         if values.len() != expected || units.len() != names.len() {
             let (name, actual) = (self.name, values.len());
-            return Err(RecordingError::Shape {
-                name,
-                what,
-                expected,
-                actual,
-            });
+            return Err(RecordingError::Shape { name, what, expected, actual });
         }
         if let Some(at) = first_not_finite(&values) {
             let (name, sample) = (self.name, at / names.len());
@@ -287,9 +269,7 @@ impl Recording {
         let n: usize = cases.iter().map(|case| case.n_samples()).sum();
         let times: Vec<f64> = (0..n).map(|row| row as f64).collect();
         let stem = first.source.path().and_then(Path::file_stem);
-        let name = stem.map_or(first.name.clone(), |stem| {
-            stem.to_string_lossy().into_owned()
-        });
+        let name = stem.map_or(first.name.clone(), |stem| stem.to_string_lossy().into_owned());
         let auxiliary = first.auxiliary.with_values(auxiliary);
         first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
@@ -569,9 +549,7 @@ impl Recording {
         let ranges = (0..count).map(|segment| at(segment)..at(segment + 1));
         let ranges = ranges.filter(|range| !range.is_empty()).enumerate();
         let named = |at: usize| format!("{} (segment {})", self.name, at + 1);
-        ranges
-            .map(|(at, range)| self.picked(range, named(at)))
-            .collect()
+        ranges.map(|(at, range)| self.picked(range, named(at))).collect()
     }
 
     fn picked(&self, samples: Range<usize>, name: String) -> Self {
@@ -662,17 +640,10 @@ mod tests {
 
     #[test]
     fn broken_parts_are_refused() {
-        assert!(matches!(
-            ramp(vec![]),
-            Err(RecordingError::NoSamples { .. })
-        ));
+        assert!(matches!(ramp(vec![]), Err(RecordingError::NoSamples { .. })));
         assert!(matches!(
             ramp(vec![0.0, f64::NAN]),
-            Err(RecordingError::NotFinite {
-                what: "time",
-                sample: 1,
-                ..
-            })
+            Err(RecordingError::NotFinite { what: "time", sample: 1, .. })
         ));
         assert!(matches!(
             ramp(vec![0.0, 2.0, 1.0]),
@@ -723,10 +694,7 @@ mod tests {
         assert!(std::ptr::eq(&segment.gauges()[0], &recording.gauges()[4]));
         assert_eq!(*segment.shared_times(), [4.0, 5.0, 6.0]);
         let inner = segment.segment(1..3);
-        assert_eq!(
-            (inner.times(), inner.loads()),
-            (&[5.0, 6.0][..], &[15.0, 18.0][..])
-        );
+        assert_eq!((inner.times(), inner.loads()), (&[5.0, 6.0][..], &[15.0, 18.0][..]));
         assert_eq!(inner.load_ranges(), [(15.0, 18.0)]);
         let tared = inner.clone().less_offsets(&[1.0], Tare::Auto);
         assert_eq!(tared.gauges(), [9.0, 11.0]);

@@ -66,16 +66,8 @@ impl Entry {
 
     /// An entry with this role; without a reference it is off.
     pub fn new(recording: Recording, role: Role) -> Self {
-        let role = if recording.has_reference() {
-            role
-        } else {
-            Role::Off
-        };
-        Self {
-            recording: Arc::new(recording),
-            role,
-            group: None,
-        }
+        let role = if recording.has_reference() { role } else { Role::Off };
+        Self { recording: Arc::new(recording), role, group: None }
     }
 }
 
@@ -97,21 +89,13 @@ pub enum LayoutError {
         names(actual),
         names(expected)
     )]
-    Gauges {
-        name: String,
-        expected: Vec<String>,
-        actual: Vec<String>,
-    },
+    Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
     #[error(
         "{name}: its reference axes are {} where the loaded recordings have {}; close those first, or load it on its own",
         symbols(actual),
         symbols(expected)
     )]
-    Axes {
-        name: String,
-        expected: Vec<Axis>,
-        actual: Vec<Axis>,
-    },
+    Axes { name: String, expected: Vec<Axis>, actual: Vec<Axis> },
 }
 
 fn names(names: &[String]) -> String {
@@ -124,10 +108,7 @@ fn names(names: &[String]) -> String {
 }
 
 fn symbols(axes: &[Axis]) -> String {
-    axes.iter()
-        .map(|axis| axis.symbol())
-        .collect::<Vec<_>>()
-        .join(" ")
+    axes.iter().map(|axis| axis.symbol()).collect::<Vec<_>>().join(" ")
 }
 
 /// The recordings that are loaded, in the order of loading.
@@ -147,8 +128,7 @@ impl RecordingSet {
     pub fn gauge_unit(&self, gauge: usize) -> &str {
         let first = self.entries.first();
         let unit = first.and_then(|entry| entry.recording.gauge_units().get(gauge));
-        unit.filter(|unit| !unit.is_empty())
-            .map_or("raw", String::as_str)
+        unit.filter(|unit| !unit.is_empty()).map_or("raw", String::as_str)
     }
 
     /// The recordings in the order of loading.
@@ -286,14 +266,10 @@ impl RecordingSet {
                 if entry.recording.is_static() && entry.role != Role::Off {
                     let is_training = trains(cases.get(at).copied().unwrap_or(at));
                     let role = if is_training { Role::Train } else { Role::Test };
-                    return vec![Entry {
-                        role,
-                        ..entry.clone()
-                    }];
+                    return vec![Entry { role, ..entry.clone() }];
                 }
-                let halves = (entry.role != Role::Off)
-                    .then(|| entry.recording.split(fraction))
-                    .flatten();
+                let halves =
+                    (entry.role != Role::Off).then(|| entry.recording.split(fraction)).flatten();
                 match halves {
                     Some((first, rest)) => [(first, Role::Train), (rest, Role::Test)]
                         .map(|(part, role)| Entry {
@@ -305,10 +281,7 @@ impl RecordingSet {
                 }
             })
             .collect();
-        Self {
-            layout: self.layout.clone(),
-            entries,
-        }
+        Self { layout: self.layout.clone(), entries }
     }
 }
 
@@ -345,30 +318,12 @@ mod tests {
     #[test]
     fn other_columns_are_refused_and_change_nothing() {
         let mut set = RecordingSet::default();
-        set.push(Entry::with_default_role(recording(
-            "bare",
-            &["S1", "S2"],
-            &[],
-        )))
-        .unwrap();
-        set.push(Entry::with_default_role(recording(
-            "a",
-            &["S1", "S2"],
-            &[Axis::Fz],
-        )))
-        .unwrap();
+        set.push(Entry::with_default_role(recording("bare", &["S1", "S2"], &[]))).unwrap();
+        set.push(Entry::with_default_role(recording("a", &["S1", "S2"], &[Axis::Fz]))).unwrap();
         let before = set.clone();
-        let gauges = set.push(Entry::with_default_role(recording(
-            "b",
-            &["S1"],
-            &[Axis::Fz],
-        )));
+        let gauges = set.push(Entry::with_default_role(recording("b", &["S1"], &[Axis::Fz])));
         assert!(matches!(gauges, Err(LayoutError::Gauges { .. })));
-        let axes = set.push(Entry::with_default_role(recording(
-            "c",
-            &["S1", "S2"],
-            &[Axis::Fx],
-        )));
+        let axes = set.push(Entry::with_default_role(recording("c", &["S1", "S2"], &[Axis::Fx])));
         assert!(matches!(axes, Err(LayoutError::Axes { .. })));
         assert_eq!(set, before);
     }
@@ -376,20 +331,11 @@ mod tests {
     #[test]
     fn a_split_set_trains_on_first_parts_and_tests_on_the_rest() {
         let mut set = RecordingSet::default();
-        set.push(Entry::with_default_role(recording(
-            "a",
-            &["S1"],
-            &[Axis::Fz],
-        )))
-        .unwrap();
-        set.push(Entry::with_default_role(recording("bare", &["S1"], &[])))
-            .unwrap();
+        set.push(Entry::with_default_role(recording("a", &["S1"], &[Axis::Fz]))).unwrap();
+        set.push(Entry::with_default_role(recording("bare", &["S1"], &[]))).unwrap();
         let split = set.split(0.6);
-        let seen: Vec<_> = split
-            .entries()
-            .iter()
-            .map(|entry| (entry.recording.n_samples(), entry.role))
-            .collect();
+        let seen: Vec<_> =
+            split.entries().iter().map(|entry| (entry.recording.n_samples(), entry.role)).collect();
         assert_eq!(seen, [(6, Role::Train), (4, Role::Test), (10, Role::Off)]);
     }
 }

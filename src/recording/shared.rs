@@ -58,10 +58,7 @@ impl Shared {
 
 impl From<Vec<f64>> for Shared {
     fn from(values: Vec<f64>) -> Self {
-        Self {
-            own: 0..values.len(),
-            all: Arc::new(values),
-        }
+        Self { own: 0..values.len(), all: Arc::new(values) }
     }
 }
 
@@ -100,9 +97,7 @@ impl Ranged {
         let runs = values.par_chunks(width.max(1) * SAMPLES_A_THREAD);
         let runs: Vec<_> = runs.map(|run| ranges(run, width)).collect();
         Self {
-            ranges: runs
-                .iter()
-                .fold(ranges(&[], width), |all, run| all_joined(&all, run)),
+            ranges: runs.iter().fold(ranges(&[], width), |all, run| all_joined(&all, run)),
             runs: Arc::new(runs),
             values,
             width,
@@ -153,12 +148,7 @@ impl Ranged {
                 runs.fold(beside, |all, run| all_joined(&all, run))
             }
         };
-        Self {
-            values,
-            width: self.width,
-            runs: Arc::clone(&self.runs),
-            ranges,
-        }
+        Self { values, width: self.width, runs: Arc::clone(&self.runs), ranges }
     }
 }
 
@@ -203,13 +193,9 @@ mod tests {
         let all = Ranged::new(values.collect(), 2);
         assert_eq!(all.ranges(), ranges(&all, 2));
         let inner = all.rows(std::slice::from_ref(&(7..n - 9)));
-        for range in [
-            0..n - 16,
-            3..9,
-            SAMPLES_A_THREAD - 7..2 * SAMPLES_A_THREAD - 7,
-            100..n - 50,
-            5..5,
-        ] {
+        for range in
+            [0..n - 16, 3..9, SAMPLES_A_THREAD - 7..2 * SAMPLES_A_THREAD - 7, 100..n - 50, 5..5]
+        {
             let part = inner.rows(std::slice::from_ref(&range));
             assert_eq!(&*part, &inner[2 * range.start..2 * range.end]);
             assert_eq!(part.ranges(), ranges(&part, 2), "{range:?}");

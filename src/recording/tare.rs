@@ -65,12 +65,7 @@ impl FromStr for Tare {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
     #[error("{name}: no sample from {from} s to {to} s to tare by; it is {duration_secs} s long")]
-    NoSamples {
-        name: String,
-        from: f64,
-        to: f64,
-        duration_secs: f64,
-    },
+    NoSamples { name: String, from: f64, to: f64, duration_secs: f64 },
     #[error(
         "{name}: its samples have no times, so there is no interval to tare by; take the unloaded reading off in the table, or fit with the offset"
     )]
@@ -92,9 +87,7 @@ impl Recording {
     /// [`TareError`] if the interval has no sample, or there is no quiet and unloaded one.
     pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
         if self.is_static() {
-            return Err(TareError::NoTimes {
-                name: self.name().to_owned(),
-            });
+            return Err(TareError::NoTimes { name: self.name().to_owned() });
         }
         let times = self.times();
         let (start, end) = match tare {
@@ -133,9 +126,8 @@ fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
     let name = || recording.name().to_owned();
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let (gauges, n) = (recording.gauges(), times.len());
-    let ranges: Vec<f64> = (0..n_gauges)
-        .map(|gauge| range(gauges, n_gauges, gauge, 0..n).1)
-        .collect();
+    let ranges: Vec<f64> =
+        (0..n_gauges).map(|gauge| range(gauges, n_gauges, gauge, 0..n).1).collect();
     let mut intervals = Vec::new();
     let mut start = 0;
     while start < n {
@@ -146,11 +138,7 @@ fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
         }
         let share = |gauge: usize| {
             let all = ranges[gauge];
-            if all > 0.0 {
-                range(gauges, n_gauges, gauge, start..end).1 / all
-            } else {
-                0.0
-            }
+            if all > 0.0 { range(gauges, n_gauges, gauge, start..end).1 / all } else { 0.0 }
         };
         let most = (0..n_gauges).map(share).fold(0.0, f64::max);
         intervals.push((start, end, most));
@@ -207,11 +195,7 @@ mod tests {
     fn run() -> Recording {
         let times: Vec<f64> = (0..600).map(|k| f64::from(k) / 100.0).collect();
         let load = |t: f64| {
-            if (1.0..3.0).contains(&t) {
-                0.0
-            } else {
-                (7.0 * t).sin()
-            }
+            if (1.0..3.0).contains(&t) { 0.0 } else { (7.0 * t).sin() }
         };
         let ripple = |k: usize| if k.is_multiple_of(2) { 1e-3 } else { -1e-3 };
         let gauges = times.iter().enumerate();
@@ -233,16 +217,10 @@ mod tests {
     #[test]
     fn the_mean_of_a_chosen_interval_is_taken_off() {
         let (tared, place) = run().tared(Tare::Interval(1.5, 2.49)).unwrap();
-        assert!(
-            (place.0 - 1.5).abs() < 1e-9 && (place.1 - 2.49).abs() < 1e-9,
-            "{place:?}"
-        );
+        assert!((place.0 - 1.5).abs() < 1e-9 && (place.1 - 2.49).abs() < 1e-9, "{place:?}");
         assert!((tared.gauges_at(200)[0] - 1e-3).abs() < 1e-12);
         assert!(tared.gauges_at(200)[1].abs() < 1e-12);
-        assert_eq!(
-            (tared.loads(), tared.times()),
-            (run().loads(), run().times())
-        );
+        assert_eq!((tared.loads(), tared.times()), (run().loads(), run().times()));
         assert_eq!(tared.tare(), Some(Tare::Interval(1.5, 2.49)));
     }
 
@@ -281,24 +259,15 @@ mod tests {
             (with_loads(&[], &|_| Vec::new()), "no reference"),
         ] {
             let asked = recording.tared(Tare::Auto).unwrap_err().to_string();
-            assert!(
-                asked.contains(why) && asked.contains("--tare 0:1.5"),
-                "{asked}"
-            );
+            assert!(asked.contains(why) && asked.contains("--tare 0:1.5"), "{asked}");
         }
     }
 
     #[test]
     fn what_is_never_quiet_or_too_short_is_refused() {
         let busy = run().split(0.15).unwrap().0;
-        assert!(matches!(
-            busy.tared(Tare::Auto),
-            Err(TareError::NeverQuiet { .. })
-        ));
-        let beyond = run()
-            .tared(Tare::Interval(7.0, 9.0))
-            .unwrap_err()
-            .to_string();
+        assert!(matches!(busy.tared(Tare::Auto), Err(TareError::NeverQuiet { .. })));
+        let beyond = run().tared(Tare::Interval(7.0, 9.0)).unwrap_err().to_string();
         assert!(
             beyond.contains("no sample from 7 s to 9 s") && beyond.contains("5.99 s long"),
             "{beyond}"

@@ -124,10 +124,7 @@ impl TimeUnit {
     /// The unit spelled so, whatever the capitals; `None` for an unknown spelling.
     pub fn from_name(name: &str) -> Option<Self> {
         // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
-        let name = name
-            .trim()
-            .to_lowercase()
-            .replace(['\u{b5}', '\u{3bc}'], "u");
+        let name = name.trim().to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
         Some(match name.as_str() {
             "s" | "sec" | "secs" | "second" | "seconds" => Self::Seconds,
             "ms" | "msec" | "msecs" | "millisecond" | "milliseconds" | "millis" => {
@@ -206,10 +203,7 @@ mod tests {
             ("oz-in", 0.007_061_551_814_226_043), // 4.4482216152605 N / 16 · 0.0254 m
         ] {
             let factor = moment_in_newton_metres(unit).unwrap();
-            assert!(
-                (factor - newton_metres).abs() <= 1e-15 * newton_metres,
-                "{unit}"
-            );
+            assert!((factor - newton_metres).abs() <= 1e-15 * newton_metres, "{unit}");
         }
         for unknown in ["", "N", "MNm", "m"] {
             assert_eq!(moment_in_newton_metres(unknown), None, "{unknown}");

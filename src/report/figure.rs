@@ -95,11 +95,7 @@ pub struct HeatMap {
 impl Scale {
     /// Of this range.
     pub fn new(label: impl Into<String>, range: (f64, f64)) -> Self {
-        Self {
-            label: label.into(),
-            range,
-            cells: Vec::new(),
-        }
+        Self { label: label.into(), range, cells: Vec::new() }
     }
 
     /// Spans the finite numbers with this share of their range as room on both sides; a single number has some about it too.
@@ -126,63 +122,27 @@ impl Scale {
 
     /// A cell of the same size for every value, however these are spaced.
     pub fn of_cells(label: impl Into<String>, values: &[f64]) -> Self {
-        Self {
-            cells: values.to_vec(),
-            ..Self::new(label, (0.0, values.len().max(1) as f64))
-        }
+        Self { cells: values.to_vec(), ..Self::new(label, (0.0, values.len().max(1) as f64)) }
     }
 }
 
 impl Figure<'_> {
     /// In words, for whoever does not see it.
     pub fn described(&self) -> String {
-        let mut names: Vec<&str> = self
-            .lines
-            .iter()
-            .map(|line| &*line.name)
-            .filter(|name| !name.is_empty())
-            .collect();
+        let mut names: Vec<&str> =
+            self.lines.iter().map(|line| &*line.name).filter(|name| !name.is_empty()).collect();
         names.dedup();
-        let of = if names.is_empty() {
-            String::new()
-        } else {
-            format!(": {}", names.join(", "))
-        };
-        format!(
-            "{}, {} over {}{of}",
-            self.title, self.up.label, self.across.label
-        )
+        let of = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+        format!("{}, {} over {}{of}", self.title, self.up.label, self.across.label)
     }
 
     /// The same, whatever its lines were borrowed from.
     pub fn into_owned(self) -> Figure<'static> {
-        let owned = |Line {
-                         name,
-                         color,
-                         opacity,
-                         width,
-                         dash,
-                         pieces,
-                     }: Line<'_>| {
+        let owned = |Line { name, color, opacity, width, dash, pieces }: Line<'_>| {
             let pieces = pieces.into_iter();
-            Line {
-                opacity,
-                width,
-                dash,
-                ..Line::new(name, color, pieces.map(Cow::into_owned))
-            }
+            Line { opacity, width, dash, ..Line::new(name, color, pieces.map(Cow::into_owned)) }
         };
-        let Self {
-            title,
-            across,
-            up,
-            heat_map,
-            clouds,
-            lines,
-            arrows,
-            shaded,
-            marked,
-        } = self;
+        let Self { title, across, up, heat_map, clouds, lines, arrows, shaded, marked } = self;
         Figure {
             title,
             across,
@@ -206,10 +166,7 @@ impl Arrow {
         let way = way.map(|part| part / length);
         let at = place(self.at);
         let corner = |along: f64, beside: f64| {
-            [
-                at[0] + along * way[0] - beside * way[1],
-                at[1] + along * way[1] + beside * way[0],
-            ]
+            [at[0] + along * way[0] - beside * way[1], at[1] + along * way[1] + beside * way[0]]
         };
         let [ahead, behind, beside] = ARROW;
         let corners = [(ahead, 0.0), (-behind, beside), (-behind, -beside)];
@@ -254,11 +211,7 @@ mod tests {
     /// On a picture whose y goes down, an arrow that goes up points up.
     #[test]
     fn an_arrow_points_the_way_of_its_line() {
-        let arrow = |way| Arrow {
-            at: [1.0, 2.0],
-            way,
-            color: [0; 3],
-        };
+        let arrow = |way| Arrow { at: [1.0, 2.0], way, color: [0; 3] };
         let place = |[x, y]: [f64; 2]| [10.0 * x, 100.0 - 10.0 * y];
         let up = arrow([[0.0, 0.0], [0.0, 3.0]]).corners(place).unwrap();
         assert_eq!(up, [[10.0, 70.0], [14.0, 85.0], [6.0, 85.0]]);

@@ -57,18 +57,12 @@ impl Column {
     /// A column of words.
     pub fn words(name: impl Into<String>) -> Self {
         let name = name.into();
-        Self {
-            name,
-            ..Self::default()
-        }
+        Self { name, ..Self::default() }
     }
 
     /// A column of numbers.
     pub fn numbers(name: impl Into<String>) -> Self {
-        Self {
-            align: Align::Right,
-            ..Self::words(name)
-        }
+        Self { align: Align::Right, ..Self::words(name) }
     }
 
     /// A column of numbers about one load.
@@ -83,18 +77,12 @@ impl Column {
 
     /// A column of loads.
     pub fn load(axis: Axis) -> Self {
-        Self {
-            unit: axis.unit(),
-            ..Self::numbers(axis.symbol())
-        }
+        Self { unit: axis.unit(), ..Self::numbers(axis.symbol()) }
     }
 
     /// A column of [changes](Cell::change) between the columns to its left.
     pub fn change() -> Self {
-        Self {
-            about: "From Conv. to Comp.".to_owned(),
-            ..Self::numbers("change")
-        }
+        Self { about: "From Conv. to Comp.".to_owned(), ..Self::numbers("change") }
     }
 
     /// Group, name and unit.
@@ -150,17 +138,13 @@ impl Cell {
 
     /// A number where there is one, shown with this many significant digits, else a dash.
     pub fn digits(value: Option<f64>, digits: usize) -> Self {
-        value.map_or_else(Self::none, |value| {
-            Self::number(value, significant(value, digits))
-        })
+        value.map_or_else(Self::none, |value| Self::number(value, significant(value, digits)))
     }
 
     /// By how many percent `to` is above `from`; a dash where that says nothing.
     pub fn change(from: f64, to: f64) -> Self {
         let change = percent_change(from, to);
-        change.map_or_else(Self::none, |change| {
-            Self::number(change, format!("{change:+.1} %"))
-        })
+        change.map_or_else(Self::none, |change| Self::number(change, format!("{change:+.1} %")))
     }
 
     /// No number, for this reason; `word` stands for it where there is no room.
@@ -197,10 +181,7 @@ impl Table {
         // A row is named by the words that it begins with; what is empty stands above, once for several rows.
         let is_named = |at: &usize| matches!(self.rows[row][*at].value, Value::Words);
         let name = |at: usize| {
-            let mut texts = self.rows[..=row]
-                .iter()
-                .rev()
-                .map(|row| row[at].text.as_str());
+            let mut texts = self.rows[..=row].iter().rev().map(|row| row[at].text.as_str());
             texts.find(|text| !text.is_empty()).unwrap_or("")
         };
         let names: Vec<&str> = (0..column).take_while(is_named).map(name).collect();
@@ -231,10 +212,7 @@ impl Table {
 
     /// Tables whose first columns are the same, under their names, beside each other.
     pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
-        let mut all = Self {
-            title: title.to_owned(),
-            ..Self::default()
-        };
+        let mut all = Self { title: title.to_owned(), ..Self::default() };
         for (name, table) in tables {
             let known = usize::from(!all.columns.is_empty());
             let about = [table.title, table.note].join("\n");
@@ -280,11 +258,7 @@ impl Table {
         let mut order: Vec<usize> = (0..self.rows.len()).collect();
         order.sort_by(|a, b| {
             let by_value = by_value(a, b);
-            let by_value = if descending {
-                by_value.reverse()
-            } else {
-                by_value
-            };
+            let by_value = if descending { by_value.reverse() } else { by_value };
             is_missing(a).cmp(&is_missing(b)).then(by_value)
         });
         order
@@ -315,24 +289,17 @@ impl Table {
             });
             cells.collect::<String>().trim_end().to_owned()
         };
-        let mut lines = vec![
-            self.title.clone(),
-            line(titles.iter().map(|title| &**title).collect()),
-        ];
+        let mut lines =
+            vec![self.title.clone(), line(titles.iter().map(|title| &**title).collect())];
         for row in &self.rows {
-            let ends = |at: usize| {
-                row[at + 1..]
-                    .iter()
-                    .all(|cell| cell.value == Value::Continued)
-            };
+            let ends = |at: usize| row[at + 1..].iter().all(|cell| cell.value == Value::Continued);
             let texts = row.iter().enumerate();
             let texts =
                 texts.map(|(at, cell)| cell.reason().filter(|_| ends(at)).unwrap_or(&cell.text));
             lines.push(line(texts.collect()));
             for (at, cell) in row.iter().enumerate().filter(|(at, _)| !ends(*at)) {
                 lines.extend(
-                    cell.reason()
-                        .map(|reason| format!("    {}: {reason}", self.columns[at].name)),
+                    cell.reason().map(|reason| format!("    {}: {reason}", self.columns[at].name)),
                 );
             }
         }
@@ -467,13 +434,8 @@ mod tests {
         let tables = ["Train", "Test"].map(|name| (name.to_owned(), table()));
         let both = Table::beside("RMSE", tables);
         let titles: Vec<String> = both.columns.iter().map(Column::title).collect();
-        let expected = [
-            "Axis",
-            "Train Conv. [N]",
-            "Train Comp. [N]",
-            "Test Conv. [N]",
-            "Test Comp. [N]",
-        ];
+        let expected =
+            ["Axis", "Train Conv. [N]", "Train Comp. [N]", "Test Conv. [N]", "Test Comp. [N]"];
         assert_eq!(titles, expected);
         assert!(both.rows.iter().all(|row| row.len() == 5));
         let (_, about) = both.columns[4].group.as_ref().unwrap();
@@ -488,9 +450,8 @@ mod tests {
         table.rows[1][2] = Cell::digits(Some(-3.0), 3);
         assert_eq!(table.order(2, false), [1, 2, 0]);
         assert_eq!(table.order(2, true), [2, 1, 0]);
-        let names: Vec<String> = (table.in_order(&[2, 0]).rows.iter())
-            .map(|row| row[0].text.clone())
-            .collect();
+        let names: Vec<String> =
+            (table.in_order(&[2, 0]).rows.iter()).map(|row| row[0].text.clone()).collect();
         assert_eq!(names, ["Fz", "Fx"]);
     }
 

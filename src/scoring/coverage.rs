@@ -50,21 +50,15 @@ impl Coverage {
         };
         let trained = ranges(recordings(Role::Train), axes.len());
         let tested = ranges(recordings(Role::Test), axes.len());
-        let spans: Vec<f64> = (trained.iter().zip(&tested))
-            .map(|(a, b)| a.1.max(b.1) - a.0.min(b.0))
-            .collect();
+        let spans: Vec<f64> =
+            (trained.iter().zip(&tested)).map(|(a, b)| a.1.max(b.1) - a.0.min(b.0)).collect();
         let outside = (0..axes.len()).map(|axis| {
             let slack = OUTSIDE * largest(axes, &spans, axes[axis]);
             outside(recordings(Role::Test), axis, trained[axis], slack)
         });
         let training: Vec<&Recording> = recordings(Role::Train).collect();
         let (n_moves, cases) = LoadCases::of(&training, axes, &trained);
-        Self {
-            outside: outside.collect(),
-            trained,
-            n_moves,
-            cases,
-        }
+        Self { outside: outside.collect(), trained, n_moves, cases }
     }
 
     /// How many training loads tell of such columns: different ones, or, where the past is among them, ways to come to one.
@@ -124,10 +118,7 @@ fn outside<'a>(
             farthest = farthest.max(beyond);
         }
     }
-    (n_outside > 0).then(|| Outside {
-        share: n_outside as f64 / n as f64,
-        farthest,
-    })
+    (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
 /// What the loads of each group lie beyond those of all the others: the group, the axis, and by how much.
@@ -148,11 +139,7 @@ pub fn outside_of_others(
     names.sort_unstable();
     names.dedup();
     let mut found = Vec::new();
-    for (axis, slack) in axes
-        .iter()
-        .map(|of| OUTSIDE * largest(axes, &spans, *of))
-        .enumerate()
-    {
+    for (axis, slack) in axes.iter().map(|of| OUTSIDE * largest(axes, &spans, *of)).enumerate() {
         // The range of all others: for each end the least or the greatest of the others' ends.
         let range_of = |group: usize| {
             let own = recordings().filter(|(of, _)| *of == group);
@@ -163,10 +150,7 @@ pub fn outside_of_others(
         };
         let of_groups: Vec<(f64, f64)> = names.iter().map(|group| range_of(*group)).collect();
         for (at, group) in names.iter().enumerate() {
-            let others = of_groups
-                .iter()
-                .enumerate()
-                .filter(|(other, _)| *other != at);
+            let others = of_groups.iter().enumerate().filter(|(other, _)| *other != at);
             let others = others.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
                 (all.0.min(own.0), all.1.max(own.1))
             });
@@ -211,10 +195,7 @@ impl LoadCases {
                 false => f64::INFINITY,
             }
         });
-        let mut own = Self {
-            tolerances: tolerances.collect(),
-            ..Self::default()
-        };
+        let mut own = Self { tolerances: tolerances.collect(), ..Self::default() };
         let mut n_moves = 0;
         for recording in recordings {
             let mut last: Option<&[f64]> = None;
@@ -297,11 +278,7 @@ mod tests {
         let [a, b] = pose(0);
         loads.extend([[a + 0.3, b], [a - 3.0, b - 3.0]]);
         let cases = of(loads.concat(), vec![0.0; 2]).cases;
-        assert_eq!(
-            cases.len(),
-            20,
-            "two of them are nearer than what may be noise"
-        );
+        assert_eq!(cases.len(), 20, "two of them are nearer than what may be noise");
         assert_eq!(cases.nearest(&pose(3)), cases.nearest(&loads[43]));
         assert_ne!(cases.nearest(&pose(3)), cases.nearest(&pose(4)));
     }
@@ -310,10 +287,7 @@ mod tests {
     fn a_group_is_outside_where_only_it_goes_far() {
         let entries = [0.0, 5.0, 8.0, 30.0].map(|top| entry(Role::Train, vec![0.0, 0.0, 1.0, top]));
         let found = outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0, 1, 1, 2]);
-        let outside = Outside {
-            share: 0.5,
-            farthest: 22.0,
-        };
+        let outside = Outside { share: 0.5, farthest: 22.0 };
         assert_eq!(found, [(2, Axis::Fz, outside)]);
         assert_eq!(
             outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0; 4]),
@@ -343,15 +317,9 @@ mod tests {
 
     #[test]
     fn test_loads_outside_count_and_noise_at_the_edge_does_not() {
-        let found = of(
-            vec![0.0, 0.0, 0.1, 10.0],
-            vec![0.15, 10.1, 0.0, 14.0, 0.0, 1.0, 0.0, -2.0],
-        );
+        let found = of(vec![0.0, 0.0, 0.1, 10.0], vec![0.15, 10.1, 0.0, 14.0, 0.0, 1.0, 0.0, -2.0]);
         assert_eq!(found.trained, [(0.0, 0.1), (0.0, 10.0)]);
-        let fz = Outside {
-            share: 0.5,
-            farthest: 4.0,
-        };
+        let fz = Outside { share: 0.5, farthest: 4.0 };
         assert_eq!(found.outside, [None, Some(fz)]);
     }
 
@@ -360,13 +328,7 @@ mod tests {
         let found = of(vec![5.0, 0.0, 5.0, 10.0], vec![8.0, 0.0]);
         assert_eq!(
             (found.span(0), found.outside[0]),
-            (
-                0.0,
-                Some(Outside {
-                    share: 1.0,
-                    farthest: 3.0
-                })
-            )
+            (0.0, Some(Outside { share: 1.0, farthest: 3.0 }))
         );
     }
 

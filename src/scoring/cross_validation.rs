@@ -35,18 +35,13 @@ pub fn folds(n_samples: &[usize], groups: &[usize]) -> Vec<Vec<Piece>> {
                     seen.push(group);
                     seen.len() - 1
                 });
-                vec![Piece {
-                    samples: 0..n,
-                    fold,
-                }]
+                vec![Piece { samples: 0..n, fold }]
             })
             .collect();
     }
     let total: usize = n_samples.iter().sum();
     let (even, longer) = (total / BLOCKS, total % BLOCKS);
-    let starts: Vec<usize> = (0..=BLOCKS)
-        .map(|block| block * even + block.min(longer))
-        .collect();
+    let starts: Vec<usize> = (0..=BLOCKS).map(|block| block * even + block.min(longer)).collect();
     let mut first = 0;
     n_samples
         .iter()
@@ -77,9 +72,8 @@ pub fn are_left_out_whole(groups: &[usize]) -> bool {
 
 /// Strengths of the ridge that are tried: none, ever stronger ones, and one that leaves nothing but the conventional
 /// calibration.
-pub const RIDGE_STRENGTHS: [f64; 12] = [
-    0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9,
-];
+pub const RIDGE_STRENGTHS: [f64; 12] =
+    [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
 
 /// The position of the strongest ridge whose squared errors exceed those of the best by no more than one standard error
 /// of the difference over the parts; `square(at, part)` is the sum of squares of a part at a strength.
@@ -94,12 +88,7 @@ mod tests {
     fn samples(pieces: &[Vec<Piece>]) -> Vec<Vec<(std::ops::Range<usize>, usize)>> {
         pieces
             .iter()
-            .map(|pieces| {
-                pieces
-                    .iter()
-                    .map(|piece| (piece.samples.clone(), piece.fold))
-                    .collect()
-            })
+            .map(|pieces| pieces.iter().map(|piece| (piece.samples.clone(), piece.fold)).collect())
             .collect()
     }
 
@@ -115,43 +104,25 @@ mod tests {
     fn recordings_of_one_group_are_one_part_and_two_groups_are_enough() {
         assert_eq!(
             samples(&folds(&[4, 5, 6, 7], &[7, 3, 7, 1])),
-            [
-                vec![(0..4, 0)],
-                vec![(0..5, 1)],
-                vec![(0..6, 0)],
-                vec![(0..7, 2)]
-            ]
+            [vec![(0..4, 0)], vec![(0..5, 1)], vec![(0..6, 0)], vec![(0..7, 2)]]
         );
         assert_eq!(
             samples(&folds(&[4, 5, 6], &[0, 1, 1])),
             [vec![(0..4, 0)], vec![(0..5, 1)], vec![(0..6, 1)]]
         );
         assert_eq!(folds(&[4, 5, 6], &[2; 3]), folds(&[4, 5, 6], &[0; 3]));
-        assert_eq!(
-            folds(&[4, 5, 6], &[2; 3])[0].len(),
-            2,
-            "blocks of three samples"
-        );
+        assert_eq!(folds(&[4, 5, 6], &[2; 3])[0].len(), 2, "blocks of three samples");
     }
 
     #[test]
     fn one_or_two_recordings_are_left_out_by_five_blocks() {
         assert_eq!(
             samples(&folds(&[12], &[0])),
-            [vec![
-                (0..3, 0),
-                (3..6, 1),
-                (6..8, 2),
-                (8..10, 3),
-                (10..12, 4)
-            ]]
+            [vec![(0..3, 0), (3..6, 1), (6..8, 2), (8..10, 3), (10..12, 4)]]
         );
         assert_eq!(
             samples(&folds(&[5, 5], &[0, 1])),
-            [
-                vec![(0..2, 0), (2..4, 1), (4..5, 2)],
-                vec![(0..1, 2), (1..3, 3), (3..5, 4)]
-            ]
+            [vec![(0..2, 0), (2..4, 1), (4..5, 2)], vec![(0..1, 2), (1..3, 3), (3..5, 4)]]
         );
         assert_eq!(samples(&folds(&[2], &[0])), [vec![(0..1, 0), (1..2, 1)]]);
     }

@@ -158,10 +158,7 @@ impl Faults {
                 [first, .., last] if channels.len() > 8 => format!("{first} … {last}"),
                 all => all.join(" "),
             };
-            let own = Self {
-                found: faults.to_vec(),
-                ..Self::default()
-            };
+            let own = Self { found: faults.to_vec(), ..Self::default() };
             match kind {
                 FaultKind::Dead => format!("{named} {kind}: one value throughout"),
                 _ => format!("{} {kind} ({named})", own.n_samples()),
@@ -175,10 +172,7 @@ impl Faults {
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
-            judged: Judged {
-                range: range.clone(),
-                tared: recording.tare(),
-            },
+            judged: Judged { range: range.clone(), tared: recording.tare() },
             n_samples: self.n_samples(),
             unclipped: self.unclipped.clone(),
         };
@@ -213,15 +207,10 @@ pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
             let of_case = found.iter().filter_map(|fault| {
                 let from = fault.samples.start.max(rows.start);
                 let to = fault.samples.end.min(rows.end);
-                (from < to).then(|| Fault {
-                    samples: from - rows.start..to - rows.start,
-                    ..fault.clone()
-                })
+                (from < to)
+                    .then(|| Fault { samples: from - rows.start..to - rows.start, ..fault.clone() })
             });
-            all[of] = Some(Faults {
-                found: of_case.collect(),
-                unclipped: unclipped.clone(),
-            });
+            all[of] = Some(Faults { found: of_case.collect(), unclipped: unclipped.clone() });
         }
     }
     all.into_iter().flatten().collect()
@@ -232,18 +221,14 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
     let loads = (0..recording.axes().len()).map(Channel::Load);
     let channels: Vec<Channel> = gauges.chain(loads).collect();
-    let own = channels
-        .par_iter()
-        .map(|channel| Own::of(recording, *channel));
+    let own = channels.par_iter().map(|channel| Own::of(recording, *channel));
     let own: Vec<Own> = own.collect();
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
     // More than noise does: then a channel of one value is no resting one.
     let something_moves = match recording.is_static() {
         // From one load case to the next a step is no noise: they differ where a load does.
-        true => own
-            .iter()
-            .any(|own| matches!(own.channel, Channel::Load(_)) && moves(&own)),
+        true => own.iter().any(|own| matches!(own.channel, Channel::Load(_)) && moves(&own)),
         false => own.iter().any(|own| own.span > SIGNAL * own.step),
     };
     let of_channel = |own: &Own| {
@@ -270,11 +255,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             Channel::Gauge(_) => others(false),
         };
         let expected = Expected::of(recording, own, by, |_| false);
-        let channel = Watched {
-            recording,
-            own,
-            expected: expected.as_ref(),
-        };
+        let channel = Watched { recording, own, expected: expected.as_ref() };
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
         channel.stuck(&mut found);
         let mut in_noise = Vec::new();
@@ -299,20 +280,14 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         let others = found.iter().filter(|other| other.channel != fault.channel);
         let shared = others.map(|other| {
             let start = other.samples.start.max(fault.samples.start);
-            other
-                .samples
-                .end
-                .min(fault.samples.end)
-                .saturating_sub(start)
+            other.samples.end.min(fault.samples.end).saturating_sub(start)
         });
         shared.sum::<usize>() < fault.samples.len() / 10
     };
     in_noise.retain(is_sure);
     found.extend(in_noise);
     if recording.is_static() {
-        let channels: Vec<_> = (own.iter())
-            .zip(expected.iter().map(Option::as_ref))
-            .collect();
+        let channels: Vec<_> = (own.iter()).zip(expected.iter().map(Option::as_ref)).collect();
         let misread = misread::misread(recording, &channels);
         let is_known = |fault: &Fault| {
             let mut known = found.iter().filter(|own| own.kind != FaultKind::Dead);
@@ -330,12 +305,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         let Some(rated) = rated else { continue };
         let loads = recording.loads()[axis..].iter().step_by(n_axes);
         let is_over = loads.map(|load| load.abs() > rated * (1.0 + 1e-9));
-        push_runs(
-            is_over,
-            FaultKind::Overload,
-            Channel::Load(axis),
-            &mut found,
-        );
+        push_runs(is_over, FaultKind::Overload, Channel::Load(axis), &mut found);
     }
     if unclipped.iter().all(|own| *own == (None, None)) {
         unclipped.clear();
@@ -380,11 +350,7 @@ impl Own {
                 start = k;
             }
             (low, high) = (low.min(own), high.max(own));
-            let step = if k > 0 {
-                (own - value(k - 1)).abs()
-            } else {
-                0.0
-            };
+            let step = if k > 0 { (own - value(k - 1)).abs() } else { 0.0 };
             if step > 0.0 {
                 resolution = resolution.min(step);
             }
@@ -469,15 +435,7 @@ impl Expected {
                 let mean = values.clone().sum::<f64>() / samples.len() as f64;
                 let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
                 let deviation = (squares / samples.len() as f64).sqrt();
-                (
-                    channel,
-                    mean,
-                    if deviation > 0.0 {
-                        1.0 / deviation
-                    } else {
-                        0.0
-                    },
-                )
+                (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
             })
             .collect();
         let mut found = None;
@@ -504,9 +462,8 @@ impl Expected {
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
             let sigma = 1.4826 * median(samples.iter().map(off))?;
-            let near: Vec<usize> = (samples.iter().copied())
-                .filter(|k| off(k) <= 4.0 * sigma)
-                .collect();
+            let near: Vec<usize> =
+                (samples.iter().copied()).filter(|k| off(k) <= 4.0 * sigma).collect();
             expected.sigma = sigma;
             let is_finite = expected.by.iter().all(|(_, _, factor)| factor.is_finite());
             found = Some(expected).filter(|_| is_finite && sigma.is_finite());
@@ -556,9 +513,7 @@ impl Watched<'_> {
 
     /// Whether the others say that it moves where it does not.
     fn should_move(&self, samples: impl ExactSizeIterator<Item = usize>) -> bool {
-        let Own {
-            span, resolution, ..
-        } = self.own;
+        let Own { span, resolution, .. } = self.own;
         self.expected.is_some_and(|expected| {
             let least = (MOVES.0 * span).max(MOVES.1 * expected.sigma.max(*resolution));
             expected.spread(self.recording, samples) > least
@@ -594,31 +549,23 @@ impl Watched<'_> {
         push_runs(beyond, FaultKind::Saturated, self.own.channel, found);
         match entered {
             Some((low, high)) => (Some(low), Some(high)),
-            None => [limits.0, limits.1]
-                .map(|limit| limit.map(|limit| limit + tared_by))
-                .into(),
+            None => [limits.0, limits.1].map(|limit| limit.map(|limit| limit + tared_by)).into(),
         }
     }
 
     /// Whether an extreme is where the logger ends: it is often exactly the same, and the others say that the channel should move there,
     /// and mostly farther out.
     fn is_clipped(&self, extreme: f64) -> bool {
-        let Own {
-            resolution, span, ..
-        } = self.own;
+        let Own { resolution, span, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
             return false;
         }
-        let at: Vec<usize> = (0..self.n())
-            .filter(|k| self.value(*k) == extreme)
-            .collect();
+        let at: Vec<usize> = (0..self.n()).filter(|k| self.value(*k) == extreme).collect();
         let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
         let Some(expected) = self.expected else {
             return false;
         };
-        let farther = at
-            .iter()
-            .map(|k| inward * (extreme - expected.at(self.recording, *k)));
+        let farther = at.iter().map(|k| inward * (extreme - expected.at(self.recording, *k)));
         let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
@@ -660,12 +607,7 @@ impl Watched<'_> {
 
     /// Finds where it jumps away and back, and nothing else does.
     fn jumps(&self, found: &mut Vec<Fault>) {
-        let Own {
-            step,
-            span,
-            resolution,
-            ..
-        } = self.own;
+        let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
         let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
         let mut away: Vec<(Range<usize>, bool)> = Vec::new();
@@ -718,11 +660,7 @@ impl Watched<'_> {
     }
 
     fn fault(&self, kind: FaultKind, samples: Range<usize>) -> Fault {
-        Fault {
-            kind,
-            channel: self.own.channel,
-            samples,
-        }
+        Fault { kind, channel: self.own.channel, samples }
     }
 }
 
@@ -755,12 +693,7 @@ fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     let n_runs = starts.len();
     let longest = DROPOUT_SAMPLES.max(3 * n / n_runs.max(1));
     let ends = starts.iter().skip(1).chain([&n]).copied();
-    let runs: Vec<Range<usize>> = starts
-        .iter()
-        .copied()
-        .zip(ends)
-        .map(|(a, b)| a..b)
-        .collect();
+    let runs: Vec<Range<usize>> = starts.iter().copied().zip(ends).map(|(a, b)| a..b).collect();
     let looked_at = looked_at(n).filter(|k| *k > 0);
     let mut steps: Vec<f64> = looked_at.map(|k| (value(k) - value(k - 1)).abs()).collect();
     let usual = AUXILIARY_JUMP * quantile(&mut steps, 0.95).unwrap_or(0.0);
@@ -780,27 +713,16 @@ fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     let step = median(others.map(jump));
     // What is a step of its own resolution is rounding, or a switch.
     let far = |at: &&usize| {
-        let again = || {
-            away.iter()
-                .any(|other| *other != **at && own(*other) == own(**at))
-        };
+        let again = || away.iter().any(|other| *other != **at && own(*other) == own(**at));
         let is_far = step.is_none_or(|step| jump(**at) > 4.0 * step);
         is_far && (own(**at) == 0.0 || (step.is_some() && again()))
     };
-    let found: Vec<Range<usize>> = away
-        .iter()
-        .filter(far)
-        .map(|at| runs[*at].clone())
-        .collect();
+    let found: Vec<Range<usize>> = away.iter().filter(far).map(|at| runs[*at].clone()).collect();
     let n_away: usize = found.iter().map(|run| run.len()).sum();
     if n_away as f64 > DROPOUT_SHARE * n as f64 {
         return Vec::new();
     }
-    let fault = |samples: Range<usize>| Fault {
-        kind: FaultKind::Dropout,
-        channel,
-        samples,
-    };
+    let fault = |samples: Range<usize>| Fault { kind: FaultKind::Dropout, channel, samples };
     found.into_iter().map(fault).collect()
 }
 
@@ -816,11 +738,7 @@ fn push_runs(
         match (is_so, start) {
             (true, None) => start = Some(k),
             (false, Some(from)) => {
-                found.push(Fault {
-                    kind,
-                    channel,
-                    samples: from..k,
-                });
+                found.push(Fault { kind, channel, samples: from..k });
                 start = None;
             }
             _ => {}
@@ -980,18 +898,12 @@ mod tests {
         }
         loads[2 * 1700 + 1] = -999.0; // a value that is missing
         let recording = recording(gauges.clone(), loads.clone());
-        assert_eq!(
-            words(&recording),
-            ["100 stuck (S1)", "3 dropped out (S2)", "2 spikes (S1 Fz)"]
-        );
+        assert_eq!(words(&recording), ["100 stuck (S1)", "3 dropped out (S2)", "2 spikes (S1 Fz)"]);
         for row in gauges.chunks_exact_mut(3) {
             row[1] = 0.3;
         }
         let dead = crate::scoring::faults::tests::recording(gauges, loads);
-        assert_eq!(
-            words(&dead).last().unwrap(),
-            "S2 dead: one value throughout"
-        );
+        assert_eq!(words(&dead).last().unwrap(), "S2 dead: one value throughout");
     }
 
     #[test]
@@ -1024,10 +936,7 @@ mod tests {
                 loads[2 * k] = loads[200];
             }
             let found = words(&recording(gauges, loads));
-            assert!(
-                found.iter().any(|own| own.contains("stuck (Fx)")),
-                "{found:?}"
-            );
+            assert!(found.iter().any(|own| own.contains("stuck (Fx)")), "{found:?}");
         }
     }
 
@@ -1063,17 +972,8 @@ mod tests {
         let warms = |k: usize| 20.0 + 0.01 * k as f64 + noise[k];
         let coarse = |k: usize| (10.0 * warms(k)).round() / 10.0;
         let now_and_then = |k: usize| warms(k / 100 * 100);
-        let is_out = |k: usize| {
-            [500, 1200, 1700]
-                .iter()
-                .any(|from| (*from..from + 7).contains(&k))
-        };
-        for channel in [
-            &warms as &dyn Fn(usize) -> f64,
-            &coarse,
-            &now_and_then,
-            &|_| 21.5,
-        ] {
+        let is_out = |k: usize| [500, 1200, 1700].iter().any(|from| (*from..from + 7).contains(&k));
+        for channel in [&warms as &dyn Fn(usize) -> f64, &coarse, &now_and_then, &|_| 21.5] {
             assert_eq!(told(channel), [""; 0]);
             for value in [0.0, -40.0] {
                 let with_outs = |k: usize| if is_out(k) { value } else { channel(k) };
@@ -1100,15 +1000,8 @@ mod tests {
                 let axes = vec![Axis::Fx, Axis::Fz];
                 let names = ["S1", "S2", "S3"].map(str::to_owned).to_vec();
                 let loads = loads[2 * k..2 * k + 2].to_vec();
-                let own = Recording::new(
-                    "c",
-                    Source::Simulated,
-                    vec![0.0],
-                    names,
-                    gauges,
-                    axes,
-                    loads,
-                );
+                let own =
+                    Recording::new("c", Source::Simulated, vec![0.0], names, gauges, axes, loads);
                 own.unwrap().without_times()
             })
             .collect();
@@ -1129,15 +1022,8 @@ mod tests {
             let times = (0..values.len()).map(|k| k as f64).collect();
             let loads = values.iter().map(|value| 2.0 * value).collect();
             let names = vec!["S1".to_owned()];
-            let recording = Recording::new(
-                "r",
-                Source::Simulated,
-                times,
-                names,
-                values,
-                vec![Axis::Fz],
-                loads,
-            );
+            let recording =
+                Recording::new("r", Source::Simulated, times, names, values, vec![Axis::Fz], loads);
             words(&recording.unwrap())
         };
         assert_eq!(one(vec![1.0]), Vec::<String>::new());

@@ -35,9 +35,7 @@ impl Information {
         let scaled = Mat::from_fn(n, n, |i, j| {
             sums.feature_product(columns[i], columns[j]) * inverse_lengths[i] * inverse_lengths[j]
         });
-        let parts = (n > 0)
-            .then(|| scaled.self_adjoint_eigen(Side::Lower))?
-            .ok()?;
+        let parts = (n > 0).then(|| scaled.self_adjoint_eigen(Side::Lower))?.ok()?;
         let (values, vectors) = (parts.S().column_vector(), parts.U());
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -65,19 +63,13 @@ impl Information {
             let along: f64 = rows.map(|(row, own)| own * dot(row, direction)).sum();
             along / (square + NOTHING)
         };
-        self.squares
-            .iter()
-            .zip(&self.directions)
-            .map(of_direction)
-            .sum()
+        self.squares.iter().zip(&self.directions).map(of_direction).sum()
     }
 
     /// A row of all columns as one of these, scaled.
     fn scaled(&self, row: &[f64]) -> Vec<f64> {
         let columns = self.columns.iter().zip(&self.inverse_lengths);
-        columns
-            .map(|(column, factor)| row[*column] * factor)
-            .collect()
+        columns.map(|(column, factor)| row[*column] * factor).collect()
     }
 
     fn solve(&self, row: &[f64]) -> Vec<f64> {
@@ -115,10 +107,7 @@ impl Information {
         let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
         let mut found = Vec::new();
         for _ in 0..count {
-            let best = variances
-                .iter()
-                .enumerate()
-                .max_by(|a, b| a.1.total_cmp(b.1));
+            let best = variances.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
             let Some((at, own)) = best.filter(|(_, own)| **own > 0.0) else {
                 break;
             };
@@ -126,10 +115,7 @@ impl Information {
             let mut solved = self.solve(row);
             for (before, factor) in &taken {
                 let along = factor * dot(before, row);
-                solved
-                    .iter_mut()
-                    .zip(before)
-                    .for_each(|(out, own)| *out -= along * own);
+                solved.iter_mut().zip(before).for_each(|(out, own)| *out -= along * own);
             }
             let factor = weight / (1.0 + weight * own);
             let less = |variances: &mut Vec<f64>, rows: &[Vec<f64>]| {
@@ -168,9 +154,8 @@ pub struct NextRow {
 /// **Shapes** `shares` has one share of its squared length for each column of the sums, see
 /// [`Ridge::Shares`](crate::calibration::Ridge::Shares).
 pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> {
-    let all: Vec<usize> = (0..sums.n_features())
-        .filter(|column| shares[*column].is_finite())
-        .collect();
+    let all: Vec<usize> =
+        (0..sums.n_features()).filter(|column| shares[*column].is_finite()).collect();
     let columns = sums.present_among(&all);
     let n = columns.len();
     let length = |i: usize| sums.feature_product(columns[i], columns[i]).sqrt();
@@ -178,11 +163,7 @@ pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> 
         sums.feature_product(columns[i], columns[j]) / (length(i) * length(j))
     });
     let shrunk = Mat::from_fn(n, n, |i, j| {
-        let on_diagonal = if i == j {
-            shares[columns[i]] + NOTHING
-        } else {
-            0.0
-        };
+        let on_diagonal = if i == j { shares[columns[i]] + NOTHING } else { 0.0 };
         gram[(i, j)] + on_diagonal
     });
     let solved = shrunk.llt(Side::Lower).ok()?.solve(&gram);
@@ -207,9 +188,8 @@ mod tests {
         let mut sums = NormalEquations::new(P, 1);
         let stride = sums.stride();
         let mut row = || {
-            let mut row: Vec<f64> = (0..P)
-                .map(|at| 10_f64.powi(at as i32 - 2) * random.normal())
-                .collect();
+            let mut row: Vec<f64> =
+                (0..P).map(|at| 10_f64.powi(at as i32 - 2) * random.normal()).collect();
             row[1] += 5.0 * row[0];
             if repeats {
                 row[P - 1] = row[0];
@@ -251,9 +231,7 @@ mod tests {
         let mut total = a.1.clone();
         total.add(&b.1);
         let own = Information::of(&total, &[0, 1, 2, 3, 4]).unwrap();
-        let inverse = gram(&[&a.0[..], &b.0[..]].concat())
-            .partial_piv_lu()
-            .inverse();
+        let inverse = gram(&[&a.0[..], &b.0[..]].concat()).partial_piv_lu().inverse();
         for (rows, sums) in [&a, &b] {
             let product = &inverse * gram(rows);
             let trace: f64 = (0..P).map(|i| product[(i, i)]).sum();
@@ -297,9 +275,7 @@ mod tests {
         let variance = |matrix: &Mat<f64>| -> f64 {
             let inverse = matrix.partial_piv_lu().inverse();
             let of = |row: &Vec<f64>| -> f64 {
-                (0..P)
-                    .map(|i| row[i] * (0..P).map(|j| inverse[(i, j)] * row[j]).sum::<f64>())
-                    .sum()
+                (0..P).map(|i| row[i] * (0..P).map(|j| inverse[(i, j)] * row[j]).sum::<f64>()).sum()
             };
             rows.iter().map(of).sum()
         };

@@ -75,17 +75,13 @@ impl LeftOut<'_> {
             }
             RidgeChoice::Auto | RidgeChoice::ByBlock if !enough => (vec![0.0; q], None),
             RidgeChoice::Auto | RidgeChoice::ByBlock => {
-                let tried: Vec<Vec<f64>> = RIDGE_STRENGTHS
-                    .iter()
-                    .map(|strength| self.squares(*strength))
-                    .collect();
+                let tried: Vec<Vec<f64>> =
+                    RIDGE_STRENGTHS.iter().map(|strength| self.squares(*strength)).collect();
                 let n_parts = self.parts.len();
                 let chosen: Vec<usize> = (0..q)
                     .map(|axis| strongest_good(n_parts, |at, part| tried[at][part * q + axis]))
                     .collect();
-                let squares = (0..n_parts * q)
-                    .map(|at| tried[chosen[at % q]][at])
-                    .collect();
+                let squares = (0..n_parts * q).map(|at| tried[chosen[at % q]][at]).collect();
                 let strengths = chosen.iter().map(|at| RIDGE_STRENGTHS[*at]).collect();
                 (strengths, Some(squares))
             }
@@ -126,20 +122,10 @@ impl LeftOut<'_> {
         let q = self.total.n_targets();
         // A column that is zero in every part would send each of them the careful way.
         let used = self.total.present_among(&self.terms.kept(shares));
-        let left_out = LeftOut {
-            terms: Terms {
-                used: &used,
-                ..self.terms
-            },
-            ..*self
-        };
+        let left_out = LeftOut { terms: Terms { used: &used, ..self.terms }, ..*self };
         let mut squares = vec![0.0; self.parts.len() * q];
         let mut is_sure = vec![false; self.parts.len()];
-        let at_least = if used.len() < MANY_COLUMNS {
-            usize::MAX
-        } else {
-            1
-        };
+        let at_least = if used.len() < MANY_COLUMNS { usize::MAX } else { 1 };
         (self.parts.par_chunks(LANES).with_min_len(at_least))
             .zip(squares.par_chunks_mut(LANES * q))
             .zip(is_sure.par_chunks_mut(LANES))
@@ -170,9 +156,7 @@ impl LeftOut<'_> {
 
 /// Sums over the parts of `n_parts × n_targets` squares.
 pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
-    (0..n_targets)
-        .map(|target| squares.iter().skip(target).step_by(n_targets).sum())
-        .collect()
+    (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
 /// The fewest samples that are left to fit when a part is left out, and the coefficients that nothing shrinks, where they
@@ -248,16 +232,8 @@ mod tests {
             0 => ColumnKind::Gauge,
             _ => ColumnKind::Appended,
         };
-        let terms = Terms {
-            used,
-            kinds: &(0..p).map(shrunk).collect::<Vec<_>>(),
-            known: &[],
-        };
-        let left_out = LeftOut {
-            total: &total,
-            parts: &parts,
-            terms,
-        };
+        let terms = Terms { used, kinds: &(0..p).map(shrunk).collect::<Vec<_>>(), known: &[] };
+        let left_out = LeftOut { total: &total, parts: &parts, terms };
         let one_by_one = NormalEquations::each_without(
             &parts,
             |_| true,
@@ -313,16 +289,9 @@ mod tests {
         let left_out = LeftOut {
             total: &total,
             parts: &parts,
-            terms: Terms {
-                used: &[0, 1],
-                kinds: &[ColumnKind::Gauge; 2],
-                known: &[],
-            },
+            terms: Terms { used: &[0, 1], kinds: &[ColumnKind::Gauge; 2], known: &[] },
         };
-        assert!(
-            (left_out.squares(0.0)[0] - 125.0).abs() < 1e-9,
-            "five errors of 5"
-        );
+        assert!((left_out.squares(0.0)[0] - 125.0).abs() < 1e-9, "five errors of 5");
     }
 
     /// A mean fitted without the part: parts {0, 0} and {3} are scored by 3 and by 0, so every error is 3.
@@ -339,16 +308,8 @@ mod tests {
         });
         let mut total = parts[0].clone();
         total.add(&parts[1]);
-        let terms = Terms {
-            used: &[0],
-            kinds: &[ColumnKind::Offset],
-            known: &[],
-        };
-        let left_out = |parts| LeftOut {
-            total: &total,
-            parts,
-            terms,
-        };
+        let terms = Terms { used: &[0], kinds: &[ColumnKind::Offset], known: &[] };
+        let left_out = |parts| LeftOut { total: &total, parts, terms };
         let rmse = left_out(&parts);
         let rmse = rmse.rmse(&[0.0], || rmse.squares(0.0)).unwrap();
         assert!((rmse[0] - 3.0).abs() < 1e-12);
@@ -373,16 +334,8 @@ mod tests {
             let parts = signs.map(|sign| part(0.1 * sign, useful));
             let mut total = NormalEquations::new(1, 1);
             parts.iter().for_each(|part| total.add(part));
-            let terms = Terms {
-                used: &[0],
-                kinds: &[ColumnKind::Appended],
-                known: &[],
-            };
-            let left_out = LeftOut {
-                total: &total,
-                parts: &parts,
-                terms,
-            };
+            let terms = Terms { used: &[0], kinds: &[ColumnKind::Appended], known: &[] };
+            let left_out = LeftOut { total: &total, parts: &parts, terms };
             left_out.with_ridge(RidgeChoice::Auto).0[0]
         };
         assert_eq!(strength(0.0), 1e9);
@@ -405,9 +358,7 @@ mod tests {
             for _ in 0..2 {
                 for (other, its) in &basis {
                     let share = dot(&left, other) / dot(other, other);
-                    left.iter_mut()
-                        .zip(other)
-                        .for_each(|(x, o)| *x -= share * o);
+                    left.iter_mut().zip(other).for_each(|(x, o)| *x -= share * o);
                     made_of.extend(its.iter().map(|(column, b)| (*column, -share * b)));
                 }
             }
@@ -436,17 +387,10 @@ mod tests {
             let lengths: Vec<usize> = (0..n_parts).map(|_| whole(p + 1, 3 * p + 4)).collect();
             let lives_in: Vec<usize> = (0..n_gauges).map(|_| whole(0, 3 * n_parts)).collect();
             let stands_at: Vec<f64> = (0..n_gauges)
-                .map(|_| {
-                    if random.between(0.0, 1.0) < 0.5 {
-                        0.0
-                    } else {
-                        random.normal()
-                    }
-                })
+                .map(|_| if random.between(0.0, 1.0) < 0.5 { 0.0 } else { random.normal() })
                 .collect();
-            let size: Vec<f64> = (0..n_gauges)
-                .map(|_| 10f64.powf(random.between(-3.0, 3.0)))
-                .collect();
+            let size: Vec<f64> =
+                (0..n_gauges).map(|_| 10f64.powf(random.between(-3.0, 3.0))).collect();
             let known: Vec<f64> = (0..p)
                 .map(|at| match at {
                     _ if at < n_gauges => random.normal() / size[at],
@@ -462,11 +406,7 @@ mod tests {
                         let mut row: Vec<f64> = (0..n_gauges)
                             .map(|gauge| {
                                 let moves = lives_in[gauge] >= n_parts || lives_in[gauge] == part;
-                                let value = if moves {
-                                    random.normal()
-                                } else {
-                                    stands_at[gauge]
-                                };
+                                let value = if moves { random.normal() } else { stands_at[gauge] };
                                 size[gauge] * value
                             })
                             .collect();
@@ -497,16 +437,8 @@ mod tests {
             kinds.resize(p - 1, ColumnKind::Appended);
             kinds.push(ColumnKind::Offset);
             let used: Vec<usize> = (0..p).collect();
-            let terms = Terms {
-                used: &used,
-                kinds: &kinds,
-                known: &known,
-            };
-            let left_out = LeftOut {
-                total: &total,
-                parts: &parts,
-                terms,
-            };
+            let terms = Terms { used: &used, kinds: &kinds, known: &known };
+            let left_out = LeftOut { total: &total, parts: &parts, terms };
             let in_order: Vec<usize> = std::iter::once(p - 1).chain(0..p - 1).collect();
             for (at, square) in left_out.squares(0.0).into_iter().enumerate() {
                 let others = samples.iter().enumerate().filter(|(other, _)| *other != at);
@@ -518,10 +450,7 @@ mod tests {
                     .map(|error| error * error)
                     .sum();
                 let error = (square / explicit - 1.0).abs();
-                assert!(
-                    error < 1e-6,
-                    "seed {seed}, part {at}: {square} instead of {explicit}"
-                );
+                assert!(error < 1e-6, "seed {seed}, part {at}: {square} instead of {explicit}");
             }
         }
     }
@@ -532,16 +461,8 @@ mod tests {
         let (total, parts) = parts(2, 60, 1.0);
         let used: Vec<usize> = (0..60).collect();
         let figure = |kinds: &[ColumnKind], strength: f64| {
-            let terms = Terms {
-                used: &used,
-                kinds,
-                known: &[],
-            };
-            let left_out = LeftOut {
-                total: &total,
-                parts: &parts,
-                terms,
-            };
+            let terms = Terms { used: &used, kinds, known: &[] };
+            let left_out = LeftOut { total: &total, parts: &parts, terms };
             left_out.rmse(&[strength; 2], || left_out.squares(strength))
         };
         let appended = [&[ColumnKind::Gauge; 5][..], &[ColumnKind::Appended; 55]].concat();

@@ -87,10 +87,8 @@ fn of_axis(
     axis: Axis,
     weight: f64,
 ) -> AxisHysteresis {
-    let references: Vec<Vec<f64>> = runs
-        .iter()
-        .map(|run| column(run.reference, at, n_axes))
-        .collect();
+    let references: Vec<Vec<f64>> =
+        runs.iter().map(|run| column(run.reference, at, n_axes)).collect();
     let dead_band = default_dead_band(references.iter().map(Vec::as_slice));
     let loops = Loops::of(references.iter().map(Vec::as_slice), dead_band);
     let cycles = loops.full_cycles();
@@ -104,12 +102,7 @@ fn of_axis(
             }),
         );
     }
-    AxisHysteresis {
-        axis,
-        mean_width: mean(&widths),
-        n_reversals: widths.len(),
-        dead_band,
-    }
+    AxisHysteresis { axis, mean_width: mean(&widths), n_reversals: widths.len(), dead_band }
 }
 
 fn column(values: &[f64], at: usize, n_axes: usize) -> Vec<f64> {
@@ -140,11 +133,7 @@ mod tests {
         let mut state: f64 = -0.9;
         for k in 0..=2 * cycles * steps {
             let phase = (k % (2 * steps)) as f64 / steps as f64;
-            let load = if phase <= 1.0 {
-                2.0 * phase - 1.0
-            } else {
-                3.0 - 2.0 * phase
-            };
+            let load = if phase <= 1.0 { 2.0 * phase - 1.0 } else { 3.0 - 2.0 * phase };
             state = state.clamp(load - radius, load + radius);
             reference.extend([load, 7.0]);
             conventional.extend([state, 7.0]);
@@ -166,20 +155,14 @@ mod tests {
         let found = of(6, [1.0, 0.0]);
         // Six cycles within each of two recordings.
         assert_eq!((found.n_reversals, found.axes.len()), (12, 1));
-        assert!(
-            (found.value.unwrap() / 0.18 - 1.0).abs() < 0.01,
-            "{found:?}"
-        );
+        assert!((found.value.unwrap() / 0.18 - 1.0).abs() < 0.01, "{found:?}");
         assert!(!found.rests_on_few());
     }
 
     #[test]
     fn axes_without_a_cycle_are_left_out_of_the_mean_and_few_reversals_are_told() {
         let found = of(1, [0.5, 2.0]);
-        assert!(
-            (found.value.unwrap() / 0.09 - 1.0).abs() < 0.01,
-            "{found:?}"
-        );
+        assert!((found.value.unwrap() / 0.09 - 1.0).abs() < 0.01, "{found:?}");
         assert_eq!(found.axes[1].mean_width, None);
         assert!(found.rests_on_few());
         assert_eq!(of(0, [1.0, 1.0]).value, None);

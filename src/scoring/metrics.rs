@@ -12,21 +12,13 @@ pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
 
 /// The roots of sums of squares over `n`; `None` if `n` is zero.
 pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
-    (n > 0).then(|| {
-        squares
-            .iter()
-            .map(|square| (square / n as f64).sqrt())
-            .collect()
-    })
+    (n > 0).then(|| squares.iter().map(|square| (square / n as f64).sqrt()).collect())
 }
 
 /// Root mean squared error per axis of predicted against true loads, both `n × n_axes` row-major.
 pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<Vec<f64>> {
     let mut squares = vec![0.0; n_axes];
-    for (predicted, truth) in predicted
-        .chunks_exact(n_axes)
-        .zip(truth.chunks_exact(n_axes))
-    {
+    for (predicted, truth) in predicted.chunks_exact(n_axes).zip(truth.chunks_exact(n_axes)) {
         for axis in 0..n_axes {
             squares[axis] += (predicted[axis] - truth[axis]).powi(2);
         }
@@ -52,11 +44,7 @@ impl Group {
     /// The root mean square over the group's axes of their RMSE; `None` if it has no axis.
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
         let (mut squares, mut count) = (0.0, 0);
-        for (_, value) in axes
-            .iter()
-            .zip(rmse)
-            .filter(|(axis, _)| self.contains(**axis))
-        {
+        for (_, value) in axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis)) {
             squares += value * value;
             count += 1;
         }

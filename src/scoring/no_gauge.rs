@@ -126,24 +126,20 @@ pub fn no_gauges(recordings: &[&Recording]) -> Vec<NoGauge> {
     let is_clock = |gauge: &usize| is_clock(&recordings, *gauge);
     let clocks: Vec<usize> = (0..names.len()).filter(is_clock).collect();
     let moving: Vec<usize> = gauges.moving();
-    let moving: Vec<usize> = (moving.into_iter())
-        .filter(|gauge| !clocks.contains(gauge))
-        .collect();
+    let moving: Vec<usize> = (moving.into_iter()).filter(|gauge| !clocks.contains(gauge)).collect();
     let axes = loads.moving();
     let mut found = Vec::new();
 
-    let rows = recordings
-        .iter()
-        .flat_map(|own| own.loads().chunks_exact(first.axes().len().max(1)));
+    let rows =
+        recordings.iter().flat_map(|own| own.loads().chunks_exact(first.axes().len().max(1)));
     let rows = rows.step_by(gauges.every.max(1));
     let spread = LoadSpread::of(rows, &load_ranges(recordings.iter().copied()));
     let exact = match spread.n_directions {
         0 | 1 => EXACT_ON_ONE,
         _ => EXACT,
     };
-    let by_loads: Vec<Option<Explained>> = (moving.iter())
-        .map(|gauge| gauges.explained(*gauge, &loads, &axes))
-        .collect();
+    let by_loads: Vec<Option<Explained>> =
+        (moving.iter()).map(|gauge| gauges.explained(*gauge, &loads, &axes)).collect();
     let is_exact = |of: &Option<Explained>| of.as_ref().is_some_and(|own| own.is(exact));
     let left = by_loads.iter().flatten();
     let usual = median(left.filter(|own| !own.is(exact)).map(|own| own.left));
@@ -324,10 +320,7 @@ impl Channels {
 fn least_step(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let (low, high) = (
-        sorted.first().unwrap_or(&0.0),
-        sorted.last().unwrap_or(&0.0),
-    );
+    let (low, high) = (sorted.first().unwrap_or(&0.0), sorted.last().unwrap_or(&0.0));
     let range = high - low;
     let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
     let steps = steps.filter(|step| *step > 1e-9 * range);
@@ -348,9 +341,7 @@ fn is_clock(recordings: &[&Recording], gauge: usize) -> bool {
         true => CLOCK_ROWS,
         false => CLOCK_SAMPLES,
     };
-    let mut long = recordings
-        .iter()
-        .filter(|own| own.n_samples() >= fewest(own));
+    let mut long = recordings.iter().filter(|own| own.n_samples() >= fewest(own));
     let mut said = None;
     let is_one = long.all(|recording| {
         let of_gauge = |k: usize| recording.gauges_at(k)[gauge];
@@ -377,9 +368,7 @@ fn steps(recording: &Recording, value: impl Fn(usize) -> f64, off: f64) -> Optio
         let said = |k: usize| first + span * (at(k) - start) / length;
         length > 0.0
             && span != 0.0
-            && (0..n)
-                .step_by(every)
-                .all(|k| (value(k) - said(k)).abs() <= off * span.abs())
+            && (0..n).step_by(every).all(|k| (value(k) - said(k)).abs() <= off * span.abs())
     };
     if is_strict && (is_line(&|k| k as f64) || is_line(&|k| times[k])) {
         return Some(span > 0.0);
@@ -408,11 +397,8 @@ mod tests {
         let (mut gauges, mut loads) = (Vec::new(), Vec::new());
         for k in 0..N {
             let t = 0.05 * k as f64 + seed as f64;
-            let load = [
-                10.0 * (0.9 * t).sin(),
-                8.0 * (1.3 * t).cos(),
-                20.0 * (0.7 * t + 1.0).sin() - 5.0,
-            ];
+            let load =
+                [10.0 * (0.9 * t).sin(), 8.0 * (1.3 * t).cos(), 20.0 * (0.7 * t + 1.0).sin() - 5.0];
             let load = load.map(|load| (100.0 * load).round() / 100.0);
             gauges.extend(make(k, load, &mut random));
             loads.extend(&load[3 - n_axes..]);
@@ -451,9 +437,7 @@ mod tests {
     fn gauges_are_gauges_however_good_and_computed_data_contradict_nothing() {
         assert_eq!(with(|_, _, _| Vec::new()), []);
         for n_axes in [1, 3] {
-            let exact = of(n_axes, &|_, [x, y, z], _| {
-                vec![x + z, y - z, 2.0 * z, z + 0.1 * x]
-            });
+            let exact = of(n_axes, &|_, [x, y, z], _| vec![x + z, y - z, 2.0 * z, z + 0.1 * x]);
             let named = |one: &NoGauge| matches!(one, NoGauge::Clock(_) | NoGauge::Copy(..));
             assert!(!exact.iter().any(named), "{exact:?}");
         }
@@ -482,15 +466,9 @@ mod tests {
             axes("S7", &[Axis::Fx, Axis::Fy, Axis::Fz]),
         ];
         assert_eq!(raw, expected);
-        assert!(
-            raw[2]
-                .to_string()
-                .contains("Fx, Fy and Fz of the reference")
-        );
+        assert!(raw[2].to_string().contains("Fx, Fy and Fz of the reference"));
         // On one axis, too, where the gauge beside it is a real one.
-        let alone = of(1, &|_, [_, _, z], random| {
-            vec![z + 0.02 * random.normal(), 3.0 * z]
-        });
+        let alone = of(1, &|_, [_, _, z], random| vec![z + 0.02 * random.normal(), 3.0 * z]);
         assert_eq!(alone, [NoGauge::Reference("S2".into(), vec![Axis::Fz])]);
         // All raw channels of a reference of which one axis was kept.
         let raw = of(1, &|_, [x, y, z], random| {
@@ -504,10 +482,7 @@ mod tests {
         let clock = |gauge: &str| NoGauge::Clock(gauge.into());
         let t = |k: usize| 1e9 + 10.0 * k as f64 + ((k * 7) % 3) as f64;
         assert_eq!(with(|k, _, _| vec![t(k)]), [clock("S5")]);
-        assert_eq!(
-            with(|k, _, _| vec![(k % 256) as f64, -(k as f64)]),
-            ["S5", "S6"].map(clock)
-        );
+        assert_eq!(with(|k, _, _| vec![(k % 256) as f64, -(k as f64)]), ["S5", "S6"].map(clock));
         let twice = with(|_, _, real| vec![4.0 - 1.3 * real[1], real[0]]);
         let copy = |gauge: &str, of: &str| NoGauge::Copy(gauge.into(), of.into());
         assert_eq!(twice, [copy("S6", "S1"), copy("S5", "S2")]);
@@ -550,10 +525,8 @@ mod tests {
         };
         let cases: Vec<Recording> = (0..30).map(rows).collect();
         let found = no_gauges(&cases.iter().collect::<Vec<_>>());
-        let expected = [
-            NoGauge::Reference("S5".into(), vec![Axis::Fy]),
-            NoGauge::Clock("S6".into()),
-        ];
+        let expected =
+            [NoGauge::Reference("S5".into(), vec![Axis::Fy]), NoGauge::Clock("S6".into())];
         assert_eq!(found, expected);
     }
 }

@@ -34,10 +34,7 @@ pub fn round_step(step: f64) -> f64 {
             format!("{digit}e{power}").parse().unwrap_or(step)
         })
     });
-    candidates
-        .into_iter()
-        .find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9))
-        .unwrap_or(step)
+    candidates.into_iter().find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9)).unwrap_or(step)
 }
 
 /// How many decimals a number has when it is written out.
@@ -159,9 +156,6 @@ mod tests {
 
     #[test]
     fn a_length_is_told_in_few_digits() {
-        assert_eq!(
-            [999, 1500, 2_500_000].map(file_size),
-            ["999 B", "1.5 kB", "2.5 MB"]
-        );
+        assert_eq!([999, 1500, 2_500_000].map(file_size), ["999 B", "1.5 kB", "2.5 MB"]);
     }
 }

@@ -23,9 +23,7 @@ pub(crate) fn farthest(of: &[[f64; 2]], to: &[[f64; 2]]) -> f64 {
             let share = k as f64 / n;
             let place = [0, 1].map(|i| step[0][i] + share * (step[1][i] - step[0][i]));
             // What is nearest stands near it across.
-            let first = to
-                .partition_point(|other| other[0] < place[0] - 2.0)
-                .saturating_sub(1);
+            let first = to.partition_point(|other| other[0] < place[0] - 2.0).saturating_sub(1);
             let end = (to.partition_point(|other| other[0] <= place[0] + 2.0) + 1).min(to.len());
             let near: Vec<_> = to[first..end].windows(2).map(|w| [w[0], w[1]]).collect();
             worst = worst.max(distance(place, &near));

@@ -18,13 +18,8 @@ mod tests {
     #[test]
     fn as_many_values_as_the_share_asks_do_not_exceed_it() {
         let twenty = || (1..=20).rev().map(f64::from).collect::<Vec<_>>();
-        for (share, expected) in [
-            (0.95, 19.0),
-            (0.951, 20.0),
-            (0.5, 10.0),
-            (0.0, 1.0),
-            (1.0, 20.0),
-        ] {
+        for (share, expected) in [(0.95, 19.0), (0.951, 20.0), (0.5, 10.0), (0.0, 1.0), (1.0, 20.0)]
+        {
             assert_eq!(quantile(&mut twenty(), share), Some(expected), "{share}");
         }
         assert_eq!(quantile(&mut [], 0.5), None);

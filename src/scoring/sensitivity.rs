@@ -53,17 +53,9 @@ impl Sensitivity {
                 (low[axis], high[axis]) = (low[axis].min(*value), high[axis].max(*value));
             }
         }
-        let spans: Vec<f64> = low
-            .iter()
-            .zip(&high)
-            .map(|(low, high)| high - low)
-            .collect();
+        let spans: Vec<f64> = low.iter().zip(&high).map(|(low, high)| high - low).collect();
         let scale = |axis: usize| {
-            if spans[axis] > 0.0 {
-                1.0 / spans[axis]
-            } else {
-                0.0
-            }
+            if spans[axis] > 0.0 { 1.0 / spans[axis] } else { 0.0 }
         };
         let mut sums = NormalEquations::new(n_axes + 1, n_gauges);
         let stride = sums.stride();
@@ -86,34 +78,21 @@ impl Sensitivity {
         let mut kinds = vec![ColumnKind::Gauge; n_axes];
         kinds.push(ColumnKind::Offset);
         let used: Vec<usize> = (0..=n_axes).collect();
-        let terms = Terms {
-            used: &used,
-            kinds: &kinds,
-            known: &[],
-        };
+        let terms = Terms { used: &used, kinds: &kinds, known: &[] };
         let found = fit(&sums, terms, Ridge::None).coefficients;
         let slopes: Vec<Vec<f64>> = (0..n_gauges)
             .map(|gauge| {
-                (0..n_axes)
-                    .map(|axis| found[axis * n_gauges + gauge] * scale(axis))
-                    .collect()
+                (0..n_axes).map(|axis| found[axis * n_gauges + gauge] * scale(axis)).collect()
             })
             .collect();
         let zero = (0..n_gauges).map(|gauge| {
-            let at_mean: f64 = slopes[gauge]
-                .iter()
-                .zip(&mean_load)
-                .map(|(slope, load)| slope * load)
-                .sum();
+            let at_mean: f64 =
+                slopes[gauge].iter().zip(&mean_load).map(|(slope, load)| slope * load).sum();
             mean[gauge] + found[n_axes * n_gauges + gauge] - at_mean
         });
         Some(Self {
             zero: zero.collect(),
-            rest: sums
-                .squared_residuals(&found)
-                .iter()
-                .map(|square| (square / n).sqrt())
-                .collect(),
+            rest: sums.squared_residuals(&found).iter().map(|square| (square / n).sqrt()).collect(),
             moves: spans.iter().map(|span| *span > 0.0).collect(),
             slopes,
             mean,
@@ -125,11 +104,7 @@ impl Sensitivity {
     pub fn gauges(&self, load: &[f64]) -> Vec<f64> {
         let gauges = self.slopes.iter().zip(&self.zero);
         let answer = |(slopes, zero): (&Vec<f64>, &f64)| {
-            zero + slopes
-                .iter()
-                .zip(load)
-                .map(|(slope, load)| slope * load)
-                .sum::<f64>()
+            zero + slopes.iter().zip(load).map(|(slope, load)| slope * load).sum::<f64>()
         };
         gauges.map(answer).collect()
     }
@@ -142,9 +117,7 @@ mod tests {
 
     fn recording(load: impl Fn(usize) -> [f64; 3]) -> Recording {
         let loads: Vec<[f64; 3]> = (0..300).map(load).collect();
-        let gauges = loads
-            .iter()
-            .flat_map(|[a, b, _]| [100.0 + 2.0 * a - b, 1e-3 * b, 7.0]);
+        let gauges = loads.iter().flat_map(|[a, b, _]| [100.0 + 2.0 * a - b, 1e-3 * b, 7.0]);
         let recording = Recording::new(
             "r",
             Source::Simulated,

@@ -87,23 +87,14 @@ struct Extremes {
 }
 
 impl Extremes {
-    const NONE: Self = Self {
-        low: f32::INFINITY,
-        high: f32::NEG_INFINITY,
-    };
+    const NONE: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY };
 
     fn of((low, high): (f64, f64)) -> Self {
-        Self {
-            low: rounded_down(low),
-            high: rounded_up(high),
-        }
+        Self { low: rounded_down(low), high: rounded_up(high) }
     }
 
     fn with(self, other: Self) -> Self {
-        Self {
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-        }
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 }
 
@@ -172,10 +163,7 @@ impl Series {
         assert_eq!(values.len(), n.div_ceil(each), "a value for each run");
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
         let level = level.collect();
-        Self {
-            is_held: true,
-            ..Self::with_level(Arc::new(Held { values, each, n }), each, level)
-        }
+        Self { is_held: true, ..Self::with_level(Arc::new(Held { values, each, n }), each, level) }
     }
 
     fn with_level(values: Arc<dyn Values>, finest: usize, mut level: Vec<Extremes>) -> Self {
@@ -187,12 +175,7 @@ impl Series {
                 .collect();
             levels.push(std::mem::replace(&mut level, next));
         }
-        Self {
-            values,
-            finest,
-            is_held: false,
-            levels,
-        }
+        Self { values, finest, is_held: false, levels }
     }
 
     /// How many samples there are.
@@ -262,11 +245,7 @@ impl Series {
             let Range { start, end } = column.samples;
             let n = end - start;
             let first = (!column.is_joined[0]).then(|| self.value(start));
-            let range = if n > FEW {
-                self.run(start..end)
-            } else {
-                NOTHING
-            };
+            let range = if n > FEW { self.run(start..end) } else { NOTHING };
             if let Some((at, own)) = open.take() {
                 // Through what both hold, or where they are nearest.
                 before = own.0.max(first.unwrap_or(range.0)).min(own.1);
@@ -460,9 +439,7 @@ mod tests {
     use crate::scoring::pixels;
 
     fn wave(n: usize) -> Arc<[f64]> {
-        (0..n)
-            .map(|k| (k as f64 * 0.01).sin() + ((k * 37) % 101) as f64 * 1e-3)
-            .collect()
+        (0..n).map(|k| (k as f64 * 0.01).sin() + ((k * 37) % 101) as f64 * 1e-3).collect()
     }
 
     fn even(n: usize) -> Vec<f64> {
@@ -485,9 +462,7 @@ mod tests {
                 for columns in [1, 7, 100, 1_000] {
                     let column = n as f64 / f64::from(columns);
                     let points = points(&series, &even(n), 0..n, column);
-                    let peak = points
-                        .iter()
-                        .fold(0.0_f64, |peak, point| peak.max(point[1]));
+                    let peak = points.iter().fold(0.0_f64, |peak, point| peak.max(point[1]));
                     assert_eq!(peak, 9.0, "{n} samples, spike at {at}, {columns} columns");
                     assert!(points.len() <= FEW * (columns as usize + 1));
                 }
@@ -514,36 +489,18 @@ mod tests {
     }
 
     fn assert_within_a_pixel(n: usize, on_screen: [Range<usize>; 2]) {
-        let spikes = (0..n).map(|k| {
-            if k % 701 == 0 {
-                5.0
-            } else {
-                0.1 * (k as f64 * 0.7).sin()
-            }
-        });
-        let gaps = (0..n).map(|k| {
-            if k % 97 < 9 {
-                f64::NAN
-            } else {
-                (k as f64 * 0.002).sin()
-            }
-        });
-        let kinds: [Arc<[f64]>; 4] = [
-            wave(n),
-            spikes.collect(),
-            gaps.collect(),
-            vec![3.0; n].into(),
-        ];
+        let spikes = (0..n).map(|k| if k % 701 == 0 { 5.0 } else { 0.1 * (k as f64 * 0.7).sin() });
+        let gaps = (0..n).map(|k| if k % 97 < 9 { f64::NAN } else { (k as f64 * 0.002).sin() });
+        let kinds: [Arc<[f64]>; 4] =
+            [wave(n), spikes.collect(), gaps.collect(), vec![3.0; n].into()];
         for (kind, values) in kinds.iter().enumerate() {
             for (clock, times) in clocks(n).iter().enumerate() {
                 for samples in on_screen.clone() {
                     let series = Series::new(Arc::clone(values));
                     let all: Vec<[f64; 2]> =
                         samples.clone().map(|k| [times[k], values[k]]).collect();
-                    let all: Vec<_> = all
-                        .into_iter()
-                        .filter(|point| point[1].is_finite())
-                        .collect();
+                    let all: Vec<_> =
+                        all.into_iter().filter(|point| point[1].is_finite()).collect();
                     let (low, high) = series.min_max(samples.clone()).unwrap();
                     let (from, to) = (times[samples.start], times[samples.end - 1]);
                     let column = (to - from) / 300.0;
@@ -555,11 +512,7 @@ mod tests {
                     };
                     let measured: Vec<_> = all.iter().map(place).collect();
                     let drawn = points(&series, times, samples, column);
-                    assert!(
-                        drawn.len() <= FEW * 302 || clock == 3,
-                        "{} points",
-                        drawn.len()
-                    );
+                    assert!(drawn.len() <= FEW * 302 || clock == 3, "{} points", drawn.len());
                     let drawn: Vec<_> = drawn.iter().map(place).collect();
                     let beside = pixels::farthest(&drawn, &measured);
                     let missed = pixels::farthest(&measured, &drawn);
@@ -607,10 +560,7 @@ mod tests {
                 (low.min(*value), high.max(*value))
             });
             let (low, high) = series.min_max(samples).unwrap();
-            assert!(
-                low <= expected.0 && expected.1 <= high,
-                "nothing is cut off"
-            );
+            assert!(low <= expected.0 && expected.1 <= high, "nothing is cut off");
             assert!(expected.0 - low <= 1e-7 && high - expected.1 <= 1e-7);
         }
     }
@@ -618,10 +568,7 @@ mod tests {
     #[test]
     fn values_that_are_not_finite_are_left_out() {
         let series = Series::new(vec![1.0, f64::NAN, f64::INFINITY, 2.0].into());
-        assert_eq!(
-            points(&series, &even(4), 0..4, 0.1),
-            [[0.0, 1.0], [3.0, 2.0]]
-        );
+        assert_eq!(points(&series, &even(4), 0..4, 0.1), [[0.0, 1.0], [3.0, 2.0]]);
         assert_eq!(Series::new(vec![].into()).min_max(0..0), None);
         assert_eq!(series.min_max(0..4), Some((1.0, 2.0)));
     }

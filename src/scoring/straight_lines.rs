@@ -12,12 +12,10 @@ pub fn factors(
     value: impl Fn(usize, usize) -> f64,
     target: impl Fn(usize) -> f64,
 ) -> Vec<f64> {
-    let rows = Mat::from_fn(n + ridged, columns, |row, column| {
-        match row.checked_sub(n) {
-            None => value(row, column),
-            Some(of) if of == column => ridge,
-            Some(_) => 0.0,
-        }
+    let rows = Mat::from_fn(n + ridged, columns, |row, column| match row.checked_sub(n) {
+        None => value(row, column),
+        Some(of) if of == column => ridge,
+        Some(_) => 0.0,
     });
     let targets = Mat::from_fn(n + ridged, 1, |row, _| match row < n {
         true => target(row),

@@ -32,16 +32,13 @@ impl About {
         ui.heading("LoopScope");
         ui.label("Calibrates force/torque sensors and shows what their past does to them");
         ui.add_space(6.0);
-        egui::Grid::new("built")
-            .num_columns(2)
-            .spacing([16.0, 4.0])
-            .show(ui, |ui| {
-                for (name, value) in built() {
-                    ui.label(RichText::new(name).strong());
-                    ui.label(value);
-                    ui.end_row();
-                }
-            });
+        egui::Grid::new("built").num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
+            for (name, value) in built() {
+                ui.label(RichText::new(name).strong());
+                ui.label(value);
+                ui.end_row();
+            }
+        });
         if ui.press("Copy these", "To the clipboard, for a report of a fault") {
             let lines = built().map(|(name, value)| format!("{name}: {value}"));
             ui.ctx().copy_text(lines.join("\n"));
@@ -58,13 +55,15 @@ impl About {
         let lines: Vec<&str> = text.lines().collect();
         let height = ui.text_style_height(&TextStyle::Monospace);
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
-        ScrollArea::both()
-            .id_salt(name)
-            .auto_shrink([false, false])
-            .show_rows(ui, height, lines.len(), |ui, rows| {
+        ScrollArea::both().id_salt(name).auto_shrink([false, false]).show_rows(
+            ui,
+            height,
+            lines.len(),
+            |ui, rows| {
                 for line in &lines[rows] {
                     ui.monospace(*line);
                 }
-            });
+            },
+        );
     }
 }

@@ -155,12 +155,7 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
 
 /// What leaves.
 pub fn quit() -> Action {
-    action(
-        "Quit",
-        "Asks first where something is not saved",
-        ctrl(Key::Q),
-        Do::Close.into(),
-    )
+    action("Quit", "Asks first where something is not saved", ctrl(Key::Q), Do::Close.into())
 }
 
 /// Going back and forward.
@@ -289,11 +284,7 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
         |name, explanation, role| action(name, explanation, None, Edit::AllRoles(role).into());
     vec![
         all("All train", "The fit uses every recording", Role::Train),
-        all(
-            "All test",
-            "Every recording only scores the fit",
-            Role::Test,
-        ),
+        all("All test", "Every recording only scores the fit", Role::Test),
         all("All off", "No recording takes part", Role::Off),
         action(
             "Tare all over their first quiet half second",
@@ -399,12 +390,7 @@ pub fn places(pane: Pane) -> Vec<Action> {
 pub fn text_scales() -> Vec<Action> {
     [
         ("Larger", "Text and everything with it", ctrl(Key::Plus), 1),
-        (
-            "Smaller",
-            "Text and everything with it",
-            ctrl(Key::Minus),
-            -1,
-        ),
+        ("Smaller", "Text and everything with it", ctrl(Key::Minus), -1),
         ("Usual size", "What the screen asks for", ctrl(Key::Num0), 0),
     ]
     .into_iter()
@@ -423,12 +409,7 @@ pub fn help(engine: &Engine) -> Vec<Action> {
             alone(Key::F1),
             Command::ToggleHelp,
         ),
-        action(
-            "Find an action…",
-            "By a part of its name",
-            Some(FIND),
-            Command::ShowPalette,
-        ),
+        action("Find an action…", "By a part of its name", Some(FIND), Command::ShowPalette),
         action(
             "Tour",
             "Six steps through the main job, on the built-in sensor",
@@ -514,13 +495,7 @@ fn action(
     keys: Option<KeyboardShortcut>,
     command: Command,
 ) -> Action {
-    Action {
-        name: name.into(),
-        explanation: explanation.into(),
-        keys,
-        enabled: true,
-        command,
-    }
+    Action { name: name.into(), explanation: explanation.into(), keys, enabled: true, command }
 }
 
 impl Action {
@@ -547,17 +522,9 @@ mod tests {
 
     #[test]
     fn keys_ask_for_their_own_action_and_for_nothing_else() {
-        let can = CanGo {
-            undo: true,
-            redo: true,
-            zoom_back: true,
-            zoom_forward: true,
-        };
+        let can = CanGo { undo: true, redo: true, zoom_back: true, zoom_forward: true };
         let engine = Engine::new(std::sync::Arc::new(|| {}));
-        for action in all(&engine, can)
-            .into_iter()
-            .filter(|action| action.enabled)
-        {
+        for action in all(&engine, can).into_iter().filter(|action| action.enabled) {
             let Some(keys) = action.keys else { continue };
             let mut asked = Vec::new();
             let press = egui::Event::Key {
@@ -567,10 +534,7 @@ mod tests {
                 repeat: false,
                 modifiers: keys.modifiers,
             };
-            let input = egui::RawInput {
-                events: vec![press],
-                ..Default::default()
-            };
+            let input = egui::RawInput { events: vec![press], ..Default::default() };
             let context = egui::Context::default();
             let mut output = context.run_ui(input, |ui| listen(ui.ctx(), &engine, can, &mut asked));
             output.textures_delta.clear();

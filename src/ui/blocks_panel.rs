@@ -10,12 +10,11 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool
     for &block in BLOCKS {
         let values = features.blocks.of(block).to_vec();
         let has_past = matches!(block.appends(), Appends::Past(_));
-        let shown = ui.add_enabled_ui(!(is_static && has_past), |ui| {
-            match block.setting().choices() {
+        let shown =
+            ui.add_enabled_ui(!(is_static && has_past), |ui| match block.setting().choices() {
                 Some(choices) => one_of(ui, block, choices, values),
                 None => list(ui, block, values),
-            }
-        });
+            });
         features.blocks.set(block, shown.inner);
     }
 }
@@ -40,11 +39,7 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
         }
         ui.add_enabled_ui(used, |ui| {
             // A number from zero up is of a setting for which zero means something.
-            let least = if setting.range == Range::NotNegative {
-                0.0
-            } else {
-                f64::MIN_POSITIVE
-            };
+            let least = if setting.range == Range::NotNegative { 0.0 } else { f64::MIN_POSITIVE };
             list_field(ui, switch.id, ("", least), &explanation, &mut values);
             ui.label(setting.unit.symbol);
         });
@@ -127,11 +122,7 @@ fn parse(text: &str, least: f64) -> Option<Vec<f64>> {
     text.split(',')
         .map(str::trim)
         .filter(|cell| !cell.is_empty())
-        .map(|cell| {
-            cell.parse()
-                .ok()
-                .filter(|value: &f64| *value >= least && value.is_finite())
-        })
+        .map(|cell| cell.parse().ok().filter(|value: &f64| *value >= least && value.is_finite()))
         .collect()
 }
 

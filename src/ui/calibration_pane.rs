@@ -43,10 +43,7 @@ pub struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self {
-            path: "calibration.json".to_owned(),
-            uncertain: false,
-        }
+        Self { path: "calibration.json".to_owned(), uncertain: false }
     }
 }
 
@@ -107,8 +104,7 @@ impl View {
                 let known = known.filter(|_| trace == Trace::Compensated);
                 ui.horizontal(|ui| {
                     let color = trace.color(ui.visuals());
-                    ui.colored_label(color, trace.label())
-                        .on_hover_text(trace.explanation());
+                    ui.colored_label(color, trace.label()).on_hover_text(trace.explanation());
                     if ui.press_small(
                         format!("Copy {}", trace.label()),
                         "The matrix as tab-separated text",
@@ -124,18 +120,8 @@ impl View {
                     ui.label(laid_out(ui, &equation(&blocks), color))
                         .on_hover_text(trace.explanation());
                 });
-                let known = known
-                    .filter(|_| *uncertain)
-                    .map(|known| &known.standard[..]);
-                matrix(
-                    ui,
-                    trace.label(),
-                    map,
-                    known,
-                    &names,
-                    &blocks,
-                    &calibration.axes,
-                );
+                let known = known.filter(|_| *uncertain).map(|known| &known.standard[..]);
+                matrix(ui, trace.label(), map, known, &names, &blocks, &calibration.axes);
                 ui.add_space(6.0);
             }
         });
@@ -181,15 +167,9 @@ fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
     columns.extend(names.iter().map(report::Column::numbers));
     let rows = axes.iter().zip(&map.matrix).map(|(axis, row)| {
         let numbers = row.iter().map(|value| Cell::digits(Some(*value), 5));
-        std::iter::once(Cell::words(axis.label()))
-            .chain(numbers)
-            .collect()
+        std::iter::once(Cell::words(axis.label())).chain(numbers).collect()
     });
-    Table {
-        columns,
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    Table { columns, rows: rows.collect(), ..Table::default() }
 }
 
 /// A group of columns: the sign that stands for it in the equation, and which columns they are.
@@ -222,29 +202,20 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
             Column::Auxiliary { .. } => "auxiliary".to_owned(),
             Column::Offset => "c".to_owned(),
         };
-        Block {
-            symbol,
-            is_offset: columns[0] == Column::Offset,
-            columns: start..end,
-        }
+        Block { symbol, is_offset: columns[0] == Column::Offset, columns: start..end }
     });
     blocks.collect()
 }
 
 /// The equation that a matrix stands for: the load is the matrix times what the blocks append, plus the offset.
 fn equation(blocks: &[Block]) -> String {
-    let symbols: Vec<&str> = (blocks.iter().filter(|block| !block.is_offset))
-        .map(|block| &*block.symbol)
-        .collect();
+    let symbols: Vec<&str> =
+        (blocks.iter().filter(|block| !block.is_offset)).map(|block| &*block.symbol).collect();
     let columns = match &symbols[..] {
         [one] => (*one).to_owned(),
         several => format!("[{}]^T", several.join(", ")),
     };
-    let offset = if symbols.len() < blocks.len() {
-        " + c"
-    } else {
-        ""
-    };
+    let offset = if symbols.len() < blocks.len() { " + c" } else { "" };
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
@@ -265,20 +236,15 @@ fn matrix(
         .enumerate()
         .map(|(axis, row)| {
             let text = |(at, value): (usize, &f64)| match standard {
-                Some(all) => format!(
-                    "{} ± {}",
-                    significant(*value, 5),
-                    significant(all[axis][at], 2)
-                ),
+                Some(all) => {
+                    format!("{} ± {}", significant(*value, 5), significant(all[axis][at], 2))
+                }
                 None => significant(*value, 5),
             };
             row.iter().enumerate().map(text).collect()
         })
         .collect();
-    let heads: Vec<String> = features
-        .iter()
-        .map(|name| elided(name, NAME_LENGTH))
-        .collect();
+    let heads: Vec<String> = features.iter().map(|name| elided(name, NAME_LENGTH)).collect();
     let widths: Vec<usize> = (0..features.len())
         .map(|column| {
             let values = cells.iter().filter_map(|row| row.get(column));
@@ -289,47 +255,37 @@ fn matrix(
         .collect();
     let mut numbers = egui::Rect::NOTHING;
     let mut borders = vec![egui::Rect::NOTHING; starts.len()];
-    egui::Grid::new(name)
-        .striped(true)
-        .min_col_width(20.0)
-        .spacing([GAP, 2.0])
-        .show(ui, |ui| {
-            let color = ui.visuals().strong_text_color();
-            ui.label("");
-            for column in 0..features.len() {
-                let block = starts.iter().position(|start| *start == column);
-                match block {
-                    Some(at) => ui.label(laid_out(ui, &blocks[at].symbol, color)),
-                    None => ui.label(""),
-                };
-            }
-            ui.end_row();
-            ui.label("");
-            for ((head, feature), width) in heads.iter().zip(features).zip(&widths) {
-                ui.label(
-                    RichText::new(format!("{head:>width$}"))
-                        .monospace()
-                        .strong(),
-                )
+    egui::Grid::new(name).striped(true).min_col_width(20.0).spacing([GAP, 2.0]).show(ui, |ui| {
+        let color = ui.visuals().strong_text_color();
+        ui.label("");
+        for column in 0..features.len() {
+            let block = starts.iter().position(|start| *start == column);
+            match block {
+                Some(at) => ui.label(laid_out(ui, &blocks[at].symbol, color)),
+                None => ui.label(""),
+            };
+        }
+        ui.end_row();
+        ui.label("");
+        for ((head, feature), width) in heads.iter().zip(features).zip(&widths) {
+            ui.label(RichText::new(format!("{head:>width$}")).monospace().strong())
                 .on_hover_text(feature);
+        }
+        ui.end_row();
+        for (axis, row) in axes.iter().zip(&cells) {
+            ui.label(axis.label());
+            for (column, (value, width)) in row.iter().zip(&widths).enumerate() {
+                let cell = ui.monospace(format!("{value:>width$}"));
+                table::say(&cell, || format!("{} {} {value}", axis.symbol(), features[column]));
+                let place = cell.rect;
+                numbers |= place;
+                if let Some(at) = starts.iter().position(|start| *start == column) {
+                    borders[at] |= place;
+                }
             }
             ui.end_row();
-            for (axis, row) in axes.iter().zip(&cells) {
-                ui.label(axis.label());
-                for (column, (value, width)) in row.iter().zip(&widths).enumerate() {
-                    let cell = ui.monospace(format!("{value:>width$}"));
-                    table::say(&cell, || {
-                        format!("{} {} {value}", axis.symbol(), features[column])
-                    });
-                    let place = cell.rect;
-                    numbers |= place;
-                    if let Some(at) = starts.iter().position(|start| *start == column) {
-                        borders[at] |= place;
-                    }
-                }
-                ui.end_row();
-            }
-        });
+        }
+    });
     if numbers.is_positive() {
         brackets(ui, numbers, borders.iter().skip(1));
     }
@@ -371,17 +327,9 @@ mod tests {
             equation(&blocks)
         };
         assert_eq!(said(&features, true), "L = C^{-1} [S, S_{past}]^T + c");
-        features.blocks = Blocks::default()
-            .with(&Play, &[0.1])
-            .with(&Polynomial, &[2.0]);
-        assert_eq!(
-            said(&features, true),
-            "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T + c"
-        );
-        assert_eq!(
-            said(&features, false),
-            "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T"
-        );
+        features.blocks = Blocks::default().with(&Play, &[0.1]).with(&Polynomial, &[2.0]);
+        assert_eq!(said(&features, true), "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T + c");
+        assert_eq!(said(&features, false), "L = C^{-1} [S, S_{past}, S_{play 0.1}, products]^T");
         features.look_backs.clear();
         features.blocks = Blocks::default();
         assert_eq!(said(&features, false), "L = C^{-1} S");

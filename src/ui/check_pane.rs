@@ -44,13 +44,7 @@ pub struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self {
-            hangs: false,
-            mass_kg: 1.0,
-            arm_m: 0.1,
-            pair: None,
-            zoom: None,
-        }
+        Self { hangs: false, mass_kg: 1.0, arm_m: 0.1, pair: None, zoom: None }
     }
 }
 
@@ -58,10 +52,8 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
         // Asked only where it is on screen.
-        let hanging = self.hangs.then(|| HangingMass {
-            masses: vec![self.mass_kg],
-            arms: vec![self.arm_m],
-        });
+        let hanging =
+            self.hangs.then(|| HangingMass { masses: vec![self.mass_kg], arms: vec![self.arm_m] });
         cx.engine.ask_check(hanging);
     }
 }
@@ -118,15 +110,9 @@ impl View {
             pair.and_then(|own| own.covered)
         };
         let least = found.pairs.iter().filter(|own| own.covered.is_some());
-        let least = least.min_by(|a, b| {
-            a.covered
-                .unwrap_or(1.0)
-                .total_cmp(&b.covered.unwrap_or(1.0))
-        });
-        let chosen = self
-            .pair
-            .filter(|axes| covered(axes).is_some())
-            .or(least.map(|own| own.axes));
+        let least =
+            least.min_by(|a, b| a.covered.unwrap_or(1.0).total_cmp(&b.covered.unwrap_or(1.0)));
+        let chosen = self.pair.filter(|axes| covered(axes).is_some()).or(least.map(|own| own.axes));
         let Some(mut pair) = chosen else {
             return;
         };
@@ -135,13 +121,8 @@ impl View {
             let label = ui.label("Axes");
             let button = ComboBox::from_id_salt("pair of axes").selected_text(name(pair));
             let items = found.pairs.iter().filter(|own| own.covered.is_some());
-            let items = items.map(|own| {
-                (
-                    own.axes,
-                    name(own.axes).into(),
-                    "The training loads on these two",
-                )
-            });
+            let items = items
+                .map(|own| (own.axes, name(own.axes).into(), "The training loads on these two"));
             let response = choice(ui, button, &mut pair, items.collect::<Vec<_>>());
             response
                 .labelled_by(label.id)
@@ -150,13 +131,7 @@ impl View {
         if Some(pair) != chosen {
             (self.pair, self.zoom) = (Some(pair), None);
         }
-        let at = pair.map(|axis| {
-            found
-                .axes
-                .iter()
-                .position(|own| own.axis == axis)
-                .unwrap_or(0)
-        });
+        let at = pair.map(|axis| found.axes.iter().position(|own| own.axis == axis).unwrap_or(0));
         let ink = bytes(Trace::Compensated.color(ui.visuals()));
         let guide = bytes(ui.visuals().weak_text_color());
         let figures = [(ink, guide), (color::COMPENSATED, color::GUIDE)]

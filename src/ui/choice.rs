@@ -44,10 +44,7 @@ fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool 
     if is_new {
         // A pointer goes on as a pointer.
         let by_pointer = ui.input(|input| input.pointer.any_click());
-        keys = Keys {
-            target: at_first.filter(|_| !by_pointer),
-            ..Keys::default()
-        };
+        keys = Keys { target: at_first.filter(|_| !by_pointer), ..Keys::default() };
     } else {
         let (steps, entered) = pressed(ui);
         if steps != 0 {
@@ -93,13 +90,7 @@ fn pressed(ui: &Ui) -> (isize, bool) {
     let (mut steps, mut entered) = (0, false);
     ui.input_mut(|input| {
         input.events.retain(|event| {
-            let Event::Key {
-                key,
-                pressed: true,
-                modifiers,
-                ..
-            } = event
-            else {
+            let Event::Key { key, pressed: true, modifiers, .. } = event else {
                 return true;
             };
             match key {

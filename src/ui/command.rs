@@ -73,11 +73,7 @@ impl PaneMove {
         (Self::Right, "to the right", Self::EDGE),
         (Self::Top, "to the top", Self::EDGE),
         (Self::Bottom, "to the foot", Self::EDGE),
-        (
-            Self::NextTabs,
-            "to the next tabs",
-            "Among the tabs of the next group of panes",
-        ),
+        (Self::NextTabs, "to the next tabs", "Among the tabs of the next group of panes"),
         (Self::Wider, "wider", Self::SIZE),
         (Self::Narrower, "narrower", Self::SIZE),
         (Self::Taller, "taller", Self::SIZE),
@@ -104,11 +100,7 @@ impl Preset {
             "Calibrate",
             "Settings beside the traces, errors and matrices under them",
         ),
-        (
-            Self::InspectLoops,
-            "Inspect loops",
-            "Loops over the traces that they come from",
-        ),
+        (Self::InspectLoops, "Inspect loops", "Loops over the traces that they come from"),
         (
             Self::DemonstrateThresholds,
             "Demonstrate thresholds",

@@ -24,10 +24,7 @@ pub struct CommandPalette {
 impl CommandPalette {
     /// Opens it, empty.
     pub fn open(&mut self) {
-        *self = Self {
-            open: true,
-            ..Self::default()
-        };
+        *self = Self { open: true, ..Self::default() };
     }
 
     /// Opens it by its keys, and takes what was typed since: on a slow machine that comes in the same frame, and in those
@@ -107,28 +104,26 @@ impl CommandPalette {
                 self.chosen = 0;
             }
             ui.separator();
-            egui::ScrollArea::vertical()
-                .max_height(320.0)
-                .show(ui, |ui| {
-                    if found.is_empty() {
-                        ui.weak("No action has these words in its name");
+            egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+                if found.is_empty() {
+                    ui.weak("No action has these words in its name");
+                }
+                for (at, action) in found.iter().enumerate() {
+                    let keys = action.keys.map(|keys| ui.ctx().format_shortcut(&keys));
+                    let button = egui::Button::selectable(at == self.chosen, &*action.name)
+                        .shortcut_text(keys.unwrap_or_default())
+                        .min_size(egui::vec2(ui.available_width(), 0.0));
+                    let button = ui.add_enabled(action.enabled, button);
+                    if at == self.chosen {
+                        button.scroll_to_me(None);
                     }
-                    for (at, action) in found.iter().enumerate() {
-                        let keys = action.keys.map(|keys| ui.ctx().format_shortcut(&keys));
-                        let button = egui::Button::selectable(at == self.chosen, &*action.name)
-                            .shortcut_text(keys.unwrap_or_default())
-                            .min_size(egui::vec2(ui.available_width(), 0.0));
-                        let button = ui.add_enabled(action.enabled, button);
-                        if at == self.chosen {
-                            button.scroll_to_me(None);
-                        }
-                        let button = button.on_hover_text(&*action.explanation);
-                        let button = button.on_disabled_hover_text("Not possible now");
-                        if button.clicked() {
-                            taken = Some(at);
-                        }
+                    let button = button.on_hover_text(&*action.explanation);
+                    let button = button.on_disabled_hover_text("Not possible now");
+                    if button.clicked() {
+                        taken = Some(at);
                     }
-                });
+                }
+            });
         });
         if entered {
             taken = Some(self.chosen);
@@ -157,10 +152,7 @@ fn is_press(event: &Event, key: Key, held: Modifiers) -> bool {
 /// Whether every word that was typed stands in the name.
 fn matches(name: &str, typed: &str) -> bool {
     let name = name.to_lowercase();
-    typed
-        .to_lowercase()
-        .split_whitespace()
-        .all(|word| name.contains(word))
+    typed.to_lowercase().split_whitespace().all(|word| name.contains(word))
 }
 
 #[cfg(test)]

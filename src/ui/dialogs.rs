@@ -106,9 +106,8 @@ impl Dialogs for NativeDialogs {
     }
 
     fn save(&mut self, content: FileContent, reply: Reply) {
-        let mut dialog = rfd::AsyncFileDialog::new()
-            .set_title("Save")
-            .set_file_name(content.usual_name());
+        let mut dialog =
+            rfd::AsyncFileDialog::new().set_title("Save").set_file_name(content.usual_name());
         for (name, endings) in content.formats() {
             dialog = dialog.add_filter(name, &endings);
         }

@@ -76,10 +76,7 @@ mod tests {
                 own(Place::Line, " + c"),
             ]
         );
-        assert_eq!(
-            pieces("a_{open"),
-            [own(Place::Line, "a"), own(Place::Low, "open")]
-        );
+        assert_eq!(pieces("a_{open"), [own(Place::Line, "a"), own(Place::Low, "open")]);
         assert_eq!(pieces("^"), [own(Place::High, "")]);
     }
 }

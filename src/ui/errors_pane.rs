@@ -95,10 +95,7 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
 /// Returns a row per axis: the expected error, then the sets of samples beside each other as far as they are scored.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
-    let known = engine
-        .expected_error
-        .answer()
-        .and_then(|own| own.as_ref().ok());
+    let known = engine.expected_error.answer().and_then(|own| own.as_ref().ok());
     let known = known.filter(|own| own.axes.len() == analysis.calibration.axes.len());
     let expected = known.map(|own| ("Expected".to_owned(), expected_error_column(own)));
     let tables = ScoreSet::ALL.into_iter().filter_map(|set| {

@@ -24,9 +24,7 @@ impl Hand {
         let (pressed, held) = context.input(|input| {
             let pressed = input.events.iter().any(|event| match event {
                 Event::PointerButton { pressed, .. } => *pressed,
-                Event::Key {
-                    pressed, repeat, ..
-                } => *pressed && !repeat && !typing,
+                Event::Key { pressed, repeat, .. } => *pressed && !repeat && !typing,
                 _ => false,
             });
             let held = input.pointer.any_down()

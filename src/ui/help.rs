@@ -32,85 +32,39 @@ enum Page {
 const PAGES: [(Page, &str, &str); 4] = [
     (Page::Guide, "Guide", "What the program does, page by page"),
     (Page::Shortcuts, "Shortcuts", "What can be pressed"),
-    (
-        Page::Equations,
-        "Equations",
-        "The paper's, by their numbers",
-    ),
-    (
-        Page::About,
-        "About",
-        "Version, what it was built from, and licences",
-    ),
+    (Page::Equations, "Equations", "The paper's, by their numbers"),
+    (Page::About, "About", "Version, what it was built from, and licences"),
 ];
 
 /// Where the guide finds its pictures.
 const IN_GUIDE: &str = "bytes://";
 const PICTURES: [(&str, &[u8]); 4] = [
     ("cost.png", include_bytes!("../../assets/guide/cost.png")),
-    (
-        "first-import.png",
-        include_bytes!("../../assets/guide/first-import.png"),
-    ),
-    (
-        "first-errors.png",
-        include_bytes!("../../assets/guide/first-errors.png"),
-    ),
-    (
-        "first-enough.png",
-        include_bytes!("../../assets/guide/first-enough.png"),
-    ),
+    ("first-import.png", include_bytes!("../../assets/guide/first-import.png")),
+    ("first-errors.png", include_bytes!("../../assets/guide/first-errors.png")),
+    ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
 /// The pages that stand beside the README.
 const GUIDE: [(&str, &str); 13] = [
-    (
-        "First steps",
-        include_str!("../../assets/guide/first-steps.md"),
-    ),
+    ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
-    (
-        "Recordings",
-        include_str!("../../assets/guide/recordings.md"),
-    ),
-    (
-        "Command line",
-        include_str!("../../assets/guide/command-line.md"),
-    ),
+    ("Recordings", include_str!("../../assets/guide/recordings.md")),
+    ("Command line", include_str!("../../assets/guide/command-line.md")),
     ("Exports", include_str!("../../assets/guide/exports.md")),
     ("On a robot", include_str!("../../assets/guide/robot.md")),
-    (
-        "Many sensors",
-        include_str!("../../assets/guide/many-sensors.md"),
-    ),
-    (
-        "Calibration file",
-        include_str!("../../assets/guide/calibration-file.md"),
-    ),
-    (
-        "Choosing a model",
-        include_str!("../../assets/guide/choosing.md"),
-    ),
+    ("Many sensors", include_str!("../../assets/guide/many-sensors.md")),
+    ("Calibration file", include_str!("../../assets/guide/calibration-file.md")),
+    ("Choosing a model", include_str!("../../assets/guide/choosing.md")),
     ("Method", include_str!("../../assets/guide/method.md")),
-    (
-        "Built-in sensor",
-        include_str!("../../assets/guide/built-in-sensor.md"),
-    ),
+    ("Built-in sensor", include_str!("../../assets/guide/built-in-sensor.md")),
     ("Speed", include_str!("../../assets/guide/speed.md")),
     ("Glossary", include_str!("../../assets/guide/glossary.md")),
 ];
 
 /// The paper's equations by their numbers, then what the program adds to them.
 const EQUATIONS: [(&str, &str, &str); 14] = [
-    (
-        "Eq. 1",
-        "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T",
-        "the load: forces [N] and moments [N·m]",
-    ),
-    (
-        "Eq. 2",
-        "S = [S_1, S_2, …, S_i]^T",
-        "the gauges, at least six",
-    ),
+    ("Eq. 1", "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T", "the load: forces [N] and moments [N·m]"),
+    ("Eq. 2", "S = [S_1, S_2, …, S_i]^T", "the gauges, at least six"),
     ("Eq. 3", "S = C L", "the gauges follow the load linearly"),
     ("Eq. 4", "L = C^{-1} S", "for six gauges"),
     ("Eq. 5", "L = (C^T C)^{-1} C^T S", "for more than six"),
@@ -149,11 +103,7 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
         "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
         "on the conventional force, which a robot knows without a reference",
     ),
-    (
-        "Conv.",
-        "L = C^{-1} S + c",
-        "least squares with an offset c, unless it is off",
-    ),
+    ("Conv.", "L = C^{-1} S + c", "least squares with an offset c, unless it is off"),
     (
         "Comp.",
         "L = C^{-1} [S, S_{past}, …]^T + c",
@@ -266,57 +216,42 @@ fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
         ("Tab, Shift+Tab", "the next or last control"),
         ("Space, Enter", "presses the control that has the focus"),
         ("Arrows", "move a slider that has the focus, or a plot"),
-        (
-            "+, −",
-            "zoom a plot that has the focus; with Alt its values",
-        ),
+        ("+, −", "zoom a plot that has the focus; with Alt its values"),
         ("Backspace", "shows all of a plot that has the focus"),
         ("Shift+F10, Menu", "the plot that has the focus as a figure"),
         ("Ctrl+Tab", "the next tab of the panes under the pointer"),
         ("Escape", "takes the cursors away, closes what floats"),
     ];
     let own = texts.iter().map(|(keys, name)| (&**keys, *name));
-    egui::Grid::new("shortcuts")
-        .num_columns(2)
-        .striped(true)
-        .spacing([16.0, 6.0])
-        .show(ui, |ui| {
-            for (keys, name) in own.chain(others) {
-                ui.label(RichText::new(keys).strong());
-                ui.add(egui::Label::new(name).wrap());
-                ui.end_row();
-            }
-        });
+    egui::Grid::new("shortcuts").num_columns(2).striped(true).spacing([16.0, 6.0]).show(ui, |ui| {
+        for (keys, name) in own.chain(others) {
+            ui.label(RichText::new(keys).strong());
+            ui.add(egui::Label::new(name).wrap());
+            ui.end_row();
+        }
+    });
 }
 
 /// The blocks' names, formulas and explanations.
 fn blocks() -> Vec<(&'static str, &'static str, String)> {
     let blocks = BLOCKS.iter();
-    blocks
-        .map(|block| (block.name(), block.formula(), block.setting().help()))
-        .collect()
+    blocks.map(|block| (block.name(), block.formula(), block.setting().help())).collect()
 }
 
 fn equations(ui: &mut egui::Ui) {
     let color = ui.visuals().strong_text_color();
-    egui::Grid::new("equations")
-        .num_columns(2)
-        .striped(true)
-        .spacing([16.0, 8.0])
-        .show(ui, |ui| {
-            let blocks = blocks();
-            let own = blocks
-                .iter()
-                .map(|(name, formula, help)| (*name, *formula, &**help));
-            for (number, equation, words) in EQUATIONS.into_iter().chain(own) {
-                ui.label(RichText::new(number).strong());
-                ui.vertical(|ui| {
-                    ui.label(laid_out(ui, equation, color));
-                    ui.add(egui::Label::new(words).wrap());
-                });
-                ui.end_row();
-            }
-        });
+    egui::Grid::new("equations").num_columns(2).striped(true).spacing([16.0, 8.0]).show(ui, |ui| {
+        let blocks = blocks();
+        let own = blocks.iter().map(|(name, formula, help)| (*name, *formula, &**help));
+        for (number, equation, words) in EQUATIONS.into_iter().chain(own) {
+            ui.label(RichText::new(number).strong());
+            ui.vertical(|ui| {
+                ui.label(laid_out(ui, equation, color));
+                ui.add(egui::Label::new(words).wrap());
+            });
+            ui.end_row();
+        }
+    });
 }
 
 #[cfg(test)]

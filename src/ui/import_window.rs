@@ -27,10 +27,7 @@ pub struct ImportFields {
 
 impl Default for ImportFields {
     fn default() -> Self {
-        Self {
-            map_path: "columns.json".to_owned(),
-            is_typing: false,
-        }
+        Self { map_path: "columns.json".to_owned(), is_typing: false }
     }
 }
 
@@ -51,15 +48,8 @@ pub fn import_window(
         && context.input(|input| input.key_pressed(egui::Key::Escape));
     let mut open = !ends_by_key;
     let screen = context.content_rect();
-    let name = importing
-        .path
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy();
-    let size = egui::vec2(
-        screen.width().min(900.0),
-        (screen.height() - 160.0).min(620.0),
-    );
+    let name = importing.path.file_name().unwrap_or_default().to_string_lossy();
+    let size = egui::vec2(screen.width().min(900.0), (screen.height() - 160.0).min(620.0));
     egui::Window::new(format!("Import {name}"))
         .id(egui::Id::unique("import"))
         .open(&mut open)
@@ -103,8 +93,7 @@ fn body(
 ) {
     let table = &inspection.table;
     let read = format!("Read here: {}", formats::listed());
-    ui.label(format!("{}: {table}", importing.path.display()))
-        .on_hover_text(read);
+    ui.label(format!("{}: {table}", importing.path.display())).on_hover_text(read);
     if !importing.waiting.is_empty() {
         let more = match importing.waiting.len() {
             1 => "1 more file wants".to_owned(),
@@ -189,16 +178,14 @@ fn preview(ui: &mut egui::Ui, table: &TableReport) {
             ui.copy_text(rows.collect::<Vec<_>>().join("\n"));
         }
     });
-    egui::ScrollArea::horizontal()
-        .id_salt("preview")
-        .show(ui, |ui| {
-            egui::Grid::new("preview").striped(true).show(ui, |ui| {
-                for row in &table.preview {
-                    for cell in row {
-                        ui.monospace(cell);
-                    }
-                    ui.end_row();
+    egui::ScrollArea::horizontal().id_salt("preview").show(ui, |ui| {
+        egui::Grid::new("preview").striped(true).show(ui, |ui| {
+            for row in &table.preview {
+                for cell in row {
+                    ui.monospace(cell);
                 }
-            });
+                ui.end_row();
+            }
         });
+    });
 }

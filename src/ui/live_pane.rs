@@ -37,10 +37,9 @@ impl PaneView for View {
                 let path = egui::TextEdit::singleline(&mut self.path);
                 let field = ui.labelled("File", path);
                 let asked = ui.entered(&field);
-                if (ui.press(
-                    "Follow",
-                    "Read it from its beginning, and then what is written to it",
-                ) || asked)
+                if (ui
+                    .press("Follow", "Read it from its beginning, and then what is written to it")
+                    || asked)
                     && !self.path.trim().is_empty()
                 {
                     cx.out.push(Action::Follow(self.path.trim().into()).into());
@@ -56,10 +55,7 @@ impl PaneView for View {
                 cx.out.push(Action::StopFollowing.into());
             }
             for (at, (axis, _)) in followed.axes.iter().enumerate() {
-                if ui
-                    .selectable_label(self.axis == at, axis.symbol())
-                    .clicked()
-                {
+                if ui.selectable_label(self.axis == at, axis.symbol()).clicked() {
                     (self.axis, self.zoom) = (at, None);
                 }
             }
@@ -99,9 +95,7 @@ fn words(followed: &Followed, axis: usize) -> String {
     let errors = of_axis.and_then(|(axis, traces)| {
         let [conventional, compensated] = traces.rms_errors?.map(|rms| significant(rms, 3));
         let unit = axis.unit();
-        Some(format!(
-            "; RMS error Conv. {conventional} {unit}, Comp. {compensated} {unit}"
-        ))
+        Some(format!("; RMS error Conv. {conventional} {unit}, Comp. {compensated} {unit}"))
     });
     let errors = errors.unwrap_or_default();
     format!("{rows} rows{broken}; newest: {}{errors}", followed.status)
@@ -126,9 +120,7 @@ fn figure<'a>(
         line(Trace::Conventional, &traces.conventional),
         line(Trace::Compensated, &traces.compensated),
     ];
-    let lines: Vec<_> = (lines.into_iter())
-        .filter(|line| !line.pieces[0].is_empty())
-        .collect();
+    let lines: Vec<_> = (lines.into_iter()).filter(|line| !line.pieces[0].is_empty()).collect();
     let loads = lines.iter().flat_map(|line| line.pieces[0].iter());
     let loads: Vec<f64> = loads.map(|[_, load]| *load).collect();
     Figure {

@@ -46,11 +46,7 @@ enum Mode {
 
 impl Mode {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (
-            Self::Loops,
-            "Loop",
-            "An output over the true load of one axis",
-        ),
+        (Self::Loops, "Loop", "An output over the true load of one axis"),
         (Self::Cross, "Cross-plot", "Any channel over any other"),
         (
             Self::Dwells,
@@ -154,10 +150,8 @@ impl PaneView for LoopsPane {
             ui.warn(problem);
         }
         let on_screen = ui.pixels_per_point() * plot_size(ui);
-        self.pixels = [
-            STANDS_ALONE.0.max(on_screen.x.into()),
-            STANDS_ALONE.1.max(on_screen.y.into()),
-        ];
+        self.pixels =
+            [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
         match (self.mode, engine.loops.answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
                 loop_view::show(ui, self, engine, found, time, out)
@@ -246,14 +240,7 @@ impl LoopsPane {
             ui.select(&mut self.mode, mode, label, explanation);
         }
         ui.separator();
-        let before = (
-            self.axis,
-            self.up,
-            self.span,
-            self.across,
-            self.cross_up,
-            self.rest,
-        );
+        let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
             Mode::Loops => {
                 self.axis_choice(ui, engine);
@@ -283,14 +270,7 @@ impl LoopsPane {
                 }
             }
         }
-        let after = (
-            self.axis,
-            self.up,
-            self.span,
-            self.across,
-            self.cross_up,
-            self.rest,
-        );
+        let after = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         if after != before {
             *self.zoom_mut() = None;
         }
@@ -325,9 +305,8 @@ impl LoopsPane {
 
     fn up_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         let gauges = &engine.project().recordings.layout().gauge_names;
-        let button = egui::ComboBox::from_label("up")
-            .selected_text(up_name(self.up, gauges))
-            .width(70.0);
+        let button =
+            egui::ComboBox::from_label("up").selected_text(up_name(self.up, gauges)).width(70.0);
         let all = [Up::Error, Up::Load].into_iter();
         let all = all.chain((0..gauges.len()).map(Up::Gauge));
         let items = all.map(|up| (up, up_name(up, gauges).into(), ""));
@@ -346,10 +325,8 @@ impl LoopsPane {
             Span::All | Span::Of(TableOf::All) => "All recordings",
             Span::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
         };
-        let button = egui::ComboBox::from_label("of")
-            .selected_text(name(self.span))
-            .width(104.0)
-            .truncate();
+        let button =
+            egui::ComboBox::from_label("of").selected_text(name(self.span)).width(104.0).truncate();
         let of = [TableOf::Test, TableOf::Train].map(Span::Of);
         let all = [Span::Visible, Span::All].into_iter().chain(of);
         let all = all.chain((0..entries.len()).map(Span::One));
@@ -368,10 +345,7 @@ impl LoopsPane {
         out: &mut Vec<Command>,
         figures: impl FnOnce(&mut egui::Ui, &mut Self, &mut Vec<Command>),
     ) -> Drawn {
-        let size @ egui::Vec2 {
-            x: width,
-            y: height,
-        } = plot_size(ui);
+        let size @ egui::Vec2 { x: width, y: height } = plot_size(ui);
         ui.horizontal_top(|ui| {
             let top_down = egui::Layout::top_down(egui::Align::Min);
             let shown = ui.allocate_ui_with_layout(size, top_down, |ui| {
@@ -382,15 +356,15 @@ impl LoopsPane {
             let picture = shown.response.rect;
             ui.vertical(|ui| {
                 ui.set_width(FIGURES_WIDTH);
-                egui::ScrollArea::vertical()
-                    .id_salt("figures")
-                    .auto_shrink([false, false])
-                    .show(ui, |ui| {
+                egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
+                    ui,
+                    |ui| {
                         // The labels stand a little outside.
                         save::row(ui, &mut self.path, print, picture.expand(6.0), out);
                         ui.separator();
                         figures(ui, self, out);
-                    });
+                    },
+                );
             });
             shown.inner
         })
@@ -450,9 +424,8 @@ fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut
     let loads = (engine.project().axes().iter())
         .flat_map(|axis| kinds.map(|kind| Channel::Load(kind, *axis)));
     let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
-    let button = egui::ComboBox::from_label(label)
-        .selected_text(channel_name(*channel, engine))
-        .width(96.0);
+    let button =
+        egui::ComboBox::from_label(label).selected_text(channel_name(*channel, engine)).width(96.0);
     let all = std::iter::once(Channel::Time).chain(all);
     let items = all.map(|one| (one, channel_name(one, engine).into(), ""));
     choice(ui, button, channel, items)

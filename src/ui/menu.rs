@@ -43,10 +43,7 @@ fn items(ui: &mut egui::Ui, actions: impl IntoIterator<Item = Action>, out: &mut
         }
         let button = ui.add_enabled(action.enabled, button);
         let button = button.on_hover_text(&*action.explanation);
-        if button
-            .on_disabled_hover_text(&*action.explanation)
-            .clicked()
-        {
+        if button.on_disabled_hover_text(&*action.explanation).clicked() {
             out.push(action.command);
             ui.close(); // by a key it would stay
         }
@@ -61,10 +58,7 @@ fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             ui.separator();
             if ui.press("Forget all of these", "Empties this list; the files stay") {
                 ui.close();
-                out.push(prefer(Preferences {
-                    recent: Vec::new(),
-                    ..engine.preferences.clone()
-                }));
+                out.push(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
             }
         });
     });
@@ -94,23 +88,12 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspace: &Workspace, out: &mut Vec
     ui.separator();
     for (label, theme, explanation) in [
         ("Dark", Theme::Dark, "Light on dark"),
-        (
-            "Light",
-            Theme::Light,
-            "Dark on light, as figures for print are",
-        ),
-        (
-            "Follow system",
-            Theme::System,
-            "Dark or light as the desktop is",
-        ),
+        ("Light", Theme::Light, "Dark on light, as figures for print are"),
+        ("Follow system", Theme::System, "Dark or light as the desktop is"),
     ] {
         let radio = ui.radio(engine.preferences.theme == theme, label);
         if radio.on_hover_text(explanation).clicked() {
-            out.push(prefer(Preferences {
-                theme,
-                ..engine.preferences.clone()
-            }));
+            out.push(prefer(Preferences { theme, ..engine.preferences.clone() }));
         }
     }
     ui.separator();

@@ -34,11 +34,7 @@ pub struct MetrologyPane {
 
 impl Default for MetrologyPane {
     fn default() -> Self {
-        Self {
-            of: None,
-            shown: Shown::default(),
-            path: "metrology.csv".to_owned(),
-        }
+        Self { of: None, shown: Shown::default(), path: "metrology.csv".to_owned() }
     }
 }
 
@@ -59,30 +55,19 @@ impl MetrologyPane {
     }
 
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let table = match engine
-            .figures
-            .answer()
-            .filter(|_| engine.analysis().is_some())
-        {
+        let table = match engine.figures.answer().filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,
         };
         let tables: Vec<Table> = table.map_or_else(Vec::new, |table| {
             let crosstalk = crosstalk(table);
-            std::iter::once(overview(table, self.shown))
-                .chain(crosstalk)
-                .collect()
+            std::iter::once(overview(table, self.shown)).chain(crosstalk).collect()
         });
         ui.horizontal_wrapped(|ui| {
             let before = &engine.project().measuring;
             let mut measuring = before.clone();
             self.choices(ui, engine, &mut measuring);
-            definitions(
-                ui,
-                table.map(|table| &**table),
-                engine.project().axes(),
-                &mut measuring,
-            );
+            definitions(ui, table.map(|table| &**table), engine.project().axes(), &mut measuring);
             if measuring != *before {
                 out.push(Edit::Measuring(measuring).into());
             }
@@ -139,18 +124,8 @@ impl MetrologyPane {
             self.of = Some(of);
         }
         ui.separator();
-        ui.select(
-            &mut self.shown,
-            Shown::PercentFs,
-            "% FS",
-            "In percent of full scale",
-        );
-        ui.select(
-            &mut self.shown,
-            Shown::Units,
-            "N, N·m",
-            "In the unit of the axis",
-        );
+        ui.select(&mut self.shown, Shown::PercentFs, "% FS", "In percent of full scale");
+        ui.select(&mut self.shown, Shown::Units, "N, N·m", "In the unit of the axis");
         ui.separator();
         dwell_secs(ui, "Dwell", measuring);
     }
@@ -170,56 +145,49 @@ fn definitions(
     let response = ui.menu_of_fields(button, |ui| {
         ui.reset_style(); // fields, not menu items
         ui.set_min_width(300.0);
-        egui::Grid::new("definitions")
-            .num_columns(3)
-            .show(ui, |ui| {
-                let MetrologySettings {
+        egui::Grid::new("definitions").num_columns(3).show(ui, |ui| {
+            let MetrologySettings { still_share, zero_share, loaded_share, alone_share, .. } =
+                settings;
+            let shares: [ShareField<'_>; 4] = [
+                (
+                    "Still within",
+                    "A dwell: every axis stays within this much for the time beside \"Dwell\"",
                     still_share,
+                ),
+                (
+                    "Zero within",
+                    "A load this small is no load: zero return is read there",
                     zero_share,
+                ),
+                (
+                    "Loaded from",
+                    "An axis with at least this much is loaded: crosstalk is read there",
                     loaded_share,
+                ),
+                (
+                    "Not loaded up to",
+                    "The other axes stay below this while one is loaded alone",
                     alone_share,
-                    ..
-                } = settings;
-                let shares: [ShareField<'_>; 4] = [
-                    (
-                        "Still within",
-                        "A dwell: every axis stays within this much for the time beside \"Dwell\"",
-                        still_share,
-                    ),
-                    (
-                        "Zero within",
-                        "A load this small is no load: zero return is read there",
-                        zero_share,
-                    ),
-                    (
-                        "Loaded from",
-                        "An axis with at least this much is loaded: crosstalk is read there",
-                        loaded_share,
-                    ),
-                    (
-                        "Not loaded up to",
-                        "The other axes stay below this while one is loaded alone",
-                        alone_share,
-                    ),
-                ];
-                for (name, explanation, share) in shares {
-                    let mut percent = 100.0 * *share;
-                    let field = egui::DragValue::new(&mut percent)
-                        .range(0.01..=100.0)
-                        .speed(0.05)
-                        .suffix(" % FS");
-                    if ui.explained_field(name, field, explanation).changed() {
-                        *share = 0.01 * percent;
-                    }
-                    ui.end_row();
+                ),
+            ];
+            for (name, explanation, share) in shares {
+                let mut percent = 100.0 * *share;
+                let field = egui::DragValue::new(&mut percent)
+                    .range(0.01..=100.0)
+                    .speed(0.05)
+                    .suffix(" % FS");
+                if ui.explained_field(name, field, explanation).changed() {
+                    *share = 0.01 * percent;
                 }
-                for (at, axis) in axes.iter().enumerate() {
-                    let used = table.and_then(|table| table.dead_bands.get(at).copied());
-                    let name = format!("Dead band {}", axis.symbol());
-                    dead_band(ui, &name, (axes, at), settings, used);
-                    ui.end_row();
-                }
-            });
+                ui.end_row();
+            }
+            for (at, axis) in axes.iter().enumerate() {
+                let used = table.and_then(|table| table.dead_bands.get(at).copied());
+                let name = format!("Dead band {}", axis.symbol());
+                dead_band(ui, &name, (axes, at), settings, used);
+                ui.end_row();
+            }
+        });
     });
     response.on_hover_text("What counts as a reversal, as a dwell, as zero, and as loaded");
 }

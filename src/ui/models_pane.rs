@@ -171,10 +171,7 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
         pin.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
         });
-        if pin
-            .on_hover_text("Pinned: it stays when others are tried")
-            .changed()
-        {
+        if pin.on_hover_text("Pinned: it stays when others are tried").changed() {
             say(ModelChange::Pin(is_pinned));
         }
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {

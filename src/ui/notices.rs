@@ -55,11 +55,7 @@ impl Notices {
     pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         let notices = &engine.notices;
         let now = Instant::now();
-        let slower = if engine.is_busy() {
-            SLOWER_WHILE_BUSY
-        } else {
-            1
-        };
+        let slower = if engine.is_busy() { SLOWER_WHILE_BUSY } else { 1 };
         let passed = match self.drawn {
             Some((last, false)) => (now - last) / slower,
             _ => Duration::ZERO,
@@ -132,10 +128,7 @@ impl Notices {
                             n => format!("All {n} notices"),
                         };
                         let all = ui.button(all);
-                        if all
-                            .on_hover_text("The list of all, to read and to copy")
-                            .clicked()
-                        {
+                        if all.on_hover_text("The list of all, to read and to copy").clicked() {
                             self.list = true;
                         }
                         dismiss_all(ui, out);
@@ -162,13 +155,11 @@ fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
         }
         dismiss_all(ui, out);
     });
-    egui::ScrollArea::vertical()
-        .auto_shrink([false, false])
-        .show(ui, |ui| {
-            for (at, notice) in notices.iter().enumerate().rev() {
-                one(ui, at, notice, usize::MAX, out);
-            }
-        });
+    egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        for (at, notice) in notices.iter().enumerate().rev() {
+            one(ui, at, notice, usize::MAX, out);
+        }
+    });
 }
 
 /// Draws a notice; whether it was dismissed.

@@ -50,11 +50,7 @@ pub fn bytes(color: Color32) -> [u8; 3] {
 
 /// What marks the look-back.
 pub fn look_back(visuals: &Visuals) -> Color32 {
-    if visuals.dark_mode {
-        Color32::from_rgb(0, 200, 150)
-    } else {
-        rgb(color::LOOK_BACK)
-    }
+    if visuals.dark_mode { Color32::from_rgb(0, 200, 150) } else { rgb(color::LOOK_BACK) }
 }
 
 /// The colours of loops and cross-plots.
@@ -76,11 +72,7 @@ pub fn faulty(visuals: &Visuals) -> Color32 {
 
 /// Behind intervals where past = present.
 pub fn without_past(visuals: &Visuals) -> Color32 {
-    if visuals.dark_mode {
-        Color32::from_white_alpha(16)
-    } else {
-        Color32::from_black_alpha(20)
-    }
+    if visuals.dark_mode { Color32::from_white_alpha(16) } else { Color32::from_black_alpha(20) }
 }
 
 /// How errors on these samples are drawn.
@@ -161,11 +153,7 @@ mod tests {
             texts.extend(Trace::ALL.map(|trace| (trace.label(), trace.color(&visuals))));
             texts.extend(ScoreSet::ALL.map(|set| (set.label(), score(set, &visuals))));
             let striped = visuals.panel_fill.blend(visuals.faint_bg_color);
-            let grounds = [
-                visuals.panel_fill,
-                visuals.window_fill,
-                visuals.extreme_bg_color,
-            ];
+            let grounds = [visuals.panel_fill, visuals.window_fill, visuals.extreme_bg_color];
             for (name, text) in texts {
                 for ground in grounds.into_iter().chain([striped]) {
                     let own = contrast(text, ground);
@@ -200,10 +188,7 @@ mod tests {
                 for (other_name, other) in &meanings[at + 1..] {
                     let pairs = one.to_array().into_iter().zip(other.to_array());
                     let apart: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(b))).sum();
-                    assert!(
-                        apart >= 75,
-                        "{name} and {other_name}, dark {is_dark}: {apart}"
-                    );
+                    assert!(apart >= 75, "{name} and {other_name}, dark {is_dark}: {apart}");
                 }
             }
         }

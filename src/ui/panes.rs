@@ -7,30 +7,15 @@ use crate::ui::pane::PaneView;
 type Entry = (Pane, fn() -> Box<dyn PaneView>);
 
 const PANES: &[Entry] = &[
-    (
-        super::recordings_panel::PANE,
-        of::<super::recordings_panel::View>,
-    ),
-    (
-        super::settings_panel::PANE,
-        of::<super::settings_panel::View>,
-    ),
+    (super::recordings_panel::PANE, of::<super::recordings_panel::View>),
+    (super::settings_panel::PANE, of::<super::settings_panel::View>),
     (super::trace_panes::PANE, of::<super::trace_panes::View>),
-    (
-        super::thresholds_pane::PANE,
-        of::<super::thresholds_pane::View>,
-    ),
+    (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
     (super::models_pane::PANE, of::<super::models_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
-    (
-        super::metrology_pane::PANE,
-        of::<super::metrology_pane::MetrologyPane>,
-    ),
+    (super::metrology_pane::PANE, of::<super::metrology_pane::MetrologyPane>),
     (super::errors_pane::PANE, of::<super::errors_pane::View>),
-    (
-        super::calibration_pane::PANE,
-        of::<super::calibration_pane::View>,
-    ),
+    (super::calibration_pane::PANE, of::<super::calibration_pane::View>),
     (super::notes_pane::PANE, of::<super::notes_pane::View>),
     (super::live_pane::PANE, of::<super::live_pane::View>),
     (super::check_pane::PANE, of::<super::check_pane::View>),

@@ -33,11 +33,7 @@ pub fn menu<'a>(
     }
     context_menu(response, |ui| {
         let ways = [
-            (
-                "Copy plot",
-                "To the clipboard, as it is on screen",
-                ImageTo::Clipboard,
-            ),
+            ("Copy plot", "To the clipboard, as it is on screen", ImageTo::Clipboard),
             ("Save as PNG…", "As it is on screen", ImageTo::File),
         ];
         let [first, _] = ways.map(|(label, explanation, to)| {
@@ -49,10 +45,7 @@ pub fn menu<'a>(
             button
         });
         if let Some(print) = print
-            && ui.press(
-                "Save as SVG…",
-                "The lines themselves, dark on light, for print",
-            )
+            && ui.press("Save as SVG…", "The lines themselves, dark on light, for print")
         {
             ui.close();
             out.push(Command::ChooseFileFor(svg(&print())));
@@ -124,9 +117,7 @@ fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
 /// A picture as a PNG file.
 fn encoded(picture: &ColorImage) -> Result<Arc<[u8]>, image::ImageError> {
     let pixels = picture.pixels.iter();
-    let pixels: Vec<u8> = pixels
-        .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
-        .collect();
+    let pixels: Vec<u8> = pixels.flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();
     let mut file = Cursor::new(Vec::new());
     image::write_buffer_with_format(
         &mut file,

@@ -45,9 +45,7 @@ pub fn grid(input: GridInput, least_points: f64, closest_points: f64) -> Vec<Gri
     let point = input.base_step_size / GRID_BASE_POINTS;
     let (least, closest) = (point * least_points, point * closest_points);
     let (step_size, values) = three_ticks(input.bounds, least, closest);
-    let marks = values
-        .into_iter()
-        .map(|value| GridMark { value, step_size });
+    let marks = values.into_iter().map(|value| GridMark { value, step_size });
     marks.collect()
 }
 
@@ -117,11 +115,7 @@ pub fn plot(
     let (across, up) = (drawing.across.range, drawing.up.range);
     let clouds = clouds(ui, id, &drawing.clouds);
     let bounds = PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]);
-    let scaled = scales(
-        Plot::new(id),
-        Some(&drawing.across.label),
-        &drawing.up.label,
-    );
+    let scaled = scales(Plot::new(id), Some(&drawing.across.label), &drawing.up.label);
     let response = moving(scaled, height)
         .allow_zoom(true)
         .allow_drag(true)
@@ -143,9 +137,7 @@ pub fn plot(
     let painter = ui.painter_at(response.response.rect);
     for arrow in &drawing.arrows {
         let corners = arrow.corners(|[x, y]| {
-            let at = response
-                .transform
-                .position_from_point(&PlotPoint::new(x, y));
+            let at = response.transform.position_from_point(&PlotPoint::new(x, y));
             [at.x, at.y].map(f64::from)
         });
         if let Some(corners) = corners {
@@ -165,10 +157,7 @@ pub fn plot(
                 + &range(up, &drawing.up.label)
         }
     });
-    Drawn {
-        response: response.response,
-        transform: response.transform,
-    }
+    Drawn { response: response.response, transform: response.transform }
 }
 
 /// Draws the lines of a figure, and what it marks, on a plot that shows all of it.
@@ -228,23 +217,13 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     let widest = clouds.iter().flat_map(|cloud| cloud.density.cells).max();
     // A pixel has two cells across and up; a texture has a limit.
     let cells_per_pixel = widest.unwrap_or(0).div_ceil(most.max(1)).max(2);
-    let textures = CloudPicture::of(clouds, cells_per_pixel)
-        .into_iter()
-        .map(|picture| {
-            let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
-            let sampled = TextureOptions {
-                magnification: TextureFilter::Nearest,
-                ..TextureOptions::LINEAR
-            };
-            (
-                picture.frame,
-                ui.ctx().load_texture("clouds", image, sampled),
-            )
-        });
-    let made = Clouds {
-        textures: textures.collect(),
-        of: clouds.to_vec(),
-    };
+    let textures = CloudPicture::of(clouds, cells_per_pixel).into_iter().map(|picture| {
+        let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
+        let sampled =
+            TextureOptions { magnification: TextureFilter::Nearest, ..TextureOptions::LINEAR };
+        (picture.frame, ui.ctx().load_texture("clouds", image, sampled))
+    });
+    let made = Clouds { textures: textures.collect(), of: clouds.to_vec() };
     ui.data_mut(|data| data.insert_temp(key, made.clone()));
     made
 }
@@ -264,18 +243,13 @@ pub fn finish<'a>(
 pub fn say(plot: &egui::Response, value: impl FnOnce() -> String) {
     if plot.ctx.has_accesskit_node(plot.id) {
         let value = value();
-        plot.ctx
-            .accesskit_node_builder(plot.id, |node| node.set_value(value));
+        plot.ctx.accesskit_node_builder(plot.id, |node| node.set_value(value));
     }
 }
 
 /// The part of a scale that is on screen.
 pub fn range((from, to): (f64, f64), label: &str) -> String {
-    format!(
-        "{label}: {} to {}",
-        significant(from, 4),
-        significant(to, 4)
-    )
+    format!("{label}: {} to {}", significant(from, 4), significant(to, 4))
 }
 
 fn coordinates(drawing: &Figure<'_>, point: &PlotPoint) -> String {
@@ -311,11 +285,8 @@ pub fn keys(
     if !response.has_focus() {
         return None;
     }
-    let arrows = EventFilter {
-        horizontal_arrows: true,
-        vertical_arrows: true,
-        ..EventFilter::default()
-    };
+    let arrows =
+        EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, arrows));
     ui.data_mut(|data| data.insert_temp(focused_id(), response.id));
     let pressed = |held, key| ui.input_mut(|input| input.consume_key(held, key));
@@ -325,10 +296,7 @@ pub fn keys(
     let (mut min, mut max) = (shown.min(), shown.max());
     let mut zoom = |axes: &[usize], factor: f64| {
         for axis in axes {
-            let (middle, half) = (
-                0.5 * (min[*axis] + max[*axis]),
-                0.5 * (max[*axis] - min[*axis]),
-            );
+            let (middle, half) = (0.5 * (min[*axis] + max[*axis]), 0.5 * (max[*axis] - min[*axis]));
             (min[*axis], max[*axis]) = (middle - factor * half, middle + factor * half);
         }
     };
@@ -392,10 +360,7 @@ fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, 
             (max[*i] - min[*i]).is_finite() && max[*i] - min[*i] > 1e-9 * size
         });
         if wide {
-            *zoom = Some(Frame {
-                loads: (min[0], max[0]),
-                outputs: (min[1], max[1]),
-            });
+            *zoom = Some(Frame { loads: (min[0], max[0]), outputs: (min[1], max[1]) });
         }
     }
 }
@@ -425,21 +390,13 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
         if let Some(before) = before.filter(|before| first.x - before.x > 2.0 * pixel) {
             bars.extend([before, first].map(|end| (end.x, end.y, end.y)));
         }
-        let low = column
-            .iter()
-            .map(|point| point.y)
-            .fold(f32::INFINITY, f32::min);
-        let high = column
-            .iter()
-            .map(|point| point.y)
-            .fold(f32::NEG_INFINITY, f32::max);
+        let low = column.iter().map(|point| point.y).fold(f32::INFINITY, f32::min);
+        let high = column.iter().map(|point| point.y).fold(f32::NEG_INFINITY, f32::max);
         bars.push((0.5 * (first.x + last.x), low, high));
         before = Some(last);
     }
     let middle = |(_, low, high): &(f32, f32, f32)| 0.5 * (low + high);
-    let on = bars
-        .windows(2)
-        .map(|pair| (middle(&pair[1]) - middle(&pair[0])).abs());
+    let on = bars.windows(2).map(|pair| (middle(&pair[1]) - middle(&pair[0])).abs());
     let up_and_down = bars.iter().map(|(_, low, high)| high - low);
     if up_and_down.sum::<f32>() < 2.0 * on.sum::<f32>() {
         return None;
@@ -632,10 +589,7 @@ mod tests {
         assert_eq!(strip(&slope, white, 1.0), None);
         let mesh = strip(&points, white, 1.0).unwrap();
         assert!(mesh.is_valid());
-        let solid = mesh
-            .vertices
-            .iter()
-            .filter(|own| own.color == Color32::WHITE);
+        let solid = mesh.vertices.iter().filter(|own| own.color == Color32::WHITE);
         let solid: Vec<Pos2> = solid.map(|own| own.pos).collect();
         for point in &points {
             let near = solid.iter().filter(|own| (own.x - point.x).abs() <= 1.0);
@@ -643,16 +597,11 @@ mod tests {
                 (low.min(own.y), high.max(own.y))
             });
             assert!(low < point.y && point.y < high, "{point:?}");
-            assert!(
-                low >= 49.0 && high <= 131.0,
-                "half a line beyond the points at most"
-            );
+            assert!(low >= 49.0 && high <= 131.0, "half a line beyond the points at most");
         }
         let last = points[399];
-        let narrow: Vec<f32> = (solid.iter())
-            .filter(|own| own.x == last.x)
-            .map(|own| own.y - last.y)
-            .collect();
+        let narrow: Vec<f32> =
+            (solid.iter()).filter(|own| own.x == last.x).map(|own| own.y - last.y).collect();
         assert_eq!(narrow, [-0.5, 0.5]);
         assert!(solid.len() < 2 * 160);
     }
@@ -665,12 +614,7 @@ mod tests {
         let all = Shape::dashed_line(&seen, stroke, dash[0], dash[1]);
         assert_eq!(dashes(&seen, stroke, dash, &frame), all);
         // Zoomed into a thousand million times.
-        let far = [
-            pos2(-1e9, 0.0),
-            pos2(1e9, 200.0),
-            pos2(3.0, 1e12),
-            pos2(-4.0, -1e12),
-        ];
+        let far = [pos2(-1e9, 0.0), pos2(1e9, 200.0), pos2(3.0, 1e12), pos2(-4.0, -1e12)];
         let own = dashes(&far, stroke, dash, &frame);
         assert!((20..200).contains(&own.len()), "{}", own.len());
         // Where a line comes in, its dashes stand as if they had been counted from its beginning.
@@ -680,18 +624,9 @@ mod tests {
         let is_seen = |shape: &&Shape| frame.intersects(shape.visual_bounding_rect());
         let starts = |shapes: &[Shape]| -> Vec<f32> {
             let seen = shapes.iter().filter(is_seen);
-            seen.map(|shape| shape.visual_bounding_rect().left().round())
-                .collect()
+            seen.map(|shape| shape.visual_bounding_rect().left().round()).collect()
         };
         assert_eq!(starts(&own), starts(&whole));
-        assert!(
-            dashes(
-                &[pos2(-9.0, -99.0), pos2(600.0, -99.0)],
-                stroke,
-                dash,
-                &frame
-            )
-            .is_empty()
-        );
+        assert!(dashes(&[pos2(-9.0, -99.0), pos2(600.0, -99.0)], stroke, dash, &frame).is_empty());
     }
 }

@@ -229,23 +229,21 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
     let known = ranges.iter().flatten().count();
     let button = egui::Button::new(format!("{known} of {}", names.len()));
     let response = ui.menu_of_fields(button, |ui| {
-        egui::ScrollArea::vertical()
-            .max_height(320.0)
-            .show(ui, |ui| {
-                egui::Grid::new("limits of gauges").show(ui, |ui| {
-                    for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
-                        let mut knows = own.is_some();
-                        if ui.tick(&mut knows, printable(name), "Whether its limits are known") {
-                            let entries = project.recordings.entries();
-                            *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
-                        }
-                        if let Some(own) = own {
-                            ends(ui, own, name);
-                        }
-                        ui.end_row();
+        egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+            egui::Grid::new("limits of gauges").show(ui, |ui| {
+                for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
+                    let mut knows = own.is_some();
+                    if ui.tick(&mut knows, printable(name), "Whether its limits are known") {
+                        let entries = project.recordings.entries();
+                        *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
                     }
-                });
+                    if let Some(own) = own {
+                        ends(ui, own, name);
+                    }
+                    ui.end_row();
+                }
             });
+        });
     });
     response.on_hover_text("The limits of each gauge; those without are found");
 }
@@ -259,26 +257,16 @@ fn gauge_extremes(entries: &[Entry], gauge: Option<usize>) -> (f64, f64) {
             None => ranges,
         }
     });
-    ranges.fold((0.0, 0.0), |all: (f64, f64), own| {
-        (all.0.min(own.0), all.1.max(own.1))
-    })
+    ranges.fold((0.0, 0.0), |all: (f64, f64), own| (all.0.min(own.0), all.1.max(own.1)))
 }
 
 fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Command>) {
     let axes = engine.project().axes();
-    let group = if axes.iter().any(|axis| axis.is_force()) {
-        Group::Force
-    } else {
-        Group::Moment
-    };
+    let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
     let unit = axes.first().map_or("", |axis| axis.unit());
     // Where there is little room the name, whose hover tells both, needs it more.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
-    let counts = [
-        Column::exact(54.0).clip(true),
-        Column::exact(50.0),
-        Column::exact(34.0),
-    ];
+    let counts = [Column::exact(54.0).clip(true), Column::exact(50.0), Column::exact(34.0)];
     let mut builder = TableBuilder::new(ui)
         .striped(true)
         .auto_shrink([false, false])
@@ -398,10 +386,8 @@ fn group_menu(
     }
 
     let field = egui::TextEdit::singleline(text).hint_text("as found; Enter sets it");
-    let field = ui.labelled(
-        "Group: recordings that repeat a programme, a day or a mounting",
-        field,
-    );
+    let field =
+        ui.labelled("Group: recordings that repeat a programme, a day or a mounting", field);
     let set = |group: Option<String>| {
         let mut groups: Vec<_> = entries.iter().map(|entry| entry.group.clone()).collect();
         groups[at] = group;
@@ -418,11 +404,9 @@ fn group_menu(
     ui.separator();
     ui.label("All recordings");
     let pattern = |text: &str| text.parse::<GroupPattern>().ok();
-    for (label, pattern) in [
-        ("As found", None),
-        ("By file", pattern("{file}")),
-        ("By folder", pattern("{folder}")),
-    ] {
+    for (label, pattern) in
+        [("As found", None), ("By file", pattern("{file}")), ("By folder", pattern("{folder}"))]
+    {
         if ui.button(label).clicked() {
             let group = |entry: &Entry| pattern.as_ref()?.group_of(&entry.recording);
             chosen = Some(entries.iter().map(group).collect());
@@ -452,25 +436,18 @@ fn day_menu(
     let recording = &entries[at].recording;
     if *of != at {
         *of = at;
-        *text = recording
-            .dated()
-            .map_or_else(String::new, |dated| dated.day.to_string());
+        *text = recording.dated().map_or_else(String::new, |dated| dated.day.to_string());
     }
 
     let field = egui::TextEdit::singleline(text).hint_text("2024-05-03; Enter sets it");
-    let field = ui.labelled(
-        "Date of its file's recordings: days are compared by it",
-        field,
-    );
+    let field = ui.labelled("Date of its file's recordings: days are compared by it", field);
     let entered = ui.entered(&field);
     let day = text.trim().parse::<Day>();
     if let (false, Err(error)) = (text.trim().is_empty(), &day) {
         ui.warn(error.to_string());
     }
-    let cleared = ui.press(
-        "As its file says",
-        "By the file's header, its clock, or a date in its name",
-    );
+    let cleared =
+        ui.press("As its file says", "By the file's header, its clock, or a date in its name");
     let chosen = match (cleared || (entered && text.trim().is_empty()), day) {
         (true, _) => None,
         (false, Ok(day)) if entered => Some(day),
@@ -492,9 +469,7 @@ fn day_menu(
 /// The list as a table, with the errors of every axis.
 fn as_table(engine: &Engine) -> Table {
     let axes = engine.project().axes();
-    let mut columns = ["role", "name", "group"]
-        .map(report::Column::words)
-        .to_vec();
+    let mut columns = ["role", "name", "group"].map(report::Column::words).to_vec();
     columns.push(report::Column::numbers("samples"));
     for trace in [Trace::Conventional, Trace::Compensated] {
         columns.extend(axes.iter().map(|axis| report::Column {
@@ -505,9 +480,8 @@ fn as_table(engine: &Engine) -> Table {
     let entries = engine.entries().iter().enumerate();
     let rows = entries.map(|(at, entry)| {
         let group = group_of(engine, at).unwrap_or_default();
-        let mut cells = [entry.role.label(), entry.recording.name(), group]
-            .map(Cell::words)
-            .to_vec();
+        let mut cells =
+            [entry.role.label(), entry.recording.name(), group].map(Cell::words).to_vec();
         let samples = entry.recording.n_samples();
         cells.push(Cell::number(samples as f64, samples.to_string()));
         let result = engine.result_of(at);
@@ -519,11 +493,7 @@ fn as_table(engine: &Engine) -> Table {
         }
         cells
     });
-    Table {
-        rows: rows.collect(),
-        columns,
-        ..Table::default()
-    }
+    Table { rows: rows.collect(), columns, ..Table::default() }
 }
 
 fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {
@@ -585,11 +555,7 @@ fn name_button(
             ui.label(format!("group: {group}"));
         }
         if let Some(dated) = recording.dated() {
-            ui.label(format!(
-                "recorded on {} ({})",
-                dated.day,
-                dated.from.words()
-            ));
+            ui.label(format!("recorded on {} ({})", dated.day, dated.from.words()));
         }
         if let Some(tare) = recording.tare() {
             ui.label(format!("tared over {tare}"));
@@ -609,11 +575,7 @@ fn name_button(
             recording.n_samples(),
             significant(recording.duration_secs(), 4),
             recording.n_gauges(),
-            if reference.is_empty() {
-                "none".to_owned()
-            } else {
-                reference.join(" ")
-            },
+            if reference.is_empty() { "none".to_owned() } else { reference.join(" ") },
         ));
         for channel in recording.auxiliary().in_words() {
             ui.label(format!("auxiliary: {channel}"));
@@ -686,10 +648,7 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
 /// The rate with every `step`-th sample used.
 fn rate_text(entry: &Entry, step: usize) -> String {
     let rate = entry.recording.rate_hz();
-    rate.map_or_else(
-        || "–".to_owned(),
-        |rate| significant(rate / step.max(1) as f64, 3),
-    )
+    rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))
 }
 
 fn rmse_label(
@@ -710,10 +669,7 @@ fn rmse_label(
             ui.label(format!("{}: {rmse} {}", axis.symbol(), axis.unit()));
         }
         if let Some(share) = result.share_with_past {
-            ui.label(format!(
-                "{:.0} % of the samples have a past sample",
-                100.0 * share
-            ));
+            ui.label(format!("{:.0} % of the samples have a past sample", 100.0 * share));
         }
     });
 }

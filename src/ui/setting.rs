@@ -52,8 +52,6 @@ pub fn found(setting: &Setting, control: &Response) {
     // In the frame after the palette it would not get it yet.
     control.request_focus();
     control.scroll_to_me(Some(Align::Center));
-    control
-        .ctx
-        .data_mut(|data| data.insert_temp::<Sought>(id, (*setting, frames - 1)));
+    control.ctx.data_mut(|data| data.insert_temp::<Sought>(id, (*setting, frames - 1)));
     control.ctx.request_repaint();
 }

@@ -142,11 +142,7 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     found(&T_TH, &t_th);
     for value in [&mut first.f_th, &mut first.t_th_secs] {
         // Typed values may exceed the slider, but neither be negative nor no number.
-        *value = if value.is_finite() {
-            value.max(0.0)
-        } else {
-            0.0
-        };
+        *value = if value.is_finite() { value.max(0.0) } else { 0.0 };
     }
     let t_th_secs = first.t_th_secs;
     for other in others {
@@ -233,33 +229,20 @@ fn force_range(engine: &Engine) -> f64 {
             .filter(|(axis, _)| axis.is_force())
             .fold(0.0, |largest: f64, (_, scale)| largest.max(*scale))
     });
-    if largest > 0.0 {
-        rounded_up(2.0 * largest)
-    } else {
-        10.0
-    }
+    if largest > 0.0 { rounded_up(2.0 * largest) } else { 10.0 }
 }
 
 fn t_range(engine: &Engine) -> f64 {
-    let longest = engine
-        .entries()
-        .iter()
-        .map(|entry| entry.recording.duration_secs())
-        .fold(0.0, f64::max);
-    if longest > 0.0 {
-        rounded_up(longest.min(LONGEST_SLIDER_SECS))
-    } else {
-        LONGEST_SLIDER_SECS
-    }
+    let longest =
+        engine.entries().iter().map(|entry| entry.recording.duration_secs()).fold(0.0, f64::max);
+    if longest > 0.0 { rounded_up(longest.min(LONGEST_SLIDER_SECS)) } else { LONGEST_SLIDER_SECS }
 }
 
 /// The next number of the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten.
 fn rounded_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
-    let found = steps
-        .into_iter()
-        .find(|step| step * power >= value * (1.0 - 1e-9));
+    let found = steps.into_iter().find(|step| step * power >= value * (1.0 - 1e-9));
     found.unwrap_or(10.0) * power
 }
 
@@ -271,9 +254,7 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
             ("B", 10, "Pattern B of the paper: every tenth sample"),
         ] {
             let selected = settings.decimation == step;
-            let button = ui
-                .selectable_label(selected, name)
-                .on_hover_text(explanation);
+            let button = ui.selectable_label(selected, name).on_hover_text(explanation);
             if button.clicked() {
                 settings.decimation = step;
             }
@@ -362,13 +343,9 @@ mod tests {
 
     #[test]
     fn ranges_end_at_a_round_number_not_below_the_data() {
-        for (value, expected) in [
-            (22.1, 25.0),
-            (20.0, 20.0),
-            (0.13, 0.2),
-            (9.1, 10.0),
-            (60.0, 60.0),
-        ] {
+        for (value, expected) in
+            [(22.1, 25.0), (20.0, 20.0), (0.13, 0.2), (9.1, 10.0), (60.0, 60.0)]
+        {
             assert!((rounded_up(value) - expected).abs() < 1e-12, "{value}");
         }
     }

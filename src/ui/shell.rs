@@ -118,10 +118,7 @@ impl Shell {
 
     /// What is to be remembered.
     pub fn preferences(&self) -> Preferences {
-        Preferences {
-            layout: Some(self.workspace.to_value()),
-            ..self.engine.preferences.clone()
-        }
+        Preferences { layout: Some(self.workspace.to_value()), ..self.engine.preferences.clone() }
     }
 
     /// The engine behind the window.
@@ -295,12 +292,7 @@ impl Shell {
             ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-        if let Some(workspace) = self
-            .engine
-            .layout
-            .take()
-            .as_ref()
-            .and_then(Workspace::from_value)
+        if let Some(workspace) = self.engine.layout.take().as_ref().and_then(Workspace::from_value)
         {
             self.workspace = workspace;
         }
@@ -347,11 +339,7 @@ impl Shell {
         let mut places = Vec::new();
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
-            let mut cx = Cx {
-                engine: &mut self.engine,
-                time: &mut self.time,
-                out,
-            };
+            let mut cx = Cx { engine: &mut self.engine, time: &mut self.time, out };
             self.workspace.show(ui, &mut |ui, pane| {
                 places.push((pane, ui.max_rect()));
                 if let Some(view) = self.views.of(pane) {

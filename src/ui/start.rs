@@ -91,15 +91,10 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
             *seen = Some(format!("{} ({place})", panic_message(info.payload())));
         }
     }));
-    match catch_unwind(AssertUnwindSafe(|| {
-        eframe::run_native("LoopScope", options, create)
-    })) {
+    match catch_unwind(AssertUnwindSafe(|| eframe::run_native("LoopScope", options, create))) {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(error)) => {
-            eprintln!(
-                "loopscope: the window cannot open: {}",
-                with_way_out(&error.to_string())
-            );
+            eprintln!("loopscope: the window cannot open: {}", with_way_out(&error.to_string()));
             ExitCode::FAILURE
         }
         Err(_) => {
@@ -119,20 +114,14 @@ fn icon() -> egui::IconData {
     };
     let image = image.into_rgba8();
     let (width, height) = image.dimensions();
-    egui::IconData {
-        rgba: image.into_raw(),
-        width,
-        height,
-    }
+    egui::IconData { rgba: image.into_raw(), width, height }
 }
 
 /// What a machine lacks for a window to open at all.
 fn missing_display() -> Option<&'static str> {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_unix_desktop = cfg!(all(unix, not(target_os = "macos")));
-    let any = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"]
-        .into_iter()
-        .any(is_set);
+    let any = ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(is_set);
     (is_unix_desktop && !any).then_some(
         "there is no display to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set)",
     )
@@ -161,10 +150,7 @@ mod tests {
             "Library libxkbcommon-x11.so could not be loaded.",
         ] {
             let told = super::with_way_out(why);
-            assert!(
-                told.contains("libxkbcommon-x11-0") && !told.contains('\n'),
-                "{told}"
-            );
+            assert!(told.contains("libxkbcommon-x11-0") && !told.contains('\n'), "{told}");
         }
         assert!(!super::with_way_out("no OpenGL").contains("apt-get"));
     }

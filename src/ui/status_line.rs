@@ -127,9 +127,7 @@ pub(super) fn preview_of(each: usize) -> String {
 }
 
 fn bar(ui: &mut egui::Ui, what: &str, fraction: f32) {
-    let bar = egui::ProgressBar::new(fraction)
-        .desired_width(120.0)
-        .show_percentage();
+    let bar = egui::ProgressBar::new(fraction).desired_width(120.0).show_percentage();
     let response = ui.add(bar);
     let label = format!("{what}: {:.0} %", 100.0 * fraction);
     response.widget_info(|| {
@@ -145,9 +143,7 @@ mod tests {
     fn the_longer_a_frame_takes_the_fewer_tell_of_progress() {
         let context = egui::Context::default();
         let secs = |frame_secs: Option<f32>| {
-            frame_secs
-                .into_iter()
-                .for_each(|secs| note_frame(&context, secs));
+            frame_secs.into_iter().for_each(|secs| note_frame(&context, secs));
             progress_interval(&context).as_secs_f32()
         };
         let found = [None, Some(0.002), Some(0.02), Some(3.0)].map(secs);

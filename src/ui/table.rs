@@ -93,10 +93,7 @@ pub struct Sort {
 impl Sort {
     /// By this column, the least first.
     pub fn by(column: &str) -> Self {
-        Self {
-            column: column.to_owned(),
-            descending: false,
-        }
+        Self { column: column.to_owned(), descending: false }
     }
 
     /// The places of the rows of this table.
@@ -154,10 +151,7 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
     let about = format!("{}\nA click sorts by it", column.about);
     if ui.add(button).on_hover_text(about.trim()).clicked() {
         let descending = is_own && !sort.descending;
-        *sort = Sort {
-            column: column.name.clone(),
-            descending,
-        };
+        *sort = Sort { column: column.name.clone(), descending };
     }
 }
 
@@ -169,11 +163,7 @@ fn show_cell(ui: &mut egui::Ui, table: &Table, [row, at]: [usize; 2], is_narrow:
         Value::Missing => explained(ui, own.small().weak(), &cell.about),
         Value::Words if is_narrow && cell.text.chars().count() > MAX_WORDS => {
             let about = format!("{}\n{}", cell.text, cell.about);
-            explained(
-                ui,
-                RichText::new(elided(&cell.text, MAX_WORDS)),
-                about.trim(),
-            )
+            explained(ui, RichText::new(elided(&cell.text, MAX_WORDS)), about.trim())
         }
         Value::Words | Value::Continued => explained(ui, own, &cell.about),
     };

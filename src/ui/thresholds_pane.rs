@@ -173,11 +173,7 @@ fn pressed(response: &egui::Response) -> bool {
 }
 
 fn measure_text(map: &ThresholdMap, measure: Measure) -> String {
-    format!(
-        "{} [{}]",
-        measure.label(&map.scale),
-        measure.unit(&map.scale)
-    )
+    format!("{} [{}]", measure.label(&map.scale), measure.unit(&map.scale))
 }
 
 /// F_th as it is shown, with its unit.
@@ -260,21 +256,10 @@ fn suggestion(
 }
 
 fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> String {
-    let Suggestion {
-        thresholds,
-        left_out,
-        conventional,
-        f_th_range,
-        cross_validation,
-        ..
-    } = found;
+    let Suggestion { thresholds, left_out, conventional, f_th_range, cross_validation, .. } = found;
     let open = |is_edge: bool| if is_edge { " or beyond" } else { "" };
     let unit = measure.unit(&map.scale);
-    let gain = if found.beats_conventional {
-        ""
-    } else {
-        ", no better than Conv. beyond luck"
-    };
+    let gain = if found.beats_conventional { "" } else { ", no better than Conv. beyond luck" };
     let range = match (f_th_range.from, f_th_range.to) {
         (from, to) if from == to => "no other F_th is".to_owned(),
         (from, to) => format!(

@@ -140,21 +140,14 @@ impl TimeView {
         let Some(times) = self.on.as_ref().filter(|times| samples.end <= times.len()) else {
             return;
         };
-        if let Some(last) = samples
-            .end
-            .checked_sub(1)
-            .filter(|last| *last > samples.start)
-        {
+        if let Some(last) = samples.end.checked_sub(1).filter(|last| *last > samples.start) {
             self.shown.time = Some((times[samples.start], times[last]));
         }
     }
 
     /// Forgets what was chosen for other recordings.
     pub(super) fn follow(&mut self, traces: &TraceSet) {
-        let same = self
-            .on
-            .as_ref()
-            .is_some_and(|on| Arc::ptr_eq(on, &traces.times));
+        let same = self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times));
         if !same {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
@@ -269,9 +262,7 @@ impl TimeView {
         let on_screen = times.partition_point(|t| *t <= to).saturating_sub(first);
         let samples = (on_screen / STEPS_ACROSS).max(1) as isize * isize::from(step);
         let now = self.hovered.unwrap_or(first);
-        let next = now
-            .saturating_add_signed(samples)
-            .min(times.len().saturating_sub(1));
+        let next = now.saturating_add_signed(samples).min(times.len().saturating_sub(1));
         if let Some(time) = times.get(next).copied() {
             self.playing.stand_at(time);
             self.follow_time(time);
@@ -313,11 +304,7 @@ impl TimeView {
 pub fn all_of(times: &[f64]) -> (f64, f64) {
     let first = times.first().copied().unwrap_or(0.0);
     let last = times.last().copied().unwrap_or(first);
-    let margin = if last > first {
-        0.01 * (last - first)
-    } else {
-        0.5
-    };
+    let margin = if last > first { 0.01 * (last - first) } else { 0.5 };
     (first - margin, last + margin)
 }
 

@@ -145,14 +145,8 @@ impl Tour {
 /// Where a step stands: in the corner of the window in which it hides least of what it speaks of.
 fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
     let room = window.shrink2(EDGE);
-    let (left, right) = (
-        room.left(),
-        (room.right() - SIZE.x - EDGE.x).max(room.left()),
-    );
-    let (top, low) = (
-        room.top(),
-        (room.bottom() - SIZE.y - EDGE.x).max(room.top()),
-    );
+    let (left, right) = (room.left(), (room.right() - SIZE.x - EDGE.x).max(room.left()));
+    let (top, low) = (room.top(), (room.bottom() - SIZE.y - EDGE.x).max(room.top()));
     let corners = [(right, top), (right, low), (left, low), (left, top)];
     let corners = corners.map(|(x, y)| egui::pos2(x, y));
     let hidden = |corner: &egui::Pos2| {
@@ -161,9 +155,7 @@ fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
             shared.width().max(0.0) * shared.height().max(0.0)
         })
     };
-    let least = corners
-        .into_iter()
-        .min_by(|a, b| hidden(a).total_cmp(&hidden(b)));
+    let least = corners.into_iter().min_by(|a, b| hidden(a).total_cmp(&hidden(b)));
     least.unwrap_or(room.min)
 }
 

@@ -41,11 +41,8 @@ const LIST_NAME_LENGTH: usize = 60;
 const LEGEND_ENTRY_WIDTH: f32 = 110.0;
 
 /// The pane.
-pub const PANE: Pane = Pane(&Kind {
-    key: "traces",
-    title: "Traces",
-    explanation: "Loads and errors over time",
-});
+pub const PANE: Pane =
+    Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
 
 /// What part of time is shown belongs to all panes; its own is what it drew last.
 #[derive(Debug, Default)]
@@ -86,11 +83,8 @@ fn trace_panes(
         panes.cursors.clear();
         panes.playing.clear();
     }
-    let shown: Vec<&AxisTraces> = traces
-        .axes
-        .iter()
-        .filter(|axis| engine.project().is_shown(axis.axis))
-        .collect();
+    let shown: Vec<&AxisTraces> =
+        traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis)).collect();
     if shown.is_empty() {
         ui.centered_and_justified(|ui| ui.label("No axis is shown; choose some above"));
         return;
@@ -105,18 +99,11 @@ fn trace_panes(
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
         // The wheel zooms.
-        .scroll_source(egui::scroll_area::ScrollSource {
-            mouse_wheel: false,
-            ..Default::default()
-        })
+        .scroll_source(egui::scroll_area::ScrollSource { mouse_wheel: false, ..Default::default() })
         .show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
             // What a scale is of stands a little to the left of its plot.
-            let room = egui::Margin {
-                left: 6,
-                top: ABOVE,
-                ..egui::Margin::ZERO
-            };
+            let room = egui::Margin { left: 6, top: ABOVE, ..egui::Margin::ZERO };
             egui::Frame::NONE.inner_margin(room).show(ui, |ui| {
                 ui.columns(columns.len(), |uis| {
                     for (ui, cells) in uis.iter_mut().zip(&columns) {

@@ -67,9 +67,8 @@ impl Workspace {
             Preset::Calibrate => {
                 let (top, below) = (build.tabs(&[RECORDINGS]), build.tabs(&[SETTINGS]));
                 let left = build.column([top, below], 0.5);
-                let middle = build.tabs(&[
-                    TRACES, THRESHOLDS, MODELS, LOOPS, METROLOGY, LIVE, CHECK, SENSOR,
-                ]);
+                let middle = build
+                    .tabs(&[TRACES, THRESHOLDS, MODELS, LOOPS, METROLOGY, LIVE, CHECK, SENSOR]);
                 let (errors, matrix) = (build.tabs(&[ERRORS]), build.tabs(&[CALIBRATION, NOTES]));
                 let foot = build.row([errors, matrix], 0.66);
                 let right = build.column([middle, foot], 0.68);
@@ -94,24 +93,17 @@ impl Workspace {
                 build.row([left, right], 0.34)
             }
         };
-        let mut workspace = Self {
-            tree: tree(root, tiles),
-            focus: None,
-        };
+        let mut workspace = Self { tree: tree(root, tiles), focus: None };
         workspace.add_missing();
         workspace
     }
 
     /// Puts panes that no arrangement names behind the traces.
     fn add_missing(&mut self) {
-        for pane in panes::all()
-            .filter(|pane| !self.is_open(*pane))
-            .collect::<Vec<_>>()
-        {
+        for pane in panes::all().filter(|pane| !self.is_open(*pane)).collect::<Vec<_>>() {
             let new = self.tree.tiles.insert_pane(pane);
             if let Some(home) = self.home() {
-                self.tree
-                    .move_tile_to_container(new, home, usize::MAX, false);
+                self.tree.move_tile_to_container(new, home, usize::MAX, false);
             }
         }
     }
@@ -144,9 +136,7 @@ impl Workspace {
     /// The panes that are on screen: open, and in front among their tabs.
     pub fn on_screen(&self) -> Vec<Pane> {
         let active = self.tree.active_tiles();
-        let panes = active
-            .iter()
-            .filter_map(|tile| self.tree.tiles.get_pane(tile));
+        let panes = active.iter().filter_map(|tile| self.tree.tiles.get_pane(tile));
         in_order(panes.copied().collect())
     }
 
@@ -160,17 +150,14 @@ impl Workspace {
         if !self.is_open(pane) {
             let new = self.tree.tiles.insert_pane(pane);
             match self.home() {
-                Some(home) => self
-                    .tree
-                    .move_tile_to_container(new, home, usize::MAX, true),
+                Some(home) => self.tree.move_tile_to_container(new, home, usize::MAX, true),
                 None => {
                     let root = self.tree.tiles.insert_tab_tile(vec![new]);
                     self.set_root(root);
                 }
             }
         }
-        self.tree
-            .make_active(|_, tile| matches!(tile, Tile::Pane(own) if *own == pane));
+        self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(own) if *own == pane));
         self.focus = Some(pane);
     }
 
@@ -222,8 +209,7 @@ impl Workspace {
             && groups.len() > 1
         {
             let next = groups[(at + 1) % groups.len()];
-            self.tree
-                .move_tile_to_container(tile, next, usize::MAX, true);
+            self.tree.move_tile_to_container(tile, next, usize::MAX, true);
         }
     }
 
@@ -345,12 +331,10 @@ impl Behavior<Pane> for Drawing<'_> {
         if whole.has_focus() {
             focus_ring(ui.painter(), ui.max_rect().shrink(1.0));
         }
-        egui::Frame::NONE
-            .inner_margin(egui::Margin::symmetric(6, 4))
-            .show(ui, |ui| {
-                ui.set_min_size(ui.available_size());
-                (self.draw)(ui, *pane);
-            });
+        egui::Frame::NONE.inner_margin(egui::Margin::symmetric(6, 4)).show(ui, |ui| {
+            ui.set_min_size(ui.available_size());
+            (self.draw)(ui, *pane);
+        });
         UiResponse::None
     }
 
@@ -381,11 +365,7 @@ impl Behavior<Pane> for Drawing<'_> {
         _tile: TileId,
         state: &TabState,
     ) -> egui::Color32 {
-        if state.active {
-            visuals.panel_fill
-        } else {
-            visuals.faint_bg_color
-        }
+        if state.active { visuals.panel_fill } else { visuals.faint_bg_color }
     }
 
     fn gap_width(&self, _style: &egui::Style) -> f32 {
@@ -454,11 +434,7 @@ mod tests {
         let group = |workspace: &Workspace| workspace.tree.tiles.parent_of(own).unwrap();
         assert_eq!(groups.last(), Some(&group(&workspace)));
         workspace.move_pane(named("loops"), PaneMove::NextTabs);
-        assert_eq!(
-            group(&workspace),
-            groups[0],
-            "after the last comes the first"
-        );
+        assert_eq!(group(&workspace), groups[0], "after the last comes the first");
         assert!(workspace.on_screen().contains(&named("loops")));
         assert_eq!(open(&workspace), all());
     }

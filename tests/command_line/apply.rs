@@ -25,11 +25,7 @@ fn apply(workshop: &Workshop, file: &str) -> Table {
 
 #[test]
 fn applied_loads_have_the_errors_that_the_fit_reported() {
-    for change in [
-        &[][..],
-        &["--no-offset"],
-        &["--distance", "full-scale", "--f-th", "0.2"],
-    ] {
+    for change in [&[][..], &["--no-offset"], &["--distance", "full-scale", "--f-th", "0.2"]] {
         let workshop = Workshop::with_recordings();
         let paused = [HEADER, &rows(3.0, 90, 7.0), &rows(4.0, 60, 300.0)].concat();
         workshop.write("test.csv", paused);
@@ -86,19 +82,13 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
     workshop.write("today.csv", shifted(workshop.read("a.csv")));
     let tare = ["--tare", "0:0.5"];
     let made = [
-        &[
-            "fit", "--train", "a.csv", "b.csv", "--export", "cal.json", "--export", "cal.yaml",
-        ],
+        &["fit", "--train", "a.csv", "b.csv", "--export", "cal.json", "--export", "cal.yaml"],
         &tare[..],
     ]
     .concat();
     succeed(workshop.path(), &made);
     assert!(workshop.read("cal.json").contains("\"interval\""));
-    assert!(
-        workshop
-            .read("cal.yaml")
-            .contains("0 s to 0.5 s of each recording")
-    );
+    assert!(workshop.read("cal.yaml").contains("0 s to 0.5 s of each recording"));
     let apply = |out: &str, file: &str, more: &[&str]| {
         let arguments = [&["apply", "cal.json", file, "--out", out], more].concat();
         succeed(workshop.path(), &arguments)
@@ -107,13 +97,9 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
     apply("after", "today.csv", &tare);
     let loads = |path: &str| -> Vec<f64> {
         let text = workshop.read(path);
-        let rows = text
-            .lines()
-            .skip_while(|line| !line.starts_with(char::is_numeric));
+        let rows = text.lines().skip_while(|line| !line.starts_with(char::is_numeric));
         rows.flat_map(|row| {
-            row.split(',')
-                .filter_map(|cell| cell.parse().ok())
-                .collect::<Vec<f64>>()
+            row.split(',').filter_map(|cell| cell.parse().ok()).collect::<Vec<f64>>()
         })
         .collect()
     };
@@ -123,10 +109,7 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
         assert!((before - after).abs() < 1e-5, "{before} became {after}");
     }
     let told = stderr(&apply("raw", "today.csv", &[]));
-    assert!(
-        told.contains("not tared, and the calibration was made of gauges less"),
-        "{told}"
-    );
+    assert!(told.contains("not tared, and the calibration was made of gauges less"), "{told}");
 }
 
 /// The recording of a sensor whose first gauge has moved by 5.
@@ -151,36 +134,23 @@ fn a_tare_takes_off_a_shift_whether_or_not_the_calibration_was_tared() {
     let loads = |text: &str| -> Vec<(f64, f64)> {
         let rows = text.lines().skip(1).map(|row| row.split(','));
         let number = |cell: Option<&str>| cell.and_then(|cell| cell.parse().ok());
-        rows.map(|mut row| {
-            (
-                number(row.next()).unwrap(),
-                number(row.nth(1)).unwrap_or(f64::NAN),
-            )
-        })
-        .collect()
+        rows.map(|mut row| (number(row.next()).unwrap(), number(row.nth(1)).unwrap_or(f64::NAN)))
+            .collect()
     };
     let apply = |out: &str, file: &str| {
         let arguments = ["apply", "c.json", file, "--out", out, "--tare", "0:0.2"];
         succeed(workshop.path(), &arguments);
-        loads(&workshop.read(&format!(
-            "{out}/{}_loads.csv",
-            file.trim_end_matches(".csv")
-        )))
+        loads(&workshop.read(&format!("{out}/{}_loads.csv", file.trim_end_matches(".csv"))))
     };
     let (before, after) = (apply("before", "a.csv"), apply("after", "today.csv"));
     assert!(before.len() > 20 && before.len() == after.len());
-    let first: Vec<f64> = (after
-        .iter()
-        .take_while(|(time, _)| time - after[0].0 <= 0.2))
-    .map(|(_, load)| *load)
-    .collect();
+    let first: Vec<f64> = (after.iter().take_while(|(time, _)| time - after[0].0 <= 0.2))
+        .map(|(_, load)| *load)
+        .collect();
     let mean = first.iter().sum::<f64>() / first.len() as f64;
     assert!(mean.abs() < 1e-6, "{mean} N without load");
-    let answered = fed(
-        &workshop,
-        &["apply", "c.json", "-", "--tare", "0:0.2"],
-        &workshop.read("today.csv"),
-    );
+    let answered =
+        fed(&workshop, &["apply", "c.json", "-", "--tare", "0:0.2"], &workshop.read("today.csv"));
     let taring = answered.lines().filter(|line| line.ends_with(",taring"));
     assert_eq!(taring.count(), first.len());
     for ((before, after), live) in before.iter().zip(&after).zip(loads(&answered)) {
@@ -210,14 +180,8 @@ fn samples_are_answered_as_they_come() {
     let workshop = Workshop::with_recordings();
     calibrate(&workshop, &[]);
     let broken = "x,y\n";
-    let text = [
-        HEADER,
-        &rows(3.0, 70, 0.0),
-        broken,
-        &rows(4.0, 50, 99.0),
-        &rows(5.0, 20, 3.0),
-    ]
-    .concat();
+    let text =
+        [HEADER, &rows(3.0, 70, 0.0), broken, &rows(4.0, 50, 99.0), &rows(5.0, 20, 3.0)].concat();
     workshop.write("run.csv", &text);
     let out = ["apply", "c.json", "run.csv", "--out", ".", "--status"];
     succeed(workshop.path(), &out);
@@ -226,10 +190,7 @@ fn samples_are_answered_as_they_come() {
     let statuses: Vec<String> = whole.lines().skip(1).map(status).collect();
     assert_eq!(statuses.len(), 140);
     assert_eq!((&*statuses[0], &*statuses[70]), ("filling", "after a gap"));
-    assert_eq!(
-        statuses[120..123],
-        ["rejected: time", "rejected: time", "restarted"]
-    );
+    assert_eq!(statuses[120..123], ["rejected: time", "rejected: time", "restarted"]);
     let answered = fed(&workshop, &["apply", "c.json", "-"], &text);
     let (rejected, answers): (Vec<&str>, Vec<&str>) =
         answered.lines().partition(|line| line.starts_with(",,"));
@@ -251,11 +212,7 @@ fn samples_are_answered_as_they_come() {
         &["apply", "c.json", "-", "--tare", "auto"],
         &["apply", "c.json", "run.csv"],
     ] {
-        assert_eq!(
-            run(workshop.path(), wrong).status.code(),
-            Some(2),
-            "{wrong:?}"
-        );
+        assert_eq!(run(workshop.path(), wrong).status.code(), Some(2), "{wrong:?}");
     }
 }
 
@@ -264,10 +221,7 @@ fn samples_are_answered_as_they_come() {
 fn a_file_that_grows_is_followed() {
     let workshop = Workshop::with_recordings();
     calibrate(&workshop, &[]);
-    let lines: Vec<String> = rows(3.0, 30, 0.0)
-        .lines()
-        .map(|line| format!("{line}\n"))
-        .collect();
+    let lines: Vec<String> = rows(3.0, 30, 0.0).lines().map(|line| format!("{line}\n")).collect();
     workshop.write("log.csv", [HEADER, &lines[0]].concat());
     let mut program = command(workshop.path(), &["apply", "c.json", "log.csv", "--follow"])
         .stdout(std::process::Stdio::piped())
@@ -276,21 +230,14 @@ fn a_file_that_grows_is_followed() {
     let mut answers = BufReader::new(program.stdout.take().unwrap()).lines();
     let mut next = || answers.next().unwrap().unwrap();
     assert!(next().starts_with("t [s],"));
-    let mut log = OpenOptions::new()
-        .append(true)
-        .open(workshop.file("log.csv"))
-        .unwrap();
+    let mut log = OpenOptions::new().append(true).open(workshop.file("log.csv")).unwrap();
     for (k, line) in lines.iter().enumerate() {
         if k > 0 {
             log.write_all(line.as_bytes()).unwrap();
         }
         let time = line.split(',').next().unwrap();
         let answered = next();
-        assert_eq!(
-            answered.split(',').next().unwrap().parse::<f64>(),
-            time.parse(),
-            "{k}"
-        );
+        assert_eq!(answered.split(',').next().unwrap().parse::<f64>(), time.parse(), "{k}");
     }
     // Another file takes its place.
     workshop.write("new.csv", [HEADER, &lines[0]].concat());
@@ -303,14 +250,7 @@ fn a_file_that_grows_is_followed() {
 fn fed(workshop: &Workshop, arguments: &[&str], text: &str) -> String {
     workshop.write("input", text);
     let input = fs::File::open(workshop.file("input")).unwrap();
-    let output = command(workshop.path(), arguments)
-        .stdin(input)
-        .output()
-        .unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let output = command(workshop.path(), arguments).stdin(input).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }

@@ -37,20 +37,8 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
         write(&workshop, name, celsius);
     }
     let inspected = told(workshop.path(), &["inspect", "a.csv"]);
-    assert!(
-        inspected.contains("auxiliary channels: T_body 8.0 to 12.0 °C"),
-        "{inspected}"
-    );
-    let chosen = [
-        "--train",
-        "a.csv",
-        "b.csv",
-        "c.csv",
-        "--test",
-        "d.csv",
-        "--look-back",
-        "none",
-    ];
+    assert!(inspected.contains("auxiliary channels: T_body 8.0 to 12.0 °C"), "{inspected}");
+    let chosen = ["--train", "a.csv", "b.csv", "c.csv", "--test", "d.csv", "--look-back", "none"];
     let error = |more: &[&str]| {
         let report = fit(workshop.path(), &[&chosen[..], more].concat());
         numbers(&report["compensated"]["test_rmse"])[0]
@@ -58,14 +46,8 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
     assert!(error(&[]) > 3.0);
     let exports = ["--auxiliary", "--export", "c.json", "--export", "c.h"];
     assert!(error(&exports) < 1e-6);
-    let said = told(
-        workshop.path(),
-        &[&["fit"], &chosen[..], &["--auxiliary", "0,3"]].concat(),
-    );
-    assert!(
-        said.contains("auxiliary channel T_body [°C], trained from 8 to 42 °C"),
-        "{said}"
-    );
+    let said = told(workshop.path(), &[&["fit"], &chosen[..], &["--auxiliary", "0,3"]].concat());
+    assert!(said.contains("auxiliary channel T_body [°C], trained from 8 to 42 °C"), "{said}");
     let header = fs::read_to_string(workshop.path().join("c.h")).unwrap();
     assert!(header.contains("T_body [°C], trained from 8 to 42 °C"));
 
@@ -73,10 +55,7 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
         .unwrap()
         .replace("T_body [degF]", "label");
     fs::write(workshop.path().join("bare.csv"), bare).unwrap();
-    let refused = run(
-        workshop.path(),
-        &["apply", "c.json", "bare.csv", "--out", "out"],
-    );
+    let refused = run(workshop.path(), &["apply", "c.json", "bare.csv", "--out", "out"]);
     let answer = stderr(&refused);
     assert!(
         !refused.status.success() && answer.contains("bare has no auxiliary channel T_body [°C]"),
@@ -84,10 +63,7 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
     );
 
     write(&workshop, "hot.csv", 60.0);
-    let beyond = run(
-        workshop.path(),
-        &["apply", "c.json", "hot.csv", "--status", "--out", "out"],
-    );
+    let beyond = run(workshop.path(), &["apply", "c.json", "hot.csv", "--status", "--out", "out"]);
     let answer = stderr(&beyond);
     assert!(beyond.status.success(), "{answer}");
     assert!(
@@ -95,11 +71,7 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
             .contains("warning: T_body of hot is 58.0 to 62.0 °C, and was trained from 8 to 42 °C"),
         "{answer}"
     );
-    let written = fs::read_dir(workshop.path().join("out"))
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap();
+    let written = fs::read_dir(workshop.path().join("out")).unwrap().next().unwrap().unwrap();
     let loads = fs::read_to_string(written.path()).unwrap();
     assert!(loads.lines().skip(1).all(|line| line.ends_with(",beyond")));
 }
@@ -107,14 +79,8 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
 #[test]
 fn without_an_auxiliary_column_the_reason_is_said() {
     let workshop = Workshop::with_recordings();
-    let said = told(
-        workshop.path(),
-        &["fit", "--train", "a.csv", "b.csv", "--auxiliary"],
-    );
-    assert!(
-        said.contains("no column of the recordings is an auxiliary channel"),
-        "{said}"
-    );
+    let said = told(workshop.path(), &["fit", "--train", "a.csv", "b.csv", "--auxiliary"]);
+    assert!(said.contains("no column of the recordings is an auxiliary channel"), "{said}");
 }
 
 /// A logger whose thermometer says nothing from 6 s to 9 s.
@@ -138,27 +104,12 @@ fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
     };
     let text = workshop.read("c.csv");
     workshop.write("c.csv", every_row(&text, &|k| (301..451).contains(&k)));
-    let chosen = [
-        "--train",
-        "a.csv",
-        "b.csv",
-        "--auxiliary",
-        "--look-back",
-        "none",
-    ];
-    succeed(
-        workshop.path(),
-        &[&["fit"], &chosen[..], &["--export", "c.json"]].concat(),
-    );
-    let applied = succeed(
-        workshop.path(),
-        &["apply", "c.json", "c.csv", "--status", "--out", "out"],
-    );
+    let chosen = ["--train", "a.csv", "b.csv", "--auxiliary", "--look-back", "none"];
+    succeed(workshop.path(), &[&["fit"], &chosen[..], &["--export", "c.json"]].concat());
+    let applied =
+        succeed(workshop.path(), &["apply", "c.json", "c.csv", "--status", "--out", "out"]);
     let answer = stderr(&applied);
-    assert!(
-        answer.contains("has no number in 150 rows, for 3.020 s at the longest"),
-        "{answer}"
-    );
+    assert!(answer.contains("has no number in 150 rows, for 3.020 s at the longest"), "{answer}");
     let loads = workshop.read("out/c_loads.csv");
     let rows = loads.lines().skip(1);
     let held: Vec<usize> = rows
@@ -169,9 +120,5 @@ fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
     assert_eq!(held, (300..450).collect::<Vec<_>>());
     // The same line by line: from one gap on, which is twenty rows here.
     let rows: Vec<&str> = loads.lines().collect();
-    assert!(
-        rows[200].ends_with(",ok") && rows[500].ends_with(",ok"),
-        "{}",
-        rows[200]
-    );
+    assert!(rows[200].ends_with(",ok") && rows[500].ends_with(",ok"), "{}", rows[200]);
 }

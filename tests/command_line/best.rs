@@ -33,13 +33,8 @@ fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
     let all = tried(&report);
     assert_eq!(all[0]["name"], "Conventional");
     assert_eq!(report["n_folds"], 3);
-    let proposed: Vec<&Value> = all
-        .iter()
-        .filter(|own| own["is_proposed"] == true)
-        .collect();
-    let [proposed] = proposed[..] else {
-        panic!("{all:?}")
-    };
+    let proposed: Vec<&Value> = all.iter().filter(|own| own["is_proposed"] == true).collect();
+    let [proposed] = proposed[..] else { panic!("{all:?}") };
     // Its gauges lag behind the force: something with a past does better.
     assert!(proposed["relative"].as_f64().unwrap() < 0.5, "{proposed}");
     let first = all.iter().find(|own| own["is_good"] == true).unwrap();
@@ -53,42 +48,26 @@ fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
     assert_eq!(without_times(&without), without_times(&report));
     let other = best(&workshop, &[train, &["--test", "other.csv"]].concat());
     assert_eq!(without_times(&other), without_times(&report));
-    assert_ne!(
-        other["tried"][0]["test_rmse"],
-        report["tried"][0]["test_rmse"]
-    );
+    assert_ne!(other["tried"][0]["test_rmse"], report["tried"][0]["test_rmse"]);
 
     // The arguments that are given fit just that model.
     let arguments: Vec<&str> = report["fit"].as_str().unwrap().split(' ').collect();
     let fitted = fit(workshop.path(), &[&ALL_FILES[..], &arguments].concat());
     let calibration: Value = serde_json::from_str(&workshop.read("proposed.json")).unwrap();
     for score in ["train_rmse", "test_rmse"] {
-        let [own, exported] = [
-            &fitted["compensated"],
-            &calibration["quality"]["compensated"],
-        ]
-        .map(|scores| numbers(&scores[score])[0]);
-        assert!(
-            (own / exported - 1.0).abs() < 1e-12,
-            "{score}: {own} {exported}"
-        );
+        let [own, exported] = [&fitted["compensated"], &calibration["quality"]["compensated"]]
+            .map(|scores| numbers(&scores[score])[0]);
+        assert!((own / exported - 1.0).abs() < 1e-12, "{score}: {own} {exported}");
     }
 }
 
 #[test]
 fn when_the_time_is_out_what_was_tried_is_there() {
     let workshop = Workshop::with_recordings();
-    let output = succeed(
-        workshop.path(),
-        &[&["best", "--minutes", "0"], &ALL_FILES[..]].concat(),
-    );
+    let output = succeed(workshop.path(), &[&["best", "--minutes", "0"], &ALL_FILES[..]].concat());
     let told = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(told.contains("Proposed: Conventional"), "{told}");
-    assert!(
-        stderr(&output).contains("models were not tried"),
-        "{}",
-        stderr(&output)
-    );
+    assert!(stderr(&output).contains("models were not tried"), "{}", stderr(&output));
     for wrong in ["-1", "NaN", "inf"] {
         let output = run(
             workshop.path(),

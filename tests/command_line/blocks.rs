@@ -42,10 +42,7 @@ fn blocks_that_are_named_add_up() {
         "S1 S2 S1_past S2_past S1_past2 S2_past2 S1_lag_0.5s S2_lag_0.5s S1_creep_2s S2_creep_2s S1_play_0.2 \
          S2_play_0.2 S1_play_0.4 S2_play_0.4 S1^2 S1*S2 S2^2 offset"
     );
-    assert_eq!(
-        report["blocks"]["play_radii"],
-        serde_json::json!([0.2, 0.4])
-    );
+    assert_eq!(report["blocks"]["play_radii"], serde_json::json!([0.2, 0.4]));
     assert_eq!(features(&fitted(&workshop, &["--play", "0.2"])).len(), 5);
     assert_eq!(features(&fitted(&workshop, &["--f-th", "2"])).len(), 5);
 }
@@ -72,47 +69,20 @@ fn a_strong_ridge_leaves_the_conventional_calibration_and_auto_does_not() {
 
 #[test]
 fn every_regressor_is_exported_and_applied_with_the_errors_it_reported() {
-    for regressor in [
-        "linear",
-        "network",
-        "kernel",
-        "hybrid-network",
-        "hybrid-kernel",
-    ] {
+    for regressor in ["linear", "network", "kernel", "hybrid-network", "hybrid-kernel"] {
         let workshop = Workshop::with_recordings();
-        let choices = [
-            "--regressor",
-            regressor,
-            "--epochs",
-            "20",
-            "--landmarks",
-            "15",
-            "--export",
-            "c.json",
-        ];
+        let choices =
+            ["--regressor", regressor, "--epochs", "20", "--landmarks", "15", "--export", "c.json"];
         let report = fitted(&workshop, &choices);
         assert_eq!(report["regressor"], regressor);
-        succeed(
-            workshop.path(),
-            &["apply", "c.json", "test.csv", "--out", "."],
-        );
+        succeed(workshop.path(), &["apply", "c.json", "test.csv", "--out", "."]);
         let loads = Table::read(&workshop.file("test_loads.csv"));
         let (truth, found) = (loads.column("Fz calc"), loads.column("Fz comp"));
-        let squares: f64 = truth
-            .iter()
-            .zip(&found)
-            .map(|(a, b)| (a - b) * (a - b))
-            .sum();
+        let squares: f64 = truth.iter().zip(&found).map(|(a, b)| (a - b) * (a - b)).sum();
         let actual = (squares / truth.len() as f64).sqrt();
         let reported = rmse(&report, "compensated", "test_rmse");
-        assert!(
-            (actual / reported - 1.0).abs() < 1e-9,
-            "{regressor}: {actual} {reported}"
-        );
-        assert_eq!(
-            report["compensated"]["cv_rmse"].is_null(),
-            regressor.contains("network")
-        );
+        assert!((actual / reported - 1.0).abs() < 1e-9, "{regressor}: {actual} {reported}");
+        assert_eq!(report["compensated"]["cv_rmse"].is_null(), regressor.contains("network"));
     }
 }
 
@@ -131,10 +101,7 @@ fn the_same_seed_gives_the_same_network() {
 fn choices_out_of_range_are_refused_with_a_way_out() {
     let workshop = Workshop::with_recordings();
     for (choices, words) in [
-        (
-            &["--play", "0"][..],
-            &["play radius is 0", "above zero"][..],
-        ),
+        (&["--play", "0"][..], &["play radius is 0", "above zero"][..]),
         (&["--play", "0.1,x"], &["\"x\" is not a number"]),
         (&["--creep", "-3"], &["creep time constant is -3"]),
         (&["--fixed-lag", "NaN"], &["fixed lag is NaN"]),
@@ -142,24 +109,12 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
         (&["--polynomial", "4"], &["polynomial is 4"]),
         (&["--ridge", "-1"], &["ridge is -1"]),
         (&["--ridge", "much"], &["auto"]),
-        (
-            &["--regressor", "kernel", "--landmarks", "1999"],
-            &["1999 landmarks", "450", "fewer"],
-        ),
-        (
-            &["--regressor", "kernel", "--landmarks", "0"],
-            &["number of landmarks is 0"],
-        ),
+        (&["--regressor", "kernel", "--landmarks", "1999"], &["1999 landmarks", "450", "fewer"]),
+        (&["--regressor", "kernel", "--landmarks", "0"], &["number of landmarks is 0"]),
         (&["--regressor", "network", "--epochs", "0"], &["epochs"]),
-        (
-            &["--f-th", "1", "--look-back", "2"],
-            &["cannot be used with"],
-        ),
+        (&["--f-th", "1", "--look-back", "2"], &["cannot be used with"]),
     ] {
-        let output = run(
-            workshop.path(),
-            &[&["fit"], &ALL_FILES[..], choices].concat(),
-        );
+        let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], choices].concat());
         let told = stderr(&output);
         assert!(!output.status.success(), "{choices:?} was done");
         for word in words {
@@ -171,10 +126,7 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
 #[test]
 fn numbers_that_cannot_be_squared_are_refused_rather_than_fitted() {
     let workshop = Workshop::with_recordings();
-    workshop.write(
-        "huge.csv",
-        "t,S1,S2,Fz\n0,1,2,3\n0.1,1e200,2,4\n0.2,2,1,5\n",
-    );
+    workshop.write("huge.csv", "t,S1,S2,Fz\n0,1,2,3\n0.1,1e200,2,4\n0.2,2,1,5\n");
     let output = run(workshop.path(), &["fit", "--train", "huge.csv"]);
     let told = stderr(&output);
     assert!(!output.status.success());
@@ -196,19 +148,11 @@ fn a_training_set_too_short_to_leave_anything_out_is_fitted_and_said() {
 fn the_comparison_has_every_regressor_without_and_with_the_past() {
     let workshop = Workshop::with_recordings();
     let quick = ["--epochs", "2", "--landmarks", "10"];
-    let arguments = [
-        &["compare", "--json", "--csv", "table.csv"],
-        &ALL_FILES[..],
-        &quick,
-    ]
-    .concat();
+    let arguments = [&["compare", "--json", "--csv", "table.csv"], &ALL_FILES[..], &quick].concat();
     let output = succeed(workshop.path(), &arguments);
     let rows: Vec<Value> = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(rows.len(), 22);
-    let linear: Vec<&Value> = rows
-        .iter()
-        .filter(|row| row["regressor"] == "linear")
-        .collect();
+    let linear: Vec<&Value> = rows.iter().filter(|row| row["regressor"] == "linear").collect();
     assert_eq!(linear.len(), 6);
     let fitted = fitted(&workshop, &[]);
     let with_past = linear.iter().find(|row| {
@@ -217,15 +161,9 @@ fn the_comparison_has_every_regressor_without_and_with_the_past() {
     assert_eq!(with_past.unwrap()["scores"], fitted["compensated"]);
     assert_eq!(workshop.read("table.csv").lines().count(), 23);
 
-    let arguments = [
-        &["compare", "--regressors", "linear", "--decimate", "2"],
-        &ALL_FILES[..],
-    ]
-    .concat();
+    let arguments =
+        [&["compare", "--regressors", "linear", "--decimate", "2"], &ALL_FILES[..]].concat();
     let text = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
-    assert!(
-        text.contains("RMSE, test") && text.contains("polynomial degree 2"),
-        "{text}"
-    );
+    assert!(text.contains("RMSE, test") && text.contains("polynomial degree 2"), "{text}");
     assert_eq!(text.matches("Linear").count(), 9);
 }

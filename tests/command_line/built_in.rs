@@ -14,10 +14,7 @@ fn here() -> &'static Path {
 fn without_files_the_built_in_sensor_is_fitted() {
     let report = fit(here(), &[]);
     assert_eq!(report["simulated"], true);
-    assert_eq!(
-        (&report["n_train"], &report["n_test"]),
-        (&202_500.into(), &40_500.into())
-    );
+    assert_eq!((&report["n_train"], &report["n_test"]), (&202_500.into(), &40_500.into()));
     let axes = serde_json::json!(["Fx", "Fy", "Fz", "Mx", "My", "Mz"]);
     assert_eq!(report["axes"], axes);
     let units = serde_json::json!(["N", "N", "N", "N·m", "N·m", "N·m"]);
@@ -38,10 +35,7 @@ fn without_files_the_built_in_sensor_is_fitted() {
 fn thresholds_that_find_no_past_give_the_conventional_answer_exactly() {
     for thresholds in [["--f-th", "0"], ["--t-th", "0"], ["--f-th", "1e9"]] {
         let report = fit(here(), &thresholds);
-        assert_eq!(
-            report["compensated"], report["conventional"],
-            "{thresholds:?}"
-        );
+        assert_eq!(report["compensated"], report["conventional"], "{thresholds:?}");
         assert_eq!(report["rank"], 7, "{thresholds:?}");
     }
 }
@@ -49,19 +43,13 @@ fn thresholds_that_find_no_past_give_the_conventional_answer_exactly() {
 #[test]
 fn decimation_by_ten_leaves_a_tenth() {
     let report = fit(here(), &["--decimate", "10"]);
-    assert_eq!(
-        (&report["n_train"], &report["n_test"]),
-        (&20_250.into(), &4_050.into())
-    );
+    assert_eq!((&report["n_train"], &report["n_test"]), (&20_250.into(), &4_050.into()));
 }
 
 #[test]
 fn without_offset_no_feature_is_constant() {
     let report = fit(here(), &["--decimate", "10", "--no-offset"]);
-    assert_eq!(
-        (&report["offset"], &report["rank"]),
-        (&false.into(), &12.into())
-    );
+    assert_eq!((&report["offset"], &report["rank"]), (&false.into(), &12.into()));
     let features = report["features"].as_array().unwrap();
     assert_eq!(features.len(), 12);
     assert!(!features.contains(&"offset".into()));

@@ -12,11 +12,7 @@ fn poses(n: usize) -> String {
         let force = 10.0 * ((pose * 7 % n) as f64 / n as f64 - 0.4);
         let (other, more) = ((pose * 31 % 17) as f64 / 8.0, (pose * 13 % 11) as f64 / 8.0);
         let noise = ((k * 7919) % 101) as f64 / 5e3;
-        format!(
-            "{k},{},{},{force}\n",
-            force + other + noise,
-            other + more - noise
-        )
+        format!("{k},{},{},{force}\n", force + other + noise, other + more - noise)
     };
     HEADER.to_owned() + &(0..3 * n).map(row).collect::<String>()
 }
@@ -30,16 +26,10 @@ fn too_few_poses_are_exit_code_three_and_say_why() {
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("Not enough"), "{text}");
-    assert!(
-        text.contains("coefficients an axis from 8 load cases"),
-        "{text}"
-    );
+    assert!(text.contains("coefficients an axis from 8 load cases"), "{text}");
     let output = run(workshop.path(), &[&arguments[..], &["--json"]].concat());
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(
-        (&found["verdict"], &found["load_cases"]),
-        (&"insufficient".into(), &8.into())
-    );
+    assert_eq!((&found["verdict"], &found["load_cases"]), (&"insufficient".into(), &8.into()));
     let axis = &found["axes"][0];
     let [fit, left_out] =
         ["train_rmse", "load_left_out_rmse"].map(|key| axis[key].as_f64().unwrap());
@@ -60,11 +50,8 @@ fn what_carries_the_model_is_exit_code_zero() {
         serde_json::from_slice(&succeed(workshop.path(), &arguments).stdout).unwrap();
     assert_ne!(found["verdict"], "insufficient");
     assert_eq!(found["leverage"].as_array().unwrap().len(), 3);
-    let limited = [
-        &arguments[..],
-        &["--full-scale", "10", "--mass", "0.5", "--arm", "0.1"],
-    ]
-    .concat();
+    let limited =
+        [&arguments[..], &["--full-scale", "10", "--mass", "0.5", "--arm", "0.1"]].concat();
     let found: Value = serde_json::from_slice(&succeed(workshop.path(), &limited).stdout).unwrap();
     for next in found["next"].as_array().unwrap() {
         assert!(next["load"][0].as_f64().unwrap().abs() < 4.91);
@@ -83,13 +70,7 @@ fn axes_that_no_mass_reaches_are_said() {
     let row = |k: usize| {
         let [x, m] = [0.37, 0.53].map(|step| (step * k as f64).sin());
         let noise = ((k * 7919) % 101) as f64 / 1e4;
-        format!(
-            "{k},{},{},{},{}\n",
-            x + m + noise,
-            x - m - noise,
-            10.0 * x,
-            2.0 * m
-        )
+        format!("{k},{},{},{},{}\n", x + m + noise, x - m - noise, 10.0 * x, 2.0 * m)
     };
     let text = "t [s],S1,S2,Fz [N],Mx [Nm]\n".to_owned() + &(0..200).map(row).collect::<String>();
     workshop.write("a.csv", text);

@@ -29,10 +29,7 @@ fn one_fit_writes_many_formats_and_writes_over_them_only_by_force() {
 #[test]
 fn what_a_format_cannot_carry_is_said() {
     let workshop = Workshop::with_recordings();
-    for (name, word) in [
-        ("c.cal", "up to 8 gauges"),
-        ("c.xyz", "the ending says no format"),
-    ] {
+    for (name, word) in [("c.cal", "up to 8 gauges"), ("c.xyz", "the ending says no format")] {
         let arguments = [&["fit"], &ALL_FILES[..], &["--export", name]].concat();
         let told = stderr(&run(workshop.path(), &arguments));
         assert!(told.contains(name) && told.contains(word), "{told}");
@@ -49,24 +46,15 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
             let values = ["0"; 6].map(str::to_owned);
             let mut values = values.to_vec();
             values[at] = "2".to_owned();
-            format!(
-                "<UserAxis Name=\"{name}\" values=\"{}\" max=\"9\"/>",
-                values.join(" ")
-            )
+            format!("<UserAxis Name=\"{name}\" values=\"{}\" max=\"9\"/>", values.join(" "))
         })
         .collect();
     let units = "ForceUnits=\"N\" TorqueUnits=\"N-m\"";
     let text =
         format!("<FTSensor NumGages=\"6\"><Calibration {units}>{rows}</Calibration></FTSensor>");
     workshop.write("s.cal", text);
-    workshop.write(
-        "run.csv",
-        "t [s],g1,g2,g3,g4,g5,g6\n0,1,2,3,4,5,6\n1,0,0,0,0,0,7\n",
-    );
-    let told = run(
-        workshop.path(),
-        &["apply", "s.cal", "run.csv", "--out", "."],
-    );
+    workshop.write("run.csv", "t [s],g1,g2,g3,g4,g5,g6\n0,1,2,3,4,5,6\n1,0,0,0,0,0,7\n");
+    let told = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
     assert!(told.status.success());
     for words in ["s.cal: such a file", "no compensation", "no offset"] {
         assert!(stderr(&told).contains(words), "{}", stderr(&told));
@@ -74,15 +62,9 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     let loads = Table::read(&workshop.file("run_loads.csv"));
     assert_eq!(loads.column("Fy comp"), [4.0, 0.0]);
     assert_eq!(loads.column("Mz conv"), [12.0, 14.0]);
-    let again = run(
-        workshop.path(),
-        &["apply", "s.cal", "run.csv", "--out", "."],
-    );
+    let again = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
     assert!(stderr(&again).contains("--force"));
-    succeed(
-        workshop.path(),
-        &["apply", "s.cal", "run.csv", "--out", ".", "--force"],
-    );
+    succeed(workshop.path(), &["apply", "s.cal", "run.csv", "--out", ".", "--force"]);
 }
 
 /// 10 Hz recordings: every format that holds text says which files it was made of, by what they hold.
@@ -122,10 +104,8 @@ fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
 fn what_a_matrix_alone_leaves_out_is_warned_of() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..]].concat();
-    let told = run(
-        workshop.path(),
-        &[&fit[..], &["--export", "c.inc", "--export", "c.json"]].concat(),
-    );
+    let told =
+        run(workshop.path(), &[&fit[..], &["--export", "c.inc", "--export", "c.json"]].concat());
     let told = stderr(&told);
     for words in ["warning: c.inc leaves out", "F_th 3 N", "the offset"] {
         assert!(told.contains(words), "{told}");
@@ -133,20 +113,14 @@ fn what_a_matrix_alone_leaves_out_is_warned_of() {
     assert!(!told.contains("c.json leaves out"), "{told}");
     let bare = ["--look-back", "none", "--no-offset", "--export", "d.inc"];
     let told = stderr(&run(workshop.path(), &[&fit[..], &bare].concat()));
-    assert!(
-        workshop.file("d.inc").exists() && !told.contains("leaves out"),
-        "{told}"
-    );
+    assert!(workshop.file("d.inc").exists() && !told.contains("leaves out"), "{told}");
 }
 
 /// A key that somebody misspelt would silently be as if it were not there.
 #[test]
 fn keys_that_mean_nothing_are_said() {
     let workshop = Workshop::with_recordings();
-    succeed(
-        workshop.path(),
-        &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat(),
-    );
+    succeed(workshop.path(), &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat());
     let mut file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     let apply = ["apply", "c.json", "a.csv", "--out", ".", "--force"];
     let quiet = run(workshop.path(), &apply);
@@ -166,15 +140,9 @@ fn keys_that_mean_nothing_are_said() {
 #[test]
 fn a_calibration_without_the_newest_facts_is_read() {
     let workshop = Workshop::with_recordings();
-    succeed(
-        workshop.path(),
-        &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat(),
-    );
+    succeed(workshop.path(), &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat());
     let mut older: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
-    older
-        .as_object_mut()
-        .unwrap()
-        .retain(|key, _| key != "sources" && key != "rate_hz");
+    older.as_object_mut().unwrap().retain(|key, _| key != "sources" && key != "rate_hz");
     workshop.write("c.json", older.to_string());
     succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", "."]);
 }
@@ -183,28 +151,16 @@ fn a_calibration_without_the_newest_facts_is_read() {
 #[test]
 fn a_calibration_that_somebody_spoilt_is_not_applied() {
     let workshop = Workshop::with_recordings();
-    succeed(
-        workshop.path(),
-        &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat(),
-    );
+    succeed(workshop.path(), &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat());
     let whole: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     type Spoil = fn(&mut serde_json::Value);
     let spoils: [(Spoil, &str); 6] = [
-        (
-            |c| c["conventional"]["matrix"] = serde_json::json!([]),
-            "conventional.matrix",
-        ),
-        (
-            |c| c["compensated"]["matrix"][0][1] = serde_json::Value::Null,
-            "JSON",
-        ),
+        (|c| c["conventional"]["matrix"] = serde_json::json!([]), "conventional.matrix"),
+        (|c| c["compensated"]["matrix"][0][1] = serde_json::Value::Null, "JSON"),
         (|c| c["units"][0] = "lbf".into(), "unit of Fz"),
         (|c| c["version"] = 77.into(), "version 77"),
         (|c| c["rate_hz"] = (-1.0).into(), "rate_hz"),
-        (
-            |c| drop(c.as_object_mut().unwrap().remove("gauges")),
-            "gauges",
-        ),
+        (|c| drop(c.as_object_mut().unwrap().remove("gauges")), "gauges"),
     ];
     for (spoil, word) in spoils {
         let mut spoilt = whole.clone();
@@ -212,10 +168,7 @@ fn a_calibration_that_somebody_spoilt_is_not_applied() {
         workshop.write("s.json", spoilt.to_string());
         let told = run(workshop.path(), &["apply", "s.json", "a.csv", "--out", "."]);
         let told = stderr(&told);
-        assert!(
-            told.contains("s.json") && told.contains(word),
-            "{word}: {told}"
-        );
+        assert!(told.contains("s.json") && told.contains(word), "{word}: {told}");
         assert!(!workshop.file("a_loads.csv").exists());
     }
 }
@@ -227,11 +180,7 @@ fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_by_force_alone
     let few = ["fit", "--train", "few.csv", "--polynomial", "2"];
     let plain = run(workshop.path(), &few);
     assert!(plain.status.success());
-    assert!(
-        stderr(&plain).contains("6 training samples for"),
-        "{}",
-        stderr(&plain)
-    );
+    assert!(stderr(&plain).contains("6 training samples for"), "{}", stderr(&plain));
     let export = [&few[..], &["--export", "c.json"]].concat();
     let refused = run(workshop.path(), &export);
     assert_eq!(refused.status.code(), Some(1));

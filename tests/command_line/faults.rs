@@ -13,11 +13,7 @@ fn clipped() -> String {
         let force = 20.0 * (0.13 * t).sin() + 3.0 * (1.1 * t).cos();
         let wiggle = f64::from(k * 7919 % 13) / 13.0;
         let s1 = (2.0 * force + wiggle).round().min(30.0);
-        let s2 = if k == 700 {
-            0.0
-        } else {
-            (10.0 - 1.1 * force + wiggle).round()
-        };
+        let s2 = if k == 700 { 0.0 } else { (10.0 - 1.1 * force + wiggle).round() };
         writeln!(text, "{t},{s1},{s2},{force}").unwrap();
     }
     text
@@ -29,22 +25,12 @@ fn faulty_samples_are_noted_and_left_out_where_that_is_asked() {
     workshop.write("press.csv", clipped());
     let noted = run(workshop.path(), &["fit", "--train", "press.csv"]);
     let noted = stderr(&noted);
-    for words in [
-        "press: looks faulty",
-        "saturated (S1)",
-        "1 dropped out (S2)",
-        "--leave-out-faulty",
-    ] {
+    for words in
+        ["press: looks faulty", "saturated (S1)", "1 dropped out (S2)", "--leave-out-faulty"]
+    {
         assert!(noted.contains(words), "{words}: {noted}");
     }
-    let fit = [
-        "fit",
-        "--train",
-        "press.csv",
-        "--leave-out-faulty",
-        "--export",
-        "c.json",
-    ];
+    let fit = ["fit", "--train", "press.csv", "--leave-out-faulty", "--export", "c.json"];
     let told = stderr(&run(workshop.path(), &fit));
     assert!(told.contains("samples left out"), "{told}");
     assert!(told.contains("parts remain"), "{told}");
@@ -53,17 +39,10 @@ fn faulty_samples_are_noted_and_left_out_where_that_is_asked() {
     assert_eq!(calibration["gauge_limits"], limits);
 
     // The greatest value that a logger can write, where somebody knows it.
-    let fit = [
-        &fit[..4],
-        &["--gauge-range=-40:25", "--export", "c.json", "--force"],
-    ]
-    .concat();
+    let fit = [&fit[..4], &["--gauge-range=-40:25", "--export", "c.json", "--force"]].concat();
     succeed(workshop.path(), &fit);
     let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
-    assert_eq!(
-        calibration["gauge_limits"][0],
-        serde_json::json!([-40.0, 25.0])
-    );
+    assert_eq!(calibration["gauge_limits"][0], serde_json::json!([-40.0, 25.0]));
 }
 
 #[test]
@@ -93,14 +72,8 @@ fn each_gauge_has_a_range_of_its_own() {
     succeed(workshop.path(), &given);
     let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     let limits = serde_json::json!([[null, 30.0], [-50.0, 28.5]]);
-    assert_eq!(
-        calibration["gauge_limits"], limits,
-        "what is not given is found"
-    );
-    let wrong = run(
-        workshop.path(),
-        &[&fit[..], &["--gauge-range=-1:1,-1:1,-1:1"]].concat(),
-    );
+    assert_eq!(calibration["gauge_limits"], limits, "what is not given is found");
+    let wrong = run(workshop.path(), &[&fit[..], &["--gauge-range=-1:1,-1:1,-1:1"]].concat());
     assert_eq!(wrong.status.code(), Some(2));
     assert!(stderr(&wrong).contains("3 ranges where there are 2 gauges"));
 }
@@ -127,8 +100,5 @@ fn overload_is_judged_against_rated_loads_wherever_they_are_given() {
     let left_out = told(&[&fit[..], &scale, &without].concat());
     assert!(left_out.contains("samples left out"), "{left_out}");
     let applied = ["apply", "c.json", "press.csv", "--out", "loads"];
-    assert!(
-        told(&applied).contains("overloaded (Fz)"),
-        "a calibration knows them"
-    );
+    assert!(told(&applied).contains("overloaded (Fz)"), "a calibration knows them");
 }

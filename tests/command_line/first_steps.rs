@@ -40,11 +40,7 @@ fn own_files_become_a_calibration_by_the_commands_of_the_guide() {
     let workshop = Workshop::new();
     let said = walk(&workshop, "Your own files, on the command line");
     assert!(said.contains("Enough: the data carry the model"), "{said}");
-    for file in [
-        "sensor.json",
-        "loads/test_path6_mount1_fast_loads.csv",
-        "report.html",
-    ] {
+    for file in ["sensor.json", "loads/test_path6_mount1_fast_loads.csv", "report.html"] {
         assert!(!workshop.read(file).is_empty(), "{file}");
     }
 }
@@ -60,10 +56,8 @@ fn the_guide_s_program_in_cpp_says_the_load_that_apply_says() {
     workshop.write("main.cpp", code(section, "cpp"));
     let said = walk(&workshop, section);
     let mut last = said.lines().rev();
-    let (applied, run) = (
-        last.next().unwrap(),
-        last.find(|line| line.contains(" s: Fx ")).unwrap(),
-    );
+    let (applied, run) =
+        (last.next().unwrap(), last.find(|line| line.contains(" s: Fx ")).unwrap());
     let table = workshop.read("loads/test_path6_mount1_fast_loads.csv");
     let header = table.lines().next().unwrap();
     let column = |name: &str| {
@@ -71,9 +65,7 @@ fn the_guide_s_program_in_cpp_says_the_load_that_apply_says() {
         let at = heads.position(|head| head.starts_with(name)).unwrap();
         applied.split(',').nth(at).unwrap().parse::<f64>().unwrap()
     };
-    let printed: Vec<f64> = (run.split([' ', ',']))
-        .filter_map(|word| word.parse().ok())
-        .collect();
+    let printed: Vec<f64> = (run.split([' ', ','])).filter_map(|word| word.parse().ok()).collect();
     let expected = [column("t "), column("Fx comp"), column("Fz comp")];
     assert_eq!(printed.len(), 3, "{run}");
     for (printed, expected) in printed.iter().zip(expected) {

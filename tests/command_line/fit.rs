@@ -12,10 +12,7 @@ fn a_split_trains_on_the_first_part_and_tests_on_the_rest() {
     let workshop = Workshop::new();
     workshop.write("run.csv", recording(0.0, 111));
     let report = fit(workshop.path(), &["--train", "run.csv", "--split", "0.6"]);
-    assert_eq!(
-        (&report["n_train"], &report["n_test"]),
-        (&66.into(), &45.into())
-    );
+    assert_eq!((&report["n_train"], &report["n_test"]), (&66.into(), &45.into()));
     assert!(report["compensated"]["test_rmse"].is_array());
 }
 
@@ -27,19 +24,13 @@ fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
         let report = fit(workshop.path(), arguments);
         (report["n_train"].clone(), report["n_test"].clone())
     };
-    assert_eq!(
-        fit(workshop.path(), &["--train", "."]),
-        fit(workshop.path(), &ALL_FILES)
-    );
+    assert_eq!(fit(workshop.path(), &["--train", "."]), fit(workshop.path(), &ALL_FILES));
     let one_tested = ["--train", ".", "--test", "./test.csv"];
     assert_eq!(samples(&one_tested), (450.into(), 150.into()));
     workshop.write("Test 2.csv", recording(4.0, 60));
     assert_eq!(samples(&["--train", "."]), (450.into(), 210.into()));
     assert_eq!(samples(&one_tested), (450.into(), 150.into()));
-    assert_eq!(
-        samples(&["--train", ".", "--split", "0.5"]),
-        (330.into(), 330.into())
-    );
+    assert_eq!(samples(&["--train", ".", "--split", "0.5"]), (330.into(), 330.into()));
     let told = stderr(&run(workshop.path(), &["fit", "--train", "."]));
     assert!(told.contains("Test 2.csv, test.csv"), "{told}");
     // A fit of `check` and of `metrology` follows the same rule; what is only read is read whole.
@@ -50,10 +41,7 @@ fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
     let checked = |files: &[&str]| json(&[&["check", "--json"], files].concat());
     assert_eq!(checked(&["."])["leverage"], checked(&bare)["leverage"]);
     assert_eq!(json(&["metrology", "--json", "."])["n_samples"], 210);
-    assert_eq!(
-        json(&["inspect", "--json", "."]).as_array().unwrap().len(),
-        5
-    );
+    assert_eq!(json(&["inspect", "--json", "."]).as_array().unwrap().len(), 5);
 }
 
 /// Not every shell expands them.
@@ -61,10 +49,7 @@ fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
 fn patterns_are_expanded() {
     let workshop = Workshop::with_recordings();
     let files = ["--train", "?.csv", "--test", "test*.csv"];
-    assert_eq!(
-        fit(workshop.path(), &files),
-        fit(workshop.path(), &ALL_FILES)
-    );
+    assert_eq!(fit(workshop.path(), &files), fit(workshop.path(), &ALL_FILES));
     let none = run(workshop.path(), &["fit", "--train", "d*.csv"]);
     assert!(stderr(&none).contains("d*.csv: no file is called like this"));
 }
@@ -90,12 +75,7 @@ fn a_pause_in_a_file_starts_history_anew() {
     workshop.write("second.csv", format!("{HEADER}{second}"));
     workshop.write("paused.csv", format!("{HEADER}{first}{second}"));
     let thresholds = ["--f-th", "2", "--t-th", "1e6"];
-    let of = |files: &[&str]| {
-        fit(
-            workshop.path(),
-            &[&["--train"], files, &thresholds].concat(),
-        )
-    };
+    let of = |files: &[&str]| fit(workshop.path(), &[&["--train"], files, &thresholds].concat());
     assert_eq!(of(&["paused.csv"]), of(&["first.csv", "second.csv"]));
     // Without the pause the second half has a past in the first: the same samples, another past.
     let joined = format!("{HEADER}{first}{}", rows(2.0, 120, 12.0));
@@ -116,10 +96,8 @@ fn both_exports_hold_the_matrices_of_the_fit() {
         assert_eq!(calibration["quality"][score], report[score]);
     }
     assert_eq!(calibration["compensated"]["features"], report["features"]);
-    let mut csv = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .from_path(workshop.file("m.csv"))
-        .unwrap();
+    let mut csv =
+        csv::ReaderBuilder::new().comment(Some(b'#')).from_path(workshop.file("m.csv")).unwrap();
     let rows: Vec<BTreeMap<String, String>> = csv.deserialize().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 2);
     for row in rows {
@@ -139,21 +117,12 @@ fn an_entered_full_scale_is_used() {
     let over_full_scale = |full_scale: &str, f_th: &str| {
         let changed = ["--distance", "full-scale", "--full-scale", full_scale];
         let files = &ALL_FILES[..6];
-        fit(
-            workshop.path(),
-            &[files, &changed, &["--f-th", f_th]].concat(),
-        )
+        fit(workshop.path(), &[files, &changed, &["--f-th", f_th]].concat())
     };
     let report = over_full_scale("20", "0.1");
     assert_eq!(numbers(&report["full_scale"]), [20.0]);
-    assert_eq!(
-        report["compensated"],
-        over_full_scale("10", "0.2")["compensated"]
-    );
-    assert_ne!(
-        report["compensated"],
-        over_full_scale("10", "0.1")["compensated"]
-    );
+    assert_eq!(report["compensated"], over_full_scale("10", "0.2")["compensated"]);
+    assert_ne!(report["compensated"], over_full_scale("10", "0.1")["compensated"]);
 }
 
 #[test]
@@ -165,10 +134,7 @@ fn the_table_shows_the_figures_of_the_json() {
     for calibration in ["conventional", "compensated"] {
         for score in ["train_rmse", "test_rmse", "cv_rmse"] {
             let figure = format!("{:.6}", numbers(&report[calibration][score])[0]);
-            assert!(
-                table.contains(&figure),
-                "{calibration} {score} {figure}: {table}"
-            );
+            assert!(table.contains(&figure), "{calibration} {score} {figure}: {table}");
         }
     }
 }
@@ -196,30 +162,19 @@ fn what_is_wrong_with_single_rows_is_told_with_its_line_and_stops_nothing() {
 #[test]
 fn the_factory_calibration_is_scored_beside_the_fit() {
     let workshop = Workshop::with_recordings();
-    let report = fit(
-        workshop.path(),
-        &[&ALL_FILES[..], &["--export", "c.json"]].concat(),
-    );
+    let report = fit(workshop.path(), &[&ALL_FILES[..], &["--export", "c.json"]].concat());
     let own = numbers(&report["conventional"]["test_rmse"])[0];
-    let beside = fit(
-        workshop.path(),
-        &[&ALL_FILES[..], &["--factory", "c.json"]].concat(),
-    );
+    let beside = fit(workshop.path(), &[&ALL_FILES[..], &["--factory", "c.json"]].concat());
     assert!((numbers(&beside["factory"]["test_rmse"])[0] - own).abs() < 1e-9 * own);
-    let output = succeed(
-        workshop.path(),
-        &[&["fit"], &ALL_FILES[..], &["--factory", "c.json"]].concat(),
-    );
+    let output =
+        succeed(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--factory", "c.json"]].concat());
     assert!(
         String::from_utf8(output.stdout)
             .unwrap()
             .contains("Factory: the calibration that the sensor came with")
     );
     workshop.write("s.cal", "<FTSensor/>");
-    let told = run(
-        workshop.path(),
-        &[&["fit"], &ALL_FILES[..], &["--factory", "s.cal"]].concat(),
-    );
+    let told = run(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--factory", "s.cal"]].concat());
     assert!(stderr(&told).contains("s.cal"), "{}", stderr(&told));
 }
 
@@ -227,13 +182,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
 #[test]
 fn recordings_of_a_group_are_left_out_together() {
     let workshop = Workshop::new();
-    let names = [
-        "path1_a.csv",
-        "path1_b.csv",
-        "path2_a.csv",
-        "path2_b.csv",
-        "path3_a.csv",
-    ];
+    let names = ["path1_a.csv", "path1_b.csv", "path2_a.csv", "path2_b.csv", "path3_a.csv"];
     for (seed, name) in names.iter().enumerate() {
         workshop.write(name, recording(seed as f64, 150));
     }
@@ -252,27 +201,18 @@ fn recordings_of_a_group_are_left_out_together() {
     let own = by(&["--group", "{recording}"]);
     assert_eq!((&*own.0, own.1), ("recording", 5));
     assert_ne!(own.2, found.2);
-    let map = succeed(
-        workshop.path(),
-        &["inspect", "path1_a.csv", "--write-map", "map.json"],
-    );
+    let map = succeed(workshop.path(), &["inspect", "path1_a.csv", "--write-map", "map.json"]);
     assert!(map.status.success());
     let map = workshop.read("map.json");
     let end = map.trim_end().strip_suffix('}').unwrap().trim_end();
-    workshop.write(
-        "map.json",
-        format!("{end},\n  \"group\": \"{{file}}\"\n}}\n"),
-    );
+    workshop.write("map.json", format!("{end},\n  \"group\": \"{{file}}\"\n}}\n"));
     assert_eq!(by(&["--columns", "map.json"]), own);
     let text = succeed(workshop.path(), &[&["fit"], &files[..]].concat());
     let text = String::from_utf8(text.stdout).unwrap();
     let how = "RMSE, cross-validation by path: leave-one-path-out, 3 groups";
     assert!(text.contains(how), "{text}");
     for (pattern, word) in [("{path", "{mount}"), ("{mount}", "path1_a")] {
-        let refused = run(
-            workshop.path(),
-            &[&["fit"], &files[..], &["--group", pattern]].concat(),
-        );
+        let refused = run(workshop.path(), &[&["fit"], &files[..], &["--group", pattern]].concat());
         assert_eq!(refused.status.code(), Some(2));
         assert!(stderr(&refused).contains(word), "{}", stderr(&refused));
     }

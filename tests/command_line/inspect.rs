@@ -15,10 +15,7 @@ fn headerless(workshop: &Workshop, name: &str, seed: f64) {
 }
 
 fn inspected(workshop: &Workshop, arguments: &[&str]) -> Value {
-    let output = succeed(
-        workshop.path(),
-        &[&["inspect", "--json"], arguments].concat(),
-    );
+    let output = succeed(workshop.path(), &[&["inspect", "--json"], arguments].concat());
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -28,11 +25,7 @@ fn a_written_map_that_is_corrected_reads_all_files_of_its_kind() {
     headerless(&workshop, "x.csv", 0.0);
     headerless(&workshop, "y.csv", 1.0);
     let refused = run(workshop.path(), &["fit", "--train", "x.csv"]);
-    assert!(
-        stderr(&refused).contains("--columns MAP.json"),
-        "{}",
-        stderr(&refused)
-    );
+    assert!(stderr(&refused).contains("--columns MAP.json"), "{}", stderr(&refused));
 
     let found = inspected(&workshop, &["x.csv", "--write-map", "map.json"]);
     assert_eq!(found["table"]["text"]["delimiter"], "semicolon");
@@ -45,10 +38,7 @@ fn a_written_map_that_is_corrected_reads_all_files_of_its_kind() {
     workshop.write("map.json", corrected);
 
     let columns = ["--columns", "map.json"];
-    let mapped = fit(
-        workshop.path(),
-        &[&["--train", "x.csv", "y.csv"], &columns[..]].concat(),
-    );
+    let mapped = fit(workshop.path(), &[&["--train", "x.csv", "y.csv"], &columns[..]].concat());
     let named = fit(workshop.path(), &["--train", "a.csv", "b.csv"]);
     assert_eq!(mapped["conventional"], named["conventional"]);
     assert_eq!(numbers(&mapped["compensated"]["cv_rmse"]).len(), 1);
@@ -62,33 +52,15 @@ fn a_calibration_is_applied_to_files_read_by_a_map() {
     let workshop = Workshop::with_recordings();
     headerless(&workshop, "x.csv", 0.0);
     inspected(&workshop, &["x.csv", "--write-map", "map.json"]);
-    let map = workshop.read("map.json").replace(
-        "\"column\": 4, \"is\": \"gauge\"",
-        "\"column\": 4, \"is\": \"Fz\"",
-    );
+    let map = workshop
+        .read("map.json")
+        .replace("\"column\": 4, \"is\": \"gauge\"", "\"column\": 4, \"is\": \"Fz\"");
     workshop.write("map.json", map);
-    succeed(
-        workshop.path(),
-        &["fit", "--train", "a.csv", "--export", "c.json"],
-    );
-    succeed(
-        workshop.path(),
-        &["apply", "c.json", "a.csv", "--out", "named"],
-    );
-    let by_map = [
-        "apply",
-        "c.json",
-        "x.csv",
-        "--columns",
-        "map.json",
-        "--out",
-        "mapped",
-    ];
+    succeed(workshop.path(), &["fit", "--train", "a.csv", "--export", "c.json"]);
+    succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", "named"]);
+    let by_map = ["apply", "c.json", "x.csv", "--columns", "map.json", "--out", "mapped"];
     succeed(workshop.path(), &by_map);
-    assert_eq!(
-        workshop.read("mapped/x_loads.csv"),
-        workshop.read("named/a_loads.csv")
-    );
+    assert_eq!(workshop.read("mapped/x_loads.csv"), workshop.read("named/a_loads.csv"));
 }
 
 #[test]
@@ -112,14 +84,8 @@ fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
     let written = ["inspect", "odd.csv", "--write-map", "odd.json"];
     succeed(workshop.path(), &written);
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(
-        text.contains("would not be loaded: odd.csv:1: no time column among a, b"),
-        "{text}"
-    );
-    assert!(
-        text.contains("to decide: no column runs like a clock"),
-        "{text}"
-    );
+    assert!(text.contains("would not be loaded: odd.csv:1: no time column among a, b"), "{text}");
+    assert!(text.contains("to decide: no column runs like a clock"), "{text}");
 }
 
 #[test]
@@ -138,9 +104,7 @@ fn an_offset_between_two_clocks_is_shown_and_not_applied() {
     workshop.write("map.json", map);
     let columns = ["run.csv", "--columns", "map.json"];
     let found = inspected(&workshop, &columns);
-    let offset = found["check"]["clock_offset"]["offset_secs"]
-        .as_f64()
-        .unwrap();
+    let offset = found["check"]["clock_offset"]["offset_secs"].as_f64().unwrap();
     assert!((offset - 0.5).abs() < 0.01, "{offset}");
     let rmse = || {
         let report = fit(workshop.path(), &[&["--train"], &columns[..]].concat());
@@ -156,10 +120,7 @@ fn an_offset_between_two_clocks_is_shown_and_not_applied() {
 fn maps_that_are_of_no_use_are_refused_by_name() {
     let workshop = Workshop::with_recordings();
     inspected(&workshop, &["a.csv", "--write-map", "map.json"]);
-    workshop.write(
-        "broken.json",
-        workshop.read("map.json").replace("\"time\"", "\"tide\""),
-    );
+    workshop.write("broken.json", workshop.read("map.json").replace("\"time\"", "\"tide\""));
     let two_columns = "t,S1\n0,1\n0.1,2\n";
     workshop.write("other.csv", two_columns);
     fs::create_dir(workshop.file("folder")).unwrap();
@@ -168,32 +129,14 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
             &["fit", "--train", "a.csv", "--columns", "gone.json"][..],
             ["gone.json", "cannot be read"],
         ),
-        (
-            &["fit", "--train", "a.csv", "--columns", "a.csv"],
-            ["a.csv", "no JSON"],
-        ),
-        (
-            &["fit", "--train", "a.csv", "--columns", "broken.json"],
-            ["broken.json", "tide"],
-        ),
-        (
-            &["fit", "--train", "a.csv", "--columns", "folder"],
-            ["folder", "not a file"],
-        ),
-        (
-            &["fit", "--train", "other.csv", "--columns", "map.json"],
-            ["other.csv:1", "t [s]"],
-        ),
+        (&["fit", "--train", "a.csv", "--columns", "a.csv"], ["a.csv", "no JSON"]),
+        (&["fit", "--train", "a.csv", "--columns", "broken.json"], ["broken.json", "tide"]),
+        (&["fit", "--train", "a.csv", "--columns", "folder"], ["folder", "not a file"]),
+        (&["fit", "--train", "other.csv", "--columns", "map.json"], ["other.csv:1", "t [s]"]),
         (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
         (&["inspect", "folder"], ["folder", "no recordings"]),
-        (
-            &["inspect", "a.csv", "--write-map", "a.csv"],
-            ["a.csv", "read"],
-        ),
-        (
-            &["inspect", "a.csv", "--write-map", "gone/map.json"],
-            ["gone", "no directory"],
-        ),
+        (&["inspect", "a.csv", "--write-map", "a.csv"], ["a.csv", "read"]),
+        (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no directory"]),
     ] {
         let output = run(workshop.path(), arguments);
         let told = stderr(&output);
@@ -211,10 +154,7 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
 fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let workshop = Workshop::with_recordings();
     let rows = "1,0,0,0,1,0,-19.6133\n1,1,0,0,1,-19.6133,0\n1,0,1,0,20.6133,0,0\n";
-    let rows: String = (0..3)
-        .zip(rows.lines())
-        .map(|(k, row)| format!("{k},{row}\n"))
-        .collect();
+    let rows: String = (0..3).zip(rows.lines()).map(|(k, row)| format!("{k},{row}\n")).collect();
     workshop.write("run.csv", format!("t_s,w,x,y,z,Fx,Fy,Fz\n{rows}"));
     let roles = "time pose_qw pose_qx pose_qy pose_qz Fx Fy Fz".split(' ');
     let rules: Vec<String> = roles
@@ -233,10 +173,7 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     assert!((numbers(&found["force_offset"])[0] - 1.0).abs() < 1e-9);
     let text = succeed(workshop.path(), &[&["inspect"], &arguments[..]].concat());
     let text = String::from_utf8(text.stdout).unwrap();
-    assert!(
-        text.starts_with("mass: 2.000000 kg, from 3 samples"),
-        "{text}"
-    );
+    assert!(text.starts_with("mass: 2.000000 kg, from 3 samples"), "{text}");
     assert!(text.contains("centre of mass: not found"), "{text}");
 }
 
@@ -265,10 +202,7 @@ fn an_assumed_rhythm_of_bursts_is_told_and_stands_in_the_map() {
     // The pauses are made recordings by the number that the map shows.
     let map = workshop.read("map.json");
     assert!(map.contains("\"gap_secs\": 2.0"), "{map}");
-    workshop.write(
-        "map.json",
-        map.replace("\"gap_secs\": 2.0", "\"gap_secs\": 0.3"),
-    );
+    workshop.write("map.json", map.replace("\"gap_secs\": 2.0", "\"gap_secs\": 0.3"));
     let cut = inspected(&workshop, &["bursts.csv", "--columns", "map.json"]);
     assert_eq!(cut["check"]["recordings"].as_array().unwrap().len(), 60);
     assert_eq!(cut["map"]["gap_secs"], 0.3);
@@ -290,17 +224,11 @@ fn a_name_without_end_and_columns_without_number_are_shown_in_part() {
     let workshop = Workshop::new();
     let names = (0..300).map(|k| format!(",x{k}")).collect::<String>();
     let cells = ",5".repeat(301);
-    let text = format!(
-        "t_s,S1,{}{names}\n0,1{cells}\n1,2{cells}\n",
-        "n".repeat(70_000)
-    );
+    let text = format!("t_s,S1,{}{names}\n0,1{cells}\n1,2{cells}\n", "n".repeat(70_000));
     workshop.write("wide.csv", text);
     let output = succeed(workshop.path(), &["inspect", "wide.csv"]);
     let told = String::from_utf8(output.stdout).unwrap();
-    assert!(
-        told.contains("  and 103 more columns; --json lists them all"),
-        "{told}"
-    );
+    assert!(told.contains("  and 103 more columns; --json lists them all"), "{told}");
     assert!(told.lines().all(|line| line.chars().count() < 400));
 }
 
@@ -314,10 +242,7 @@ fn several_files_stand_each_under_its_heading() {
     assert_eq!(text.matches("would be loaded").count(), 2);
     let both = inspected(&workshop, &["a.csv", "b.csv"]);
     assert_eq!(both.as_array().unwrap().len(), 2);
-    let refused = run(
-        workshop.path(),
-        &["inspect", "a.csv", "b.csv", "--write-map", "m.json"],
-    );
+    let refused = run(workshop.path(), &["inspect", "a.csv", "b.csv", "--write-map", "m.json"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(stderr(&refused).contains("--write-map is for one file"));
 }
@@ -326,20 +251,10 @@ fn several_files_stand_each_under_its_heading() {
 #[test]
 fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
     let workshop = Workshop::new();
-    let row = |k: usize| {
-        format!(
-            "{},{},{},{}\n",
-            k as f64 / 50.0,
-            1_550_000_000 + k / 50,
-            k % 7,
-            k % 11
-        )
-    };
+    let row =
+        |k: usize| format!("{},{},{},{}\n", k as f64 / 50.0, 1_550_000_000 + k / 50, k % 7, k % 11);
     let rows: String = (0..200).map(row).collect();
-    workshop.write(
-        "bag.csv",
-        format!("Time,header.stamp.secs,left,right\n{rows}"),
-    );
+    workshop.write("bag.csv", format!("Time,header.stamp.secs,left,right\n{rows}"));
     let found = inspected(&workshop, &["bag.csv"]);
     let columns = found["map"]["table"]["columns"].as_array().unwrap();
     let gauges: Vec<&str> = columns

@@ -20,18 +20,14 @@ fn poses(repeats: std::ops::Range<usize>) -> String {
             let [x, y, z] = force;
             // Its centre moves along the arm from pose to pose.
             let arm = [0.02, -0.01, 0.05 + 0.002 * (pose % 7) as f64];
-            let moment = [
-                arm[1] * z - arm[2] * y,
-                arm[2] * x - arm[0] * z,
-                arm[0] * y - arm[1] * x,
-            ];
+            let moment =
+                [arm[1] * z - arm[2] * y, arm[2] * x - arm[0] * z, arm[0] * y - arm[1] * x];
             write!(text, "{}", pose + 1).unwrap();
             for gauge in 0..6 {
                 let g = gauge as f64;
                 let weights = |k: usize| ((g + 1.3) * (k as f64 + 0.7)).sin();
-                let clean: f64 = (0..3)
-                    .map(|k| weights(k) * force[k] + 10.0 * weights(k + 3) * moment[k])
-                    .sum();
+                let clean: f64 =
+                    (0..3).map(|k| weights(k) * force[k] + 10.0 * weights(k + 3) * moment[k]).sum();
                 let noise = ((pose * 31 + repeat * 17 + gauge * 7) as f64 * 12.9898).sin();
                 write!(text, ",{}", 3.0 + clean + 0.01 * noise).unwrap();
             }
@@ -48,27 +44,13 @@ fn poses(repeats: std::ops::Range<usize>) -> String {
 fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
     let workshop = Workshop::new();
     workshop.write("poses.csv", poses(0..3));
-    let arguments = [
-        "fit",
-        "--json",
-        "--train",
-        "poses.csv",
-        "--export",
-        "c.json",
-        "--export",
-        "c.h",
-    ];
+    let arguments =
+        ["fit", "--json", "--train", "poses.csv", "--export", "c.json", "--export", "c.h"];
     let output = succeed(workshop.path(), &arguments);
     let told = stderr(&output);
-    assert!(
-        told.contains("the 60 rows are taken for 20 load cases"),
-        "{told}"
-    );
+    assert!(told.contains("the 60 rows are taken for 20 load cases"), "{told}");
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(
-        (&report["n_train"], &report["rank"]),
-        (&60.into(), &7.into())
-    );
+    assert_eq!((&report["n_train"], &report["rank"]), (&60.into(), &7.into()));
     assert_eq!(report["cross_validation"]["by"], "load case", "{report}");
     assert_eq!(report["cross_validation"]["groups"], N_POSES);
     assert_eq!(report["cross_validation"]["parts"], N_POSES);
@@ -84,17 +66,8 @@ fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
     }
     // No past is kept, so none is exported.
     let calibration: Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
-    assert_eq!(
-        calibration["features"]["look_backs"],
-        Value::Array(Vec::new())
-    );
-    assert_eq!(
-        calibration["compensated"]["features"]
-            .as_array()
-            .unwrap()
-            .len(),
-        7
-    );
+    assert_eq!(calibration["features"]["look_backs"], Value::Array(Vec::new()));
+    assert_eq!(calibration["compensated"]["features"].as_array().unwrap().len(), 7);
 }
 
 /// Rows of one file or of three, sorted by pose or by repeat: the same load cases, the same scores.
@@ -129,10 +102,7 @@ fn a_split_takes_whole_load_cases() {
     let workshop = Workshop::new();
     workshop.write("poses.csv", poses(0..3));
     let report = fit(workshop.path(), &["--train", "poses.csv", "--split", "0.6"]);
-    assert_eq!(
-        (&report["n_train"], &report["n_test"]),
-        (&36.into(), &24.into())
-    );
+    assert_eq!((&report["n_train"], &report["n_test"]), (&36.into(), &24.into()));
     assert_eq!(report["cross_validation"]["parts"], 12);
 }
 
@@ -148,13 +118,9 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
         let cells = row["cells"].as_array().unwrap().iter();
         cells.map(|cell| cell["conventional"].clone()).collect()
     };
-    for id in [
-        "hysteresis",
-        "hysteresis_mean_width",
-        "nonlinearity_terminal",
-        "zero_return",
-        "creep",
-    ] {
+    for id in
+        ["hysteresis", "hysteresis_mean_width", "nonlinearity_terminal", "zero_return", "creep"]
+    {
         for figure in figures(id) {
             let reason = figure["reason"].as_str().unwrap();
             assert!(
@@ -165,18 +131,12 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
     }
     for id in ["nonlinearity_best_fit", "repeatability", "rmse"] {
         for figure in figures(id) {
-            let value = figure["value"]
-                .as_f64()
-                .unwrap_or_else(|| panic!("{id}: {figure}"));
+            let value = figure["value"].as_f64().unwrap_or_else(|| panic!("{id}: {figure}"));
             assert!(value > 0.0 && value < 0.2, "{id}: {figure}");
         }
     }
     let sweep = run(workshop.path(), &["sweep", "--train", "poses.csv"]);
-    assert!(
-        stderr(&sweep).contains("the recordings have no times"),
-        "{}",
-        stderr(&sweep)
-    );
+    assert!(stderr(&sweep).contains("the recordings have no times"), "{}", stderr(&sweep));
 }
 
 /// A column that is a clock, or too many rows: then the time is asked for, as before.
@@ -194,10 +154,6 @@ fn a_recording_whose_time_has_another_name_is_no_table_of_load_cases() {
     for file in ["clock.csv", "long.csv"] {
         let output = run(workshop.path(), &["fit", "--train", file]);
         assert!(!output.status.success());
-        assert!(
-            stderr(&output).contains("no time column among ticker"),
-            "{}",
-            stderr(&output)
-        );
+        assert!(stderr(&output).contains("no time column among ticker"), "{}", stderr(&output));
     }
 }

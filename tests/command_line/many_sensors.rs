@@ -17,10 +17,7 @@ fn make_calibrates_the_good_sensors_and_goes_on_after_one_that_fails() {
     let workshop = Workshop::new();
     for (at, name) in ["s1", "s2", "s3"].iter().enumerate() {
         fs::create_dir_all(workshop.file("sensors").join(name)).unwrap();
-        workshop.write(
-            &format!("sensors/{name}/sensor.toml"),
-            format!("serial = \"{name}\"\n"),
-        );
+        workshop.write(&format!("sensors/{name}/sensor.toml"), format!("serial = \"{name}\"\n"));
         for run in 0..3 {
             let path = format!("sensors/{name}/train_{run}.csv");
             workshop.write(&path, recording((3 * at + run) as f64, 150));
@@ -49,42 +46,25 @@ fn make_calibrates_the_good_sensors_and_goes_on_after_one_that_fails() {
         made => made.unwrap(),
     };
     let said = String::from_utf8_lossy(&first.stderr);
-    assert!(
-        !first.status.success() && said.contains("train_1.csv"),
-        "{said}"
-    );
+    assert!(!first.status.success() && said.contains("train_1.csv"), "{said}");
     let is_there = |name: &str| workshop.file(&format!("results/{name}.json")).exists();
-    assert_eq!(
-        ["s1", "s2", "s3"].map(is_there),
-        [true, false, true],
-        "{said}"
-    );
+    assert_eq!(["s1", "s2", "s3"].map(is_there), [true, false, true], "{said}");
     let calibration: serde_json::Value =
         serde_json::from_str(&workshop.read("results/s3.json")).unwrap();
     assert_eq!(calibration["identity"]["serial"], "s3");
     // The bad one is mended: the others are not run again.
     let written = |name: &str| {
-        fs::metadata(workshop.file(&format!("results/{name}.json")))
-            .unwrap()
-            .modified()
-            .unwrap()
+        fs::metadata(workshop.file(&format!("results/{name}.json"))).unwrap().modified().unwrap()
     };
     let before = written("s1");
     workshop.write("sensors/s2/train_1.csv", recording(4.0, 150));
     let second = make().unwrap();
-    assert!(
-        second.status.success(),
-        "{}",
-        String::from_utf8_lossy(&second.stderr)
-    );
+    assert!(second.status.success(), "{}", String::from_utf8_lossy(&second.stderr));
     assert!(is_there("s2") && written("s1") == before);
     // A stricter limit is exceeded: no calibration remains.
     std::thread::sleep(std::time::Duration::from_millis(20));
     workshop.write("limits.toml", "expected_error = 0.001\n");
     let strict = make().unwrap();
     let said = String::from_utf8_lossy(&strict.stderr);
-    assert!(
-        said.contains("expected error of Fz is") && !is_there("s1"),
-        "{said}"
-    );
+    assert!(said.contains("expected error of Fz is") && !is_there("s1"), "{said}");
 }

@@ -73,10 +73,7 @@ fn a_calibration_file_measures_as_the_fit_that_made_it() {
     let fit = ["fit", "--train", "a.csv", "b.csv", "--export", "c.json"];
     succeed(workshop.path(), &fit);
     let fitted = metrology(workshop.path(), &["a.csv", "b.csv"]);
-    let read = metrology(
-        workshop.path(),
-        &["--calibration", "c.json", "a.csv", "b.csv"],
-    );
+    let read = metrology(workshop.path(), &["--calibration", "c.json", "a.csv", "b.csv"]);
     assert_eq!(fitted["rows"], read["rows"]);
     let rmse = &row(&fitted, "rmse")["cells"][0];
     assert!(rmse["compensated"]["value"].as_f64() < rmse["conventional"]["value"].as_f64());
@@ -92,12 +89,7 @@ fn every_figure_is_a_number_or_a_reason() {
         let (mut numbers, mut reasons) = (0, 0);
         each_figure(&metrology(workshop.path(), &[file]), |row, figure| {
             let is_number = figure["value"].is_number();
-            assert_ne!(
-                is_number,
-                figure["reason"].is_string(),
-                "{file} {}",
-                row["id"]
-            );
+            assert_ne!(is_number, figure["reason"].is_string(), "{file} {}", row["id"]);
             numbers += usize::from(is_number);
             reasons += usize::from(!is_number);
         });
@@ -115,10 +107,7 @@ fn a_recording_without_reference_has_a_sentence_for_each_figure() {
     let report = metrology(workshop.path(), &["--calibration", "c.json", "bare.csv"]);
     each_figure(&report, |_, figure| {
         let reason = figure["reason"].as_str().unwrap();
-        assert!(
-            reason.contains("no recording has a reference load for Fz"),
-            "{reason}"
-        );
+        assert!(reason.contains("no recording has a reference load for Fz"), "{reason}");
     });
 }
 
@@ -146,14 +135,8 @@ fn the_csv_holds_the_figures_of_the_json_with_their_definitions() {
 #[test]
 fn the_table_shows_notes_and_definitions() {
     let workshop = Workshop::with_recordings();
-    let table = texts(
-        &workshop,
-        &["a.csv", "--full-scale", "2", "--dead-band", "0.5"],
-    );
-    assert!(
-        table.contains("full scale 2.000, dead band 0.500"),
-        "{table}"
-    );
+    let table = texts(&workshop, &["a.csv", "--full-scale", "2", "--dead-band", "0.5"]);
+    assert!(table.contains("full scale 2.000, dead band 0.500"), "{table}");
     assert!(table.contains("Note: Fz reaches"), "{table}");
     assert!(!table.contains("OIML"));
     let explained = texts(&workshop, &["a.csv", "--definitions"]);
@@ -179,11 +162,7 @@ fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() 
     for id in ["hysteresis", "hysteresis_mean_width"] {
         for cell in row(&report, id)["cells"].as_array().unwrap() {
             let of = |output: &str| cell[output]["value"].as_f64().unwrap();
-            assert!(
-                of("compensated") < of("conventional"),
-                "{id} {}",
-                cell["axis"]
-            );
+            assert!(of("compensated") < of("conventional"), "{id} {}", cell["axis"]);
         }
     }
 }
@@ -201,16 +180,10 @@ fn what_makes_no_sense_is_refused_in_one_line() {
         ("gone.csv", "gone.csv"),
         ("--calibration gone.json a.csv", "gone.json"),
     ] {
-        let arguments: Vec<&str> = ["metrology"]
-            .into_iter()
-            .chain(arguments.split(' '))
-            .collect();
+        let arguments: Vec<&str> = ["metrology"].into_iter().chain(arguments.split(' ')).collect();
         let output = run(workshop.path(), &arguments);
         let told = stderr(&output);
-        assert!(
-            !output.status.success() && output.stdout.is_empty(),
-            "{arguments:?}"
-        );
+        assert!(!output.status.success() && output.stdout.is_empty(), "{arguments:?}");
         assert_eq!(told.lines().count(), 1, "{told}");
         assert!(told.contains(word), "{arguments:?}: {told}");
     }

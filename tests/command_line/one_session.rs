@@ -64,9 +64,7 @@ fn window_report_and_command_line_give_the_same_number() {
     };
     let progress = Progress::default();
     let calibration = engine.calibration_content().unwrap();
-    calibration
-        .write(&workshop.file("c.json"), &progress)
-        .unwrap();
+    calibration.write(&workshop.file("c.json"), &progress).unwrap();
     let report = engine.report_content();
     report.write(&workshop.file("r.html"), &progress).unwrap();
 
@@ -75,10 +73,7 @@ fn window_report_and_command_line_give_the_same_number() {
     let arguments: Vec<&str> = arguments.split(' ').collect();
     let output = succeed(workshop.path(), &arguments);
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(
-        serde_json::to_value(&**table).unwrap()["rows"],
-        printed["rows"]
-    );
+    assert_eq!(serde_json::to_value(&**table).unwrap()["rows"], printed["rows"]);
     assert_eq!(printed["dead_bands"], json!([0.7]));
     assert_eq!((picture.dead_band, picture.full_scale), (0.7, 9.0));
     assert_eq!(printed["full_scale"], json!([9.0]));
@@ -90,10 +85,7 @@ fn window_report_and_command_line_give_the_same_number() {
     for (curve, name) in picture.curves.iter().zip(["conventional", "compensated"]) {
         let own = curve.largest.as_ref().unwrap().largest_width;
         let value = row["cells"][0][name]["value"].as_f64().unwrap();
-        assert!(
-            (own / value - 1.0).abs() < 1e-9,
-            "{name}: {own} is not {value}"
-        );
+        assert!((own / value - 1.0).abs() < 1e-9, "{name}: {own} is not {value}");
         let shown = format!("{value:.4}");
         assert!(html.contains(&shown), "{name}: {shown}");
     }

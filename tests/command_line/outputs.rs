@@ -10,9 +10,8 @@ use crate::workshop::{ALL_FILES, Workshop};
 /// The names of all that is in the folder.
 fn names(workshop: &Workshop) -> Vec<String> {
     let entries = fs::read_dir(workshop.path()).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -40,24 +39,12 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
         ("--export m.csv --traces m.csv", &["m.csv", "same file"][..]),
         ("--export a.h --export a.h", &["a.h", "same file"]),
         ("--export a.h --export sub/../a.h", &["sub/../a.h", "same"]),
-        (
-            "--export a.json --export a.cal --export a.h",
-            &["a.cal", "up to 8 gauges"],
-        ),
+        ("--export a.json --export a.cal --export a.h", &["a.cal", "up to 8 gauges"]),
         ("--export a.json --export a.xyz", &["a.xyz", "format"]),
-        (
-            "--export a.json --export gone/a.h",
-            &["gone/a.h", "directory"],
-        ),
-        (
-            "--export a.json --traces test.csv --force",
-            &["test.csv", "read"],
-        ),
+        ("--export a.json --export gone/a.h", &["gone/a.h", "directory"]),
+        ("--export a.json --traces test.csv --force", &["test.csv", "read"]),
         ("--export a.json --traces t.csv --from 1e6", &["no sample"]),
-        (
-            "--export a.json --t-th 1e9 --export a.h",
-            &["a.h", "look back"],
-        ),
+        ("--export a.json --t-th 1e9 --export a.h", &["a.h", "look back"]),
     ] {
         refused(&workshop, &format!("{fit} {outputs}"), words);
     }
@@ -123,11 +110,7 @@ fn pipes_are_neither_waited_for_nor_replaced() {
     use std::os::unix::fs::FileTypeExt as _;
     let workshop = Workshop::with_recordings();
     let path = workshop.file("pipe.json");
-    if !Command::new("mkfifo")
-        .arg(&path)
-        .status()
-        .is_ok_and(|made| made.success())
-    {
+    if !Command::new("mkfifo").arg(&path).status().is_ok_and(|made| made.success()) {
         eprintln!("skipped: there is no mkfifo");
         return;
     }
@@ -146,10 +129,7 @@ fn pipes_are_neither_waited_for_nor_replaced() {
         let output = in_time(job.spawn().unwrap());
         let told = stderr(&output);
         assert!(!output.status.success(), "{arguments:?}");
-        assert!(
-            told.contains("pipe.json") && told.contains("a pipe or a device"),
-            "{told}"
-        );
+        assert!(told.contains("pipe.json") && told.contains("a pipe or a device"), "{told}");
     }
     assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
 }
@@ -167,10 +147,7 @@ fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
         .unwrap();
     let told = stderr(&output);
     assert!(!output.status.success(), "{told}");
-    assert!(
-        told.contains("cannot write c.json: File too large"),
-        "{told}"
-    );
+    assert!(told.contains("cannot write c.json: File too large"), "{told}");
     assert!(!told.contains(".part"), "{told}");
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "test.csv"]);
 }
@@ -192,10 +169,7 @@ fn an_export_that_fails_in_the_writing_leaves_none_of_the_others() {
     assert!(!output.status.success(), "{told}");
     assert!(told.contains("File too large"), "{told}");
     assert_eq!(workshop.read("old.csv"), "old");
-    assert_eq!(
-        names(&workshop),
-        ["a.csv", "b.csv", "c.csv", "old.csv", "test.csv"]
-    );
+    assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "old.csv", "test.csv"]);
 }
 
 /// What is compared with must be there before anything is written.
@@ -214,13 +188,7 @@ fn a_factory_calibration_that_cannot_be_read_leaves_no_export() {
 #[cfg(target_os = "linux")]
 fn signal(child: &Child, name: &str) {
     let kill = format!("kill -{name} {}", child.id());
-    assert!(
-        Command::new("sh")
-            .args(["-c", &kill])
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
 /// The program, stopped in the midst of writing.
@@ -233,10 +201,7 @@ fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
         .unwrap();
     let is_writing = || names(workshop).iter().any(|name| name.ends_with(".part"));
     while !is_writing() {
-        assert!(
-            child.try_wait().unwrap().is_none(),
-            "it ended before it was seen to write"
-        );
+        assert!(child.try_wait().unwrap().is_none(), "it ended before it was seen to write");
         std::thread::sleep(Duration::from_millis(1));
     }
     signal(&child, "STOP");
@@ -259,10 +224,7 @@ fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_t
     let traces = ["fit", "--look-back", "none", "--traces", "t.csv", "--force"];
     // Whoever runs the tests may have arranged that programs do not hear of it.
     let status = fs::read_to_string("/proc/self/status").unwrap();
-    let ignored = status
-        .lines()
-        .find_map(|line| line.strip_prefix("SigIgn:"))
-        .unwrap();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
     let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
     let (hang_up, interrupt) = (1, 2);
     if ignored & (hang_up | interrupt) == 0 {
@@ -281,15 +243,9 @@ fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_t
     signal(&child, "KILL");
     in_time(child);
     let left = names(&workshop);
-    assert!(
-        left.len() == 2 && left[0].starts_with(".loopscope-t.csv-"),
-        "{left:?}"
-    );
+    assert!(left.len() == 2 && left[0].starts_with(".loopscope-t.csv-"), "{left:?}");
     assert_eq!(workshop.read("t.csv"), "old");
-    succeed(
-        workshop.path(),
-        &["fit", "--decimate", "100", "--traces", "t.csv", "--force"],
-    );
+    succeed(workshop.path(), &["fit", "--decimate", "100", "--traces", "t.csv", "--force"]);
     assert_eq!(names(&workshop), ["t.csv"]);
     assert_ne!(workshop.read("t.csv"), "old");
 }

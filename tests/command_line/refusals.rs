@@ -51,20 +51,11 @@ fn files_that_are_no_recordings_are_named() {
             ("--train .", &["not a file"]),
             ("--train empty.csv", &["empty.csv", "empty"]),
             ("--train text.csv", &["text.csv:1", "no time column"]),
-            (
-                "--train binary.csv",
-                &["binary.csv", "not text but binary data"],
-            ),
+            ("--train binary.csv", &["binary.csv", "not text but binary data"]),
             ("--train no_gauge.csv", &["no_gauge.csv:1", "no gauge"]),
-            (
-                "--train no_reference.csv",
-                &["no_reference.csv", "no reference"],
-            ),
+            ("--train no_reference.csv", &["no_reference.csv", "no reference"]),
             ("--train a.csv no_reference.csv", &["no_reference.csv"]),
-            (
-                "--train a.csv --test no_reference.csv",
-                &["no_reference.csv"],
-            ),
+            ("--train a.csv --test no_reference.csv", &["no_reference.csv"]),
             ("--train a.csv other.csv", &["other", "S1 S2 S3"]),
             ("--train a.csv --test other.csv", &["other", "S1 S2 S3"]),
             ("--train a.csv --test axes.csv", &["axes", "Fx"]),
@@ -128,40 +119,23 @@ fn full_scales_are_one_for_each_axis_and_calibrations_are_no_recordings() {
             ("--train c.json", &["c.json is no recording"]),
         ],
     );
-    all_refused(
-        &workshop,
-        "inspect",
-        &[("c.json", &["c.json is no recording"])],
-    );
+    all_refused(&workshop, "inspect", &[("c.json", &["c.json is no recording"])]);
 }
 
 #[test]
 fn options_of_another_regressor_are_said_to_do_nothing() {
     let workshop = Workshop::with_recordings();
     let told = |regressor| {
-        let options = [
-            "--epochs",
-            "2",
-            "--landmarks",
-            "10",
-            "--regressor",
-            regressor,
-        ];
+        let options = ["--epochs", "2", "--landmarks", "10", "--regressor", regressor];
         let arguments = [&["fit"], &ALL_FILES[..], &options].concat();
         stderr(&succeed(workshop.path(), &arguments))
     };
     let of_network = "--epochs does nothing with --regressor";
     let of_kernel = "--landmarks does nothing with --regressor";
     let linear = told("linear");
-    assert!(
-        linear.contains(of_network) && linear.contains(of_kernel),
-        "{linear}"
-    );
+    assert!(linear.contains(of_network) && linear.contains(of_kernel), "{linear}");
     let kernel = told("kernel");
-    assert!(
-        kernel.contains(of_network) && !kernel.contains(of_kernel),
-        "{kernel}"
-    );
+    assert!(kernel.contains(of_network) && !kernel.contains(of_kernel), "{kernel}");
 }
 
 #[test]
@@ -172,10 +146,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
         &workshop,
         "sweep",
         &[
-            (
-                "--train a.csv --f-th 0:5:0",
-                &["step of F_th", "above zero"],
-            ),
+            ("--train a.csv --f-th 0:5:0", &["step of F_th", "above zero"]),
             ("--train a.csv --f-th 0:5:-1", &["step of F_th", "-1"]),
             ("--train a.csv --f-th 5:0:1", &["F_th", "exchange"]),
             ("--train a.csv --t-th 5,3", &["t_th", "rising"]),
@@ -185,10 +156,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
             ("--train a.csv --f-th 0:1:1e-9", &["F_th", "larger step"]),
             ("--train a.csv --measure mx", &["no Mx", "Fz"]),
             ("--train a.csv --measure moments", &["no axis", "choose"]),
-            (
-                "--train short.csv",
-                &["4 training samples", "record longer"],
-            ),
+            ("--train short.csv", &["4 training samples", "record longer"]),
             ("--train a.csv --svg gone/map.svg", &["no directory gone"]),
             ("--train a.csv --csv ./a.csv", &["./a.csv", "read"]),
         ],
@@ -214,22 +182,10 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
         &[
             ("--train a.csv --export c.xml", &["c.xml", ".json"]),
             ("--train a.csv --export c", &["ending"]),
-            (
-                "--train a.csv --export gone/c.json",
-                &["gone/c.json", "no directory gone"],
-            ),
-            (
-                "--train a.csv --export folder.json --force",
-                &["folder.json", "directory"],
-            ),
-            (
-                "--train a.csv --export kept.json --force",
-                &["kept.json", "read-only"],
-            ),
-            (
-                "--train a.csv --export kept.json",
-                &["kept.json", "already", "--force"],
-            ),
+            ("--train a.csv --export gone/c.json", &["gone/c.json", "no directory gone"]),
+            ("--train a.csv --export folder.json --force", &["folder.json", "directory"]),
+            ("--train a.csv --export kept.json --force", &["kept.json", "read-only"]),
+            ("--train a.csv --export kept.json", &["kept.json", "already", "--force"]),
             ("--train gone.csv --export old.json --force", &["gone.csv"]),
             ("--train a.csv --export ./a.csv", &["./a.csv", "read"]),
         ],
@@ -277,10 +233,7 @@ fn apply_refuses_what_does_not_fit_together() {
             (". a.csv --out new", &["cannot read"]),
             ("c.json b.csv a.csv --out .", &["a_loads.csv", "--force"]),
             ("c.json a.csv --out b.csv", &["directory", "b.csv"]),
-            (
-                "c.json a.csv a_loads.csv --out .",
-                &["./a_loads.csv", "read"],
-            ),
+            ("c.json a.csv a_loads.csv --out .", &["./a_loads.csv", "read"]),
         ],
     );
     assert_eq!(workshop.read("a_loads.csv"), before);
@@ -310,10 +263,7 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
         workshop.write("edited.json", whole.replacen(from, to, 1));
         let arguments = ["apply", "edited.json", "a.csv", "--out", "new"];
         let told = refused(&workshop, &arguments);
-        assert!(
-            told.contains("edited.json") && told.contains(word),
-            "{to}: {told}"
-        );
+        assert!(told.contains("edited.json") && told.contains(word), "{to}: {told}");
     }
     assert!(!workshop.file("new").exists());
 }
@@ -325,21 +275,14 @@ fn tables_and_pictures_are_written_over_only_by_force() {
     let sweep = "sweep --train a.csv b.csv c.csv --f-th 0,2 --t-th 5";
     for (job, option, name) in [
         ("metrology a.csv", "--csv", "m.csv"),
-        (
-            "compare --train a.csv --regressors linear --decimate 10",
-            "--csv",
-            "m.csv",
-        ),
+        ("compare --train a.csv --regressors linear --decimate 10", "--csv", "m.csv"),
         (sweep, "--csv", "m.csv"),
         (sweep, "--svg", "m.svg"),
     ] {
         workshop.write(name, "mine");
         let arguments: Vec<&str> = job.split(' ').chain([option, name]).collect();
         let refused = run(workshop.path(), &arguments);
-        assert!(
-            !refused.status.success() && refused.stdout.is_empty(),
-            "{job}"
-        );
+        assert!(!refused.status.success() && refused.stdout.is_empty(), "{job}");
         assert!(stderr(&refused).contains("--force"), "{}", stderr(&refused));
         assert_eq!(workshop.read(name), "mine");
         succeed(workshop.path(), &[&arguments[..], &["--force"]].concat());

@@ -9,13 +9,7 @@ fn a_report_names_its_files_and_is_written_over_only_by_force() {
     let arguments = [&["report", "--out", "r.html"], &ALL_FILES[..]].concat();
     succeed(workshop.path(), &arguments);
     let html = workshop.read("r.html");
-    for word in [
-        "test.csv",
-        "SHA-256",
-        "F_th 3 N, t_th 15 s",
-        "S1_past",
-        "10.00",
-    ] {
+    for word in ["test.csv", "SHA-256", "F_th 3 N, t_th 15 s", "S1_past", "10.00"] {
         assert!(html.contains(word), "{word}");
     }
     let again = run(workshop.path(), &arguments);

@@ -29,33 +29,22 @@ fn every_export_says_which_sensor_it_is_of() {
     succeed(workshop.path(), &words);
     for export in &exports[..5] {
         let text = workshop.read(export);
-        assert!(
-            text.contains("4711") && text.contains("2026-03-31"),
-            "{export}"
-        );
+        assert!(text.contains("4711") && text.contains("2026-03-31"), "{export}");
     }
     let own = json(&workshop.read("c.json"));
     assert_eq!(own["identity"]["notes"], "A & B <GmbH>");
     assert_eq!(own["full_scale"], serde_json::json!([10.0]));
     assert_eq!(own["rated"], serde_json::json!([true]));
     // One matrix row per axis, one number for each of two gauges and the offset.
-    let standard = own["quality"]["coefficients"]["standard"]
-        .as_array()
-        .unwrap();
-    assert_eq!(
-        (standard.len(), standard[0].as_array().unwrap().len()),
-        (1, 3)
-    );
+    let standard = own["quality"]["coefficients"]["standard"].as_array().unwrap();
+    assert_eq!((standard.len(), standard[0].as_array().unwrap().len()), (1, 3));
 }
 
 #[test]
 fn a_description_that_is_wrong_is_refused_before_anything_is_read() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", "seriel = 1\n");
-    let refused = run(
-        workshop.path(),
-        &["fit", "--train", "a.csv", "--sensor", "sensor.toml"],
-    );
+    let refused = run(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
     let told = stderr(&refused);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
@@ -64,10 +53,7 @@ fn a_description_that_is_wrong_is_refused_before_anything_is_read() {
     );
     let printed = stdout(&succeed(workshop.path(), &["sensor"]));
     workshop.write("sensor.toml", &printed);
-    succeed(
-        workshop.path(),
-        &["fit", "--train", "a.csv", "--sensor", "sensor.toml"],
-    );
+    succeed(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
 }
 
 /// What `fit --json` says, compared with the applied loads: the errors on the test recording, sorted by hand.
@@ -79,75 +65,44 @@ fn the_expected_error_is_what_95_percent_of_the_held_out_errors_stay_within() {
         &[&ALL_FILES[..], &["--export", "c.json", "--traces", "t.csv"]].concat(),
     );
     let own = &found["expected_error"]["axes"][0];
-    let (value, tested, left_out) = (
-        &own["value"],
-        own["test"].as_f64().unwrap(),
-        own["cross_validation"].as_f64().unwrap(),
-    );
+    let (value, tested, left_out) =
+        (&own["value"], own["test"].as_f64().unwrap(), own["cross_validation"].as_f64().unwrap());
     assert_eq!(value.as_f64(), Some(tested.max(left_out)));
     assert_eq!(
         found["expected_error"]["cross_validation"],
         serde_json::json!({"groups": 3, "samples": 450})
     );
-    assert_eq!(
-        found["expected_error"]["test"],
-        serde_json::json!({"groups": 1, "samples": 150})
-    );
+    assert_eq!(found["expected_error"]["test"], serde_json::json!({"groups": 1, "samples": 150}));
     let text = workshop.read("t.csv");
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let head = rows.next().unwrap();
-    let column = head
-        .iter()
-        .position(|name| name.starts_with("Fz comp error"))
-        .unwrap();
+    let column = head.iter().position(|name| name.starts_with("Fz comp error")).unwrap();
     let of_test = rows.filter(|row| row[0] == "test");
-    let mut errors: Vec<f64> = of_test
-        .map(|row| row[column].parse::<f64>().unwrap().abs())
-        .collect();
+    let mut errors: Vec<f64> =
+        of_test.map(|row| row[column].parse::<f64>().unwrap().abs()).collect();
     errors.sort_by(f64::total_cmp);
     assert_eq!(errors.len(), 150);
-    assert!(
-        (errors[142] - tested).abs() < 1e-9,
-        "{} {tested}",
-        errors[142]
-    );
+    assert!((errors[142] - tested).abs() < 1e-9, "{} {tested}", errors[142]);
     // The file has it, and what it does not cover.
     let file = json(&workshop.read("c.json"));
     assert_eq!(file["quality"]["expected_error"], found["expected_error"]);
     let said = found["expected_error"]["not_covered"].as_str().unwrap();
-    assert!(
-        said.contains("another mounting") && said.contains("another day"),
-        "{said}"
-    );
+    assert!(said.contains("another mounting") && said.contains("another day"), "{said}");
     assert!(!said.contains("one at a time"), "there is one axis: {said}");
 }
 
 #[test]
 fn with_fewer_than_three_groups_there_is_a_reason_and_no_figure() {
     let workshop = Workshop::with_recordings();
-    for files in [
-        &["--train", "a.csv"][..],
-        &["--train", "a.csv", "b.csv", "--test", "c.csv"],
-    ] {
+    for files in [&["--train", "a.csv"][..], &["--train", "a.csv", "b.csv", "--test", "c.csv"]] {
         let found = fit(workshop.path(), files);
         assert!(found["expected_error"].is_null(), "{files:?}");
         let reason = found["no_expected_error"].as_str().unwrap();
         assert!(reason.contains("minimum 3"), "{reason}");
     }
     workshop.write("limits.toml", "expected_error = 1e6\n");
-    let words = [
-        "fit",
-        "--train",
-        "a.csv",
-        "b.csv",
-        "--limits",
-        "limits.toml",
-    ];
-    assert_eq!(
-        run(workshop.path(), &words).status.code(),
-        Some(3),
-        "not known does not pass"
-    );
+    let words = ["fit", "--train", "a.csv", "b.csv", "--limits", "limits.toml"];
+    assert_eq!(run(workshop.path(), &words).status.code(), Some(3), "not known does not pass");
 }
 
 #[test]
@@ -164,23 +119,13 @@ fn limits_say_the_same_on_both_jobs_and_their_exit_code_is_3() {
         let words =
             |job: &'static str| [&[job, "--limits", "limits.toml"][..], &ALL_FILES].concat();
         let fitted = run(workshop.path(), &words("fit"));
-        let reported = run(
-            workshop.path(),
-            &[&words("report")[..], &["--out", "r.html", "--force"]].concat(),
-        );
+        let reported =
+            run(workshop.path(), &[&words("report")[..], &["--out", "r.html", "--force"]].concat());
         for output in [&fitted, &reported] {
-            assert_eq!(
-                output.status.code(),
-                Some(code),
-                "{limits}: {}",
-                stderr(output)
-            );
+            assert_eq!(output.status.code(), Some(code), "{limits}: {}", stderr(output));
         }
         let said = |output| {
-            stderr(output)
-                .lines()
-                .find(|line| line.contains("out of limits"))
-                .map(str::to_owned)
+            stderr(output).lines().find(|line| line.contains("out of limits")).map(str::to_owned)
         };
         assert_eq!(said(&fitted), said(&reported));
         assert_eq!(said(&fitted).is_some(), code == 3);
@@ -190,28 +135,18 @@ fn limits_say_the_same_on_both_jobs_and_their_exit_code_is_3() {
     let words = [&["fit", "--limits", "limits.toml"][..], &ALL_FILES].concat();
     let refused = run(workshop.path(), &words);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(
-        stderr(&refused).contains("expected_error"),
-        "{}",
-        stderr(&refused)
-    );
+    assert!(stderr(&refused).contains("expected_error"), "{}", stderr(&refused));
 }
 
 #[test]
 fn the_sensor_s_identity_stands_at_the_head_of_the_report() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", SENSOR);
-    let words = [
-        &["report", "--sensor", "sensor.toml", "--out", "r.html"][..],
-        &ALL_FILES,
-    ]
-    .concat();
+    let words =
+        [&["report", "--sensor", "sensor.toml", "--out", "r.html"][..], &ALL_FILES].concat();
     succeed(workshop.path(), &words);
     let html = workshop.read("r.html");
-    let (identity, errors) = (
-        html.find("4711").unwrap(),
-        html.find("id=\"scores\"").unwrap(),
-    );
+    let (identity, errors) = (html.find("4711").unwrap(), html.find("id=\"scores\"").unwrap());
     assert!(identity < errors);
     assert!(html.contains("A &amp; B &lt;GmbH&gt;") && html.contains("Fz 10.00 N"));
 }
@@ -231,11 +166,7 @@ fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_a
     succeed(workshop.path(), &good);
     let bad = ["fit", "--train", "in/s2", "--json"];
     let refused = run(workshop.path(), &bad);
-    assert!(
-        stderr(&refused).contains("--keep-going"),
-        "{}",
-        stderr(&refused)
-    );
+    assert!(stderr(&refused).contains("--keep-going"), "{}", stderr(&refused));
     assert_eq!(refused.status.code(), Some(2));
     let going = run(workshop.path(), &[&bad[..], &["--keep-going"]].concat());
     assert_eq!(going.status.code(), Some(1));
@@ -245,10 +176,8 @@ fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_a
         "{}",
         stderr(&going)
     );
-    let applied = run(
-        workshop.path(),
-        &["apply", "c.json", "in/s2", "--out", "loads", "--keep-going"],
-    );
+    let applied =
+        run(workshop.path(), &["apply", "c.json", "in/s2", "--out", "loads", "--keep-going"]);
     assert_eq!(applied.status.code(), Some(1));
     assert!(
         workshop.file("loads/r2_loads.csv").exists()
@@ -256,9 +185,5 @@ fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_a
     );
     fs::create_dir(workshop.file("none")).unwrap();
     let none = run(workshop.path(), &["fit", "--train", "none"]);
-    assert!(
-        stderr(&none).contains("the folder holds no recordings"),
-        "{}",
-        stderr(&none)
-    );
+    assert!(stderr(&none).contains("the folder holds no recordings"), "{}", stderr(&none));
 }

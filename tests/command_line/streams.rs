@@ -25,11 +25,7 @@ fn a_reader_that_had_enough_is_no_error() {
         &["--help"],
     ] {
         let mut job = program(workshop.path(), arguments);
-        let output = job
-            .stdout(closed())
-            .stderr(Stdio::piped())
-            .output()
-            .unwrap();
+        let output = job.stdout(closed()).stderr(Stdio::piped()).output().unwrap();
         assert_eq!(stderr(&output), "", "{arguments:?}");
         assert_eq!(output.status.code(), Some(0), "{arguments:?}");
     }

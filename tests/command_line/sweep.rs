@@ -23,10 +23,7 @@ fn assert_points_are_fits(workshop: &Workshop, blocks: &[&str]) {
     for point in points {
         let [f_th, t_th] = ["f_th", "t_th"].map(|name| point[name].to_string());
         let thresholds = ["--f-th", &f_th, "--t-th", &t_th];
-        let fitted = fit(
-            workshop.path(),
-            &[&ALL_FILES[..], &thresholds, blocks].concat(),
-        );
+        let fitted = fit(workshop.path(), &[&ALL_FILES[..], &thresholds, blocks].concat());
         for score in ["train_rmse", "test_rmse", "cv_rmse"] {
             let (actual, expected) = (&point[score], &fitted["compensated"][score]);
             for (actual, expected) in numbers(actual).iter().zip(numbers(expected)) {
@@ -47,15 +44,7 @@ fn every_pair_has_the_errors_of_a_fit() {
 
 #[test]
 fn named_blocks_stay_beside_the_varying_look_back() {
-    let blocks = [
-        "--creep",
-        "2",
-        "--play",
-        "0.3",
-        "--ridge",
-        "0.001",
-        "--no-offset",
-    ];
+    let blocks = ["--creep", "2", "--play", "0.3", "--ridge", "0.001", "--no-offset"];
     assert_points_are_fits(&Workshop::with_recordings(), &blocks);
 }
 
@@ -134,8 +123,5 @@ fn without_ranges_the_grid_covers_the_sensor() {
     let points = report["points"].as_array().unwrap();
     let largest = points.iter().map(f_ths).fold(0.0, f64::max);
     let full_scale = numbers(&report["full_scale"])[0];
-    assert!(
-        largest > full_scale && largest < 2.0 * full_scale,
-        "{largest} {full_scale}"
-    );
+    assert!(largest > full_scale && largest < 2.0 * full_scale, "{largest} {full_scale}");
 }

@@ -21,30 +21,17 @@ fn traces_have_the_errors_that_the_fit_reported() {
     workshop.write("n.csv", numbers_alone.collect::<Vec<_>>().join("\n"));
     let table = Table::read(&workshop.file("n.csv"));
     assert_eq!(table.column("t").len(), 4 * 75);
-    let is_test: Vec<bool> = text
-        .lines()
-        .skip(1)
-        .map(|line| line.starts_with("test,"))
-        .collect();
-    for (column, kind) in [
-        ("Fz conv error", "conventional"),
-        ("Fz comp error", "compensated"),
-    ] {
+    let is_test: Vec<bool> = text.lines().skip(1).map(|line| line.starts_with("test,")).collect();
+    for (column, kind) in [("Fz conv error", "conventional"), ("Fz comp error", "compensated")] {
         let errors = table.column(column);
         let of_test = errors.iter().zip(&is_test).filter(|(_, is_test)| **is_test);
         let of_test: Vec<f64> = of_test.map(|(error, _)| *error).collect();
         assert_eq!(of_test.len(), 75);
         let reported = numbers(&report[kind]["test_rmse"])[0];
-        assert!(
-            (rms(&of_test) - reported).abs() < 1e-9 * reported,
-            "{column}"
-        );
+        assert!((rms(&of_test) - reported).abs() < 1e-9 * reported, "{column}");
     }
-    let (calc, comp, error) = (
-        table.column("Fz calc"),
-        table.column("Fz comp"),
-        table.column("Fz comp error"),
-    );
+    let (calc, comp, error) =
+        (table.column("Fz calc"), table.column("Fz comp"), table.column("Fz comp error"));
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
@@ -56,10 +43,7 @@ fn a_range_of_time_is_a_part_of_the_same_rows() {
     succeed(workshop.path(), &make);
     let apply = ["apply", "c.json", "a.csv", "test.csv", "--traces"];
     succeed(workshop.path(), &[&apply[..], &["all.csv"]].concat());
-    succeed(
-        workshop.path(),
-        &[&apply[..], &["part.csv", "--from", "3", "--to", "5"]].concat(),
-    );
+    succeed(workshop.path(), &[&apply[..], &["part.csv", "--from", "3", "--to", "5"]].concat());
     let (all, part) = (workshop.read("all.csv"), workshop.read("part.csv"));
     let kept: Vec<&str> = part.lines().collect();
     assert_eq!(kept.len(), 1 + 2 * 21);
@@ -73,18 +57,12 @@ fn recordings_without_a_reference_leave_its_cells_empty() {
     let make = [&["fit", "--export", "c.json"], &ALL_FILES[..]].concat();
     succeed(workshop.path(), &make);
     workshop.write("bare.csv", "t [s],S1,S2\n0,40,1\n0.1,41,2\n");
-    succeed(
-        workshop.path(),
-        &["apply", "c.json", "bare.csv", "a.csv", "--traces", "t.csv"],
-    );
+    succeed(workshop.path(), &["apply", "c.json", "bare.csv", "a.csv", "--traces", "t.csv"]);
     let text = workshop.read("t.csv");
     let cells: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
     assert_eq!(cells[..3], ["bare", "0", ""]);
     assert_eq!(cells.iter().filter(|cell| cell.is_empty()).count(), 3);
-    succeed(
-        workshop.path(),
-        &["apply", "c.json", "bare.csv", "--traces", "u.csv"],
-    );
+    succeed(workshop.path(), &["apply", "c.json", "bare.csv", "--traces", "u.csv"]);
     assert_eq!(
         workshop.read("u.csv").lines().next().unwrap(),
         "recording,t [s],Fz conv [N],Fz comp [N]"
@@ -96,14 +74,8 @@ fn traces_that_cannot_be_are_refused_with_what_to_do() {
     let workshop = Workshop::with_recordings();
     for (more, word) in [
         (&["--traces", "t.txt"][..], "use .csv"),
-        (
-            &["--traces", "t.csv", "--from", "5", "--to", "3"],
-            "must not be above",
-        ),
-        (
-            &["--traces", "t.csv", "--from", "900"],
-            "choose other times",
-        ),
+        (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be above"),
+        (&["--traces", "t.csv", "--from", "900"], "choose other times"),
         (&["--traces", "t.csv", "--from", "nan"], "must not be above"),
         (&["--traces", "a.csv", "--force"], "which is read"),
         (&["--traces", "gone/t.csv"], "no directory"),
@@ -118,9 +90,6 @@ fn traces_that_cannot_be_are_refused_with_what_to_do() {
         assert!(!workshop.file("t.csv").exists());
     }
     workshop.write("t.csv", "mine");
-    let told = run(
-        workshop.path(),
-        &[&["fit"], &ALL_FILES[..], &["--traces", "t.csv"]].concat(),
-    );
+    let told = run(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--traces", "t.csv"]].concat());
     assert!(stderr(&told).contains("--force") && workshop.read("t.csv") == "mine");
 }

@@ -12,10 +12,7 @@ fn each_slip_is_answered_with_the_way_out() {
     std::fs::create_dir(workshop.file("runs")).unwrap();
     workshop.write("runs/one.csv", "");
     workshop.write("runs/two.csv", "");
-    succeed(
-        workshop.path(),
-        &[&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat(),
-    );
+    succeed(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat());
     for (arguments, words) in [
         ("fitt", &["'fitt'", "'fit'"][..]),
         ("fitt --train a.csv", &["'fitt'", "'fit'"]),
@@ -26,16 +23,10 @@ fn each_slip_is_answered_with_the_way_out() {
         ("fit --train runs", &["runs", "one.csv, two.csv", "*.csv"]),
         ("fit --train -", &["standard input", "name a file"]),
         ("apply c.json - --out .", &["standard input"]),
-        (
-            "apply a.csv c.json --out .",
-            &["a.csv is no calibration", "apply c.json a.csv"],
-        ),
+        ("apply a.csv c.json --out .", &["a.csv is no calibration", "apply c.json a.csv"]),
         ("fit --train a.csv --f-th 3,5", &["--look-back 3,5"]),
         ("fit --train a.csv b.csv ./a.csv", &["a.csv and ./a.csv"]),
-        (
-            "fit --train a.csv --test a.csv",
-            &["same recording", "--test"],
-        ),
+        ("fit --train a.csv --test a.csv", &["same recording", "--test"]),
         ("metrology a.csv a.csv", &["same recording"]),
         ("fit --test test.csv", &["--train <FILE>"]),
     ] {
@@ -52,15 +43,9 @@ fn each_slip_is_answered_with_the_way_out() {
 #[test]
 fn a_recording_that_is_given_as_a_column_map_is_told_from_one() {
     let workshop = Workshop::with_recordings();
-    let output = run(
-        workshop.path(),
-        &["fit", "--train", "a.csv", "--columns", "b.csv"],
-    );
+    let output = run(workshop.path(), &["fit", "--train", "a.csv", "--columns", "b.csv"]);
     let told = stderr(&output);
-    assert!(
-        told.contains("b.csv") && told.contains("--write-map"),
-        "{told}"
-    );
+    assert!(told.contains("b.csv") && told.contains("--write-map"), "{told}");
     assert!(!told.contains("expected"), "{told}");
 }
 
@@ -68,14 +53,8 @@ fn a_recording_that_is_given_as_a_column_map_is_told_from_one() {
 #[test]
 fn names_from_files_are_shown_by_their_codes() {
     let workshop = Workshop::new();
-    workshop.write(
-        "a.csv",
-        "t,S1,\"\u{1b}[2J\u{202e}\",Fz [x\u{7}]\n0,1,2,3\n0.1,2,3,4\n",
-    );
-    workshop.write(
-        "c.json",
-        "{\"format\": \"loopscope calibration\", \"\u{9b}2J\u{202e}\": 1}",
-    );
+    workshop.write("a.csv", "t,S1,\"\u{1b}[2J\u{202e}\",Fz [x\u{7}]\n0,1,2,3\n0.1,2,3,4\n");
+    workshop.write("c.json", "{\"format\": \"loopscope calibration\", \"\u{9b}2J\u{202e}\": 1}");
     let sensor = "<?xml version=\"1.0\"?><FTSensor NumGages=\"\u{202e}&#27;]0;\"/><Calibration/>";
     workshop.write("c.cal", sensor);
     for arguments in [

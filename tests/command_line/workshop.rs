@@ -54,10 +54,7 @@ pub fn rows(seed: f64, n_samples: usize, start: f64) -> String {
         let t = k as f64 / 10.0;
         let force = 6.0 * (0.9 * t + seed).sin() + 2.0 * (2.3 * t + 1.7 * seed).cos();
         lagging = lagging.clamp(force - 1.5, force + 1.5);
-        let (s1, s2) = (
-            40.0 + force + 0.4 * lagging,
-            0.5 * lagging + 0.01 * force * force,
-        );
+        let (s1, s2) = (40.0 + force + 0.4 * lagging, 0.5 * lagging + 0.01 * force * force);
         writeln!(text, "{},{s1},{s2},{force}", start + t).unwrap();
     }
     text

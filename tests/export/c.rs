@@ -42,13 +42,7 @@ const EVERYTHING: [&str; 10] = [
 fn compiled(calibration: &Calibration, directory: &Path, name: &str, real: &str) -> PathBuf {
     let program = directory.join(format!("{name}_{real}"));
     let mut compile = compiler("cc", "driver.c", calibration, directory, name, real);
-    succeed(
-        compile
-            .args(STRICT)
-            .args(["-O1", "-o"])
-            .arg(&program)
-            .arg("-lm"),
-    );
+    succeed(compile.args(STRICT).args(["-O1", "-o"]).arg(&program).arg("-lm"));
     program
 }
 
@@ -90,19 +84,10 @@ fn the_class_runs_every_calibration_in_cpp() {
     for (name, calibration) in calibrations() {
         for real in ["double", "float"] {
             let program = directory.path().join(format!("{name}_{real}"));
-            let mut compile = compiler(
-                "g++",
-                "driver.cpp",
-                &calibration,
-                directory.path(),
-                &name,
-                real,
-            );
+            let mut compile =
+                compiler("g++", "driver.cpp", &calibration, directory.path(), &name, real);
             let strict = STRICT.iter().filter(|option| !option.starts_with("-std"));
-            compile
-                .args(strict)
-                .args(["-std=c++11", "-O1", "-o"])
-                .arg(&program);
+            compile.args(strict).args(["-std=c++11", "-O1", "-o"]).arg(&program);
             succeed(&mut compile);
             if real == "double" {
                 let printed = succeed(&mut fed(&program, directory.path(), &disturbed()));
@@ -126,12 +111,8 @@ fn clang_has_nothing_to_say() {
         for real in ["double", "float"] {
             for (language, standard) in [("c", "c99"), ("c++", "c++11"), ("c++", "c++17")] {
                 let mut clang = Command::new("clang");
-                clang
-                    .args(EVERYTHING)
-                    .args(["-Werror", "-fsyntax-only", "-x", language]);
-                clang
-                    .arg(format!("-std={standard}"))
-                    .arg(format!("-DLOOPSCOPE_REAL={real}"));
+                clang.args(EVERYTHING).args(["-Werror", "-fsyntax-only", "-x", language]);
+                clang.arg(format!("-std={standard}")).arg(format!("-DLOOPSCOPE_REAL={real}"));
                 succeed(clang.arg(&source));
             }
         }
@@ -191,10 +172,7 @@ fn the_three_clocks_make_the_same_of_the_same_pauses() {
             let what = format!("{clock} in {real}");
             let samples = with_pauses();
             let statuses = assert_runs_as(&samples, &printed, &calibration, tolerance, &what);
-            let gaps = statuses
-                .iter()
-                .enumerate()
-                .filter(|(_, own)| own.has(Status::AFTER_GAP));
+            let gaps = statuses.iter().enumerate().filter(|(_, own)| own.has(Status::AFTER_GAP));
             let gaps: Vec<usize> = gaps.map(|(k, _)| k).collect();
             assert_eq!(gaps, [300, 400, 500, 600, 800, 900]);
         }
@@ -234,14 +212,10 @@ fn after_a_step_that_is_none_the_history_starts_anew() {
     }
     back[50].0 = f64::NAN;
     let printed = succeed(fed(&program, directory.path(), &back).arg("step"));
-    let statuses: Vec<u8> = (printed.lines())
-        .map(|line| line.rsplit(' ').next().unwrap().parse().unwrap())
-        .collect();
+    let statuses: Vec<u8> =
+        (printed.lines()).map(|line| line.rsplit(' ').next().unwrap().parse().unwrap()).collect();
     let restarted = (Status::RESTARTED.bits(), Status::FILLING.bits());
-    assert_eq!(
-        statuses[30..32],
-        [Status::REJECTED_TIME.bits(), restarted.0 + restarted.1]
-    );
+    assert_eq!(statuses[30..32], [Status::REJECTED_TIME.bits(), restarted.0 + restarted.1]);
     // The step after it is none, too.
     let rejected = Status::REJECTED_VALUE.bits();
     assert_eq!(statuses[50..52], [rejected, rejected]);
@@ -264,10 +238,7 @@ fn bias_takes_the_last_load_as_zero() {
         for (axis, text) in line.split_whitespace().take(6).enumerate() {
             let actual: f64 = text.parse().unwrap();
             let expected = of(k)[axis] - of(99)[axis];
-            assert!(
-                (actual - expected).abs() < 1e-8,
-                "sample {k}: {actual} is not {expected}"
-            );
+            assert!((actual - expected).abs() < 1e-8, "sample {k}: {actual} is not {expected}");
         }
     }
 }
@@ -308,25 +279,12 @@ fn the_stated_memory_is_that_of_the_state() {
     let directory = tempfile::tempdir().unwrap();
     let header = directory.path().join("sized.h");
     let text = export(&calibration(every_block(), Regressor::Linear), &header);
-    let stated = text
-        .split_once("about ")
-        .unwrap()
-        .1
-        .split_once(' ')
-        .unwrap()
-        .0;
+    let stated = text.split_once("about ").unwrap().1.split_once(' ').unwrap().0;
     let stated: f64 = stated.parse().unwrap();
     let source = directory.path().join("sized.c");
     fs::write(&source, "#include <stdio.h>\n#include \"sized.h\"\nint main(void) { printf(\"%lu\", (unsigned long)sizeof(sized_state)); return 0; }\n").unwrap();
     let program = directory.path().join("sized");
-    succeed(
-        Command::new("cc")
-            .args(STRICT)
-            .arg(&source)
-            .arg("-o")
-            .arg(&program)
-            .arg("-lm"),
-    );
+    succeed(Command::new("cc").args(STRICT).arg(&source).arg("-o").arg(&program).arg("-lm"));
     let actual: f64 = succeed(&mut Command::new(program)).parse().unwrap();
     assert!((stated / actual - 1.0).abs() < 0.001, "{stated} {actual}");
 }
@@ -338,10 +296,8 @@ fn names_from_files_stay_in_their_comments() {
     }
     let directory = tempfile::tempdir().unwrap();
     let mut calibration = calibration(every_block(), Regressor::Linear);
-    calibration.trained_on = vec![
-        "*/ #error /* ??/\n\\".to_owned(),
-        "x \u{202e}\u{1b}[31m".to_owned(),
-    ];
+    calibration.trained_on =
+        vec!["*/ #error /* ??/\n\\".to_owned(), "x \u{202e}\u{1b}[31m".to_owned()];
     compiled(&calibration, directory.path(), "named", "double");
     let odd = directory.path().join("2 left-arm.h");
     let text = export(&calibration, &odd);
@@ -372,10 +328,7 @@ fn a_controller_needs_what_is_said_and_no_double() {
             "-mfpu=fpv4-sp-d16",
             "-mfloat-abi=hard",
         ]);
-        compiler
-            .args(["-DLOOPSCOPE_REAL=float", "-c", "-o"])
-            .arg(at("bare.o"))
-            .arg(at("bare.c"));
+        compiler.args(["-DLOOPSCOPE_REAL=float", "-c", "-o"]).arg(at("bare.o")).arg(at("bare.c"));
         succeed(&mut compiler);
         let size = succeed(Command::new("arm-none-eabi-size").arg(at("bare.o")));
         let sizes: Vec<f64> = size
@@ -389,12 +342,7 @@ fn a_controller_needs_what_is_said_and_no_double() {
         let said = Footprint::of(&calibration);
         assert_eq!(sizes[2] as usize, said.memory, "{name}");
         let off = said.program as f64 / sizes[0];
-        assert!(
-            (0.85..1.2).contains(&off),
-            "{name}: {} said, {} are",
-            said.program,
-            sizes[0]
-        );
+        assert!((0.85..1.2).contains(&off), "{name}: {} said, {} are", said.program, sizes[0]);
         let symbols = succeed(Command::new("arm-none-eabi-nm").arg(at("bare.o")));
         assert!(!symbols.contains("__aeabi_d"), "{name}: {symbols}");
     }

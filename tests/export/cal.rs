@@ -24,16 +24,11 @@ fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
     assert_eq!(read.gauges[5], "SG5");
     assert_eq!(read.full_scale, calibration.full_scale);
     name_gauges(&mut read, RECORDING.gauge_names());
-    let (actual, expected) = (
-        read.apply(&RECORDING).unwrap(),
-        calibration.apply(&RECORDING).unwrap(),
-    );
+    let (actual, expected) =
+        (read.apply(&RECORDING).unwrap(), calibration.apply(&RECORDING).unwrap());
     assert_eq!(actual.conventional, actual.compensated);
-    for (at, (actual, expected)) in actual
-        .conventional
-        .iter()
-        .zip(&expected.conventional)
-        .enumerate()
+    for (at, (actual, expected)) in
+        actual.conventional.iter().zip(&expected.conventional).enumerate()
     {
         let offset = calibration.conventional.matrix[at % 6].last().unwrap();
         assert!((actual + offset - expected).abs() < 1e-9);
@@ -62,8 +57,7 @@ fn up_to_eight_gauges_are_written_and_read_back() {
             rows(6),
         );
         let mut set = RecordingSet::default();
-        set.push(Entry::new(recording.unwrap(), Role::Train))
-            .unwrap();
+        set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
         let settings = FitSettings {
             features: FeatureSettings::present(),
             offset: false,
@@ -105,10 +99,7 @@ fn moments_in_newton_millimetres_become_newton_metres() {
     fs::write(&path, foreign()).unwrap();
     let read = read_calibration(&path).unwrap();
     assert_eq!(read.axes, Axis::ALL);
-    assert_eq!(
-        read.conventional.matrix[0],
-        [0.5, -1.0, 0.0, 0.0, 0.0, 1e-3]
-    );
+    assert_eq!(read.conventional.matrix[0], [0.5, -1.0, 0.0, 0.0, 0.0, 1e-3]);
     assert!((read.conventional.matrix[3][0] - 3.5e-3).abs() < 1e-18);
     assert_eq!((read.full_scale[2], read.full_scale[3]), (50.0, 0.05));
 }
@@ -134,10 +125,7 @@ fn files_with_something_missing_or_unknown_are_refused() {
         assert!(whole.contains(from), "{from}");
         fs::write(&path, whole.replacen(from, to, 1)).unwrap();
         let told = read_calibration(&path).unwrap_err().to_string();
-        assert!(
-            told.contains("edited.cal") && told.contains(word),
-            "{to}: {told}"
-        );
+        assert!(told.contains("edited.cal") && told.contains(word), "{to}: {told}");
     }
     fs::write(&path, "t,S1,Fx\n0,1,2\n").unwrap();
     let told = read_calibration(&path).unwrap_err().to_string();

@@ -31,10 +31,7 @@ fn with_pauses() -> Samples {
 /// All axes over full scale, and less history than there are samples.
 fn by_full_scale() -> Calibration {
     let mut features = FeatureSettings {
-        look_backs: vec![Thresholds {
-            f_th: 0.3,
-            t_th_secs: 8.0,
-        }],
+        look_backs: vec![Thresholds { f_th: 0.3, t_th_secs: 8.0 }],
         ..every_block()
     };
     features.distance = serde_json::from_str("\"full-scale\"").unwrap();
@@ -69,9 +66,8 @@ fn a_reader_made_of_the_guide_alone_gives_the_loads_of_apply() {
         let mut python = Command::new("python3");
         let python = python.current_dir(directory.path());
         let printed = succeed(python.args(["-B", "reader.py", "c.json", "samples.txt"]));
-        let actual: Vec<f64> = (printed.split_whitespace())
-            .map(|number| number.parse().unwrap())
-            .collect();
+        let actual: Vec<f64> =
+            (printed.split_whitespace()).map(|number| number.parse().unwrap()).collect();
         assert_eq!(actual.len(), expected.len(), "{name}");
         let n_axes = calibration.axes.len();
         for (k, (actual, expected)) in actual.iter().zip(&expected).enumerate() {
@@ -90,8 +86,7 @@ fn every_calibration_file_is_one_by_the_schema() {
     let directory = tempfile::tempdir().unwrap();
     let at = |name: &str| directory.path().join(name);
     let mut set = RecordingSet::default();
-    set.push(Entry::new(RECORDING.clone(), Role::Train))
-        .unwrap();
+    set.push(Entry::new(RECORDING.clone(), Role::Train)).unwrap();
     let mut all = calibrations();
     for (name, tare) in [("auto", Tare::Auto), ("interval", Tare::Interval(0.0, 1.5))] {
         let calibration = Calibration {
@@ -107,11 +102,7 @@ fn every_calibration_file_is_one_by_the_schema() {
         files.push(format!("{name}.json"));
         export(&calibration, &at(&files[files.len() - 1]));
     }
-    fs::write(
-        at("schema.json"),
-        include_str!("../../assets/calibration.schema.json"),
-    )
-    .unwrap();
+    fs::write(at("schema.json"), include_str!("../../assets/calibration.schema.json")).unwrap();
     let code = "
 import json, sys, jsonschema
 schema = json.load(open('schema.json', encoding='utf-8'))

@@ -14,12 +14,7 @@ use crate::support::{calibration, every_block, export, is_there, succeed};
 #[track_caller]
 fn python(directory: &Path, code: &str) {
     let head = "import json, numpy as np\ntruth = json.load(open('c.json'))\n";
-    succeed(
-        Command::new("python3")
-            .current_dir(directory)
-            .arg("-c")
-            .arg(format!("{head}{code}")),
-    );
+    succeed(Command::new("python3").current_dir(directory).arg("-c").arg(format!("{head}{code}")));
 }
 
 fn exported(calibration: &Calibration, name: &str) -> tempfile::TempDir {
@@ -32,10 +27,8 @@ fn exported(calibration: &Calibration, name: &str) -> tempfile::TempDir {
 /// With names that need escaping.
 fn odd_names() -> Calibration {
     let mut calibration = calibration(every_block(), Regressor::HybridNetwork);
-    calibration.trained_on = vec![
-        "a \"b\" \\ c: [d]".to_owned(),
-        "力\u{7}\n# no comment".to_owned(),
-    ];
+    calibration.trained_on =
+        vec!["a \"b\" \\ c: [d]".to_owned(), "力\u{7}\n# no comment".to_owned()];
     calibration
 }
 
@@ -167,10 +160,7 @@ fn octave_rebuilds_the_conventional_load() {
     let octave = octave.current_dir(directory.path());
     let printed = succeed(octave.args(["--no-gui", "--quiet", "--eval", code]));
     let actual: Vec<f64> = printed.lines().map(|line| line.parse().unwrap()).collect();
-    assert_eq!(
-        actual[..2],
-        [calibration.gap_secs, calibration.history_step_secs]
-    );
+    assert_eq!(actual[..2], [calibration.gap_secs, calibration.history_step_secs]);
     let gauges = &calibration.gauge_scale.shift;
     for (row, actual) in calibration.conventional.matrix.iter().zip(&actual[2..]) {
         let load: f64 = gauges.iter().zip(row).map(|(a, b)| a * b).sum::<f64>() + row[6];
@@ -191,10 +181,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
     small.conventional.matrix.pop();
     small.compensated.as_mut().unwrap().matrix.pop();
     let mut endless = linear.clone();
-    endless.features.look_backs[0] = Thresholds {
-        f_th: 3.0,
-        t_th_secs: 1e6,
-    };
+    endless.features.look_backs[0] = Thresholds { f_th: 3.0, t_th_secs: 1e6 };
     let mut broken = linear.clone();
     broken.conventional.matrix[0].pop();
     for (calibration, name, word) in [
@@ -203,9 +190,8 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
         (&broken, "c.yaml", "row Fx"),
         (&linear, "gone/c.h", "no directory"),
     ] {
-        let told = write_calibration(calibration, &directory.path().join(name))
-            .unwrap_err()
-            .to_string();
+        let told =
+            write_calibration(calibration, &directory.path().join(name)).unwrap_err().to_string();
         assert!(told.contains(name) && told.contains(word), "{told}");
     }
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
@@ -218,27 +204,14 @@ fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
     let network = calibration(every_block(), Regressor::Network);
     for target in TARGETS {
         for ending in target.endings {
-            let path = directory
-                .path()
-                .join(format!("c.{}", ending.to_ascii_uppercase()));
+            let path = directory.path().join(format!("c.{}", ending.to_ascii_uppercase()));
             assert_eq!(target_for(&path).unwrap().name, target.name);
             write_calibration(&network, &path).unwrap();
             let text = String::from_utf8_lossy(&fs::read(&path).unwrap()).into_owned();
-            let says = [
-                "leaves out",
-                "leaves_out",
-                "l\0\0\0e\0\0\0a\0\0\0v\0\0\0e\0\0\0s",
-            ];
+            let says = ["leaves out", "leaves_out", "l\0\0\0e\0\0\0a\0\0\0v\0\0\0e\0\0\0s"];
             let is_table = ["json", "csv", "mat", "dat", "zip"].contains(ending);
-            assert!(
-                is_table || says.iter().any(|words| text.contains(words)),
-                "{ending}"
-            );
-            assert_eq!(
-                read_calibration(&path).is_ok(),
-                target.reader.is_some(),
-                "{ending}"
-            );
+            assert!(is_table || says.iter().any(|words| text.contains(words)), "{ending}");
+            assert_eq!(read_calibration(&path).is_ok(), target.reader.is_some(), "{ending}");
         }
     }
 }

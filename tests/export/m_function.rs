@@ -108,11 +108,7 @@ fn a_file_gets_a_name_that_matlab_takes() {
                 "state = {function}(); [load, ~, status] = {function}(state, 0, ones(6, 1)); disp(size(load))"
             );
             let printed = octave(directory.path(), &["--eval", &call]);
-            assert_eq!(
-                printed.split_whitespace().collect::<Vec<_>>(),
-                ["6", "1"],
-                "{file}"
-            );
+            assert_eq!(printed.split_whitespace().collect::<Vec<_>>(), ["6", "1"], "{file}");
         }
     }
 }

@@ -19,10 +19,7 @@ fn passes(command: &mut Command, what: &str) {
     let said = succeed(command);
     assert!(said.starts_with("PASS: "), "{what}: {said}");
     // Most samples, not a few that no threshold touches.
-    let numbers: Vec<f64> = said
-        .split(' ')
-        .filter_map(|word| word.parse().ok())
-        .collect();
+    let numbers: Vec<f64> = said.split(' ').filter_map(|word| word.parse().ok()).collect();
     assert!(numbers[0] > 0.7 * numbers[1], "{what}: {said}");
 }
 
@@ -33,11 +30,7 @@ fn built(compiler: &str, options: &[&str], folder: &Path) -> Command {
     let mut compile = Command::new(compiler);
     compile.args(options).arg("-o").arg(&program);
     compile.arg(format!("-I{}", folder.join("src").display()));
-    let cpp: &[&str] = if compiler == "g++" {
-        &["-x", "c++"]
-    } else {
-        &[]
-    };
+    let cpp: &[&str] = if compiler == "g++" { &["-x", "c++"] } else { &[] };
     succeed(compile.args(cpp).arg(folder.join("main.c")).arg("-lm"));
     let mut run = Command::new(program);
     run.arg(folder.join("expected.csv"));
@@ -59,18 +52,10 @@ fn every_library_passes_its_own_test_in_c_and_in_cpp() {
         write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
         for real in ["-DLOOPSCOPE_REAL=double", "-DLOOPSCOPE_REAL=float"] {
             let strict = [&STRICT, &["-O1", real][..]].concat();
-            passes(
-                &mut built("cc", &strict, &folder),
-                &format!("{name} {real}"),
-            );
-            let strict: Vec<&str> = strict
-                .iter()
-                .map(|option| option.replace("c99", "c++17").leak() as &str)
-                .collect();
-            passes(
-                &mut built("g++", &strict, &folder),
-                &format!("{name} {real} C++"),
-            );
+            passes(&mut built("cc", &strict, &folder), &format!("{name} {real}"));
+            let strict: Vec<&str> =
+                strict.iter().map(|option| option.replace("c99", "c++17").leak() as &str).collect();
+            passes(&mut built("g++", &strict, &folder), &format!("{name} {real} C++"));
         }
     }
 }
@@ -91,19 +76,13 @@ fn a_wrong_number_fails_the_self_test() {
     let expected = fs::read_to_string(folder.join("expected.csv")).unwrap();
     let mut lines: Vec<String> = expected.lines().map(str::to_owned).collect();
     let line = lines[30].replacen(",1,0", ",0,0", 1);
-    assert_ne!(
-        lines[30], line,
-        "its status is that of a history that fills"
-    );
+    assert_ne!(lines[30], line, "its status is that of a history that fills");
     lines[30] = line;
     fs::write(folder.join("expected.csv"), lines.join("\n")).unwrap();
     let output = run.output().unwrap();
     let said = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(
-        said.starts_with("line 31: ") && said.contains("FAIL: "),
-        "{said}"
-    );
+    assert!(said.starts_with("line 31: ") && said.contains("FAIL: "), "{said}");
     fs::write(folder.join("expected.csv"), lines[..20].join("\n")).unwrap();
     assert_eq!(run.output().unwrap().status.code(), Some(2));
 }
@@ -122,18 +101,11 @@ fn cmake_builds_and_tests_a_library() {
     let build = directory.path().join("build");
     for options in [vec![], vec!["-DLOOPSCOPE_REAL=float"]] {
         let mut cmake = Command::new("cmake");
-        cmake
-            .arg("-S")
-            .arg(directory.path().join("test"))
-            .arg("-B")
-            .arg(&build);
+        cmake.arg("-S").arg(directory.path().join("test")).arg("-B").arg(&build);
         succeed(cmake.args(options));
         succeed(Command::new("cmake").arg("--build").arg(&build));
         let said = succeed(Command::new("ctest").arg("-V").current_dir(&build));
-        assert!(
-            said.contains("PASS: ") && said.contains("100% tests passed"),
-            "{said}"
-        );
+        assert!(said.contains("PASS: ") && said.contains("100% tests passed"), "{said}");
     }
 }
 
@@ -158,45 +130,15 @@ fn the_example_for_arduino_compiles() {
     ";
     fs::write(folder.join("Arduino.h"), arduino).unwrap();
     let mut compile = Command::new("g++");
-    compile.args([
-        "-std=c++11",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-fsyntax-only",
-        "-include",
-    ]);
-    compile
-        .arg(folder.join("Arduino.h"))
-        .arg(format!("-I{}", folder.join("src").display()));
-    succeed(
-        compile
-            .args(["-x", "c++"])
-            .arg(folder.join("examples/read_load/read_load.ino")),
-    );
-    write_calibration(
-        &drifting(Regressor::Linear),
-        &directory.path().join("warm/"),
-    )
-    .unwrap();
+    compile.args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-include"]);
+    compile.arg(folder.join("Arduino.h")).arg(format!("-I{}", folder.join("src").display()));
+    succeed(compile.args(["-x", "c++"]).arg(folder.join("examples/read_load/read_load.ino")));
+    write_calibration(&drifting(Regressor::Linear), &directory.path().join("warm/")).unwrap();
     let warm = directory.path().join("warm");
     let mut compile = Command::new("g++");
-    compile.args([
-        "-std=c++11",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-fsyntax-only",
-        "-include",
-    ]);
-    compile
-        .arg(folder.join("Arduino.h"))
-        .arg(format!("-I{}", warm.join("src").display()));
-    succeed(
-        compile
-            .args(["-x", "c++"])
-            .arg(warm.join("examples/read_load/read_load.ino")),
-    );
+    compile.args(["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-include"]);
+    compile.arg(folder.join("Arduino.h")).arg(format!("-I{}", warm.join("src").display()));
+    succeed(compile.args(["-x", "c++"]).arg(warm.join("examples/read_load/read_load.ino")));
     let library = fs::read_to_string(folder.join("library.json")).unwrap();
     let library: serde_json::Value = serde_json::from_str(&library).unwrap();
     assert_eq!(library["headers"], "arm.h");
@@ -206,10 +148,7 @@ fn the_example_for_arduino_compiles() {
 fn every_language_passes_its_own_test() {
     let directory = tempfile::tempdir().unwrap();
     let mut all = learned();
-    all.push((
-        "class".to_owned(),
-        calibration(every_block(), Regressor::Linear),
-    ));
+    all.push(("class".to_owned(), calibration(every_block(), Regressor::Linear)));
     all.extend(["numpy", "selftest"].map(|name| (name.to_owned(), drifting(Regressor::Linear))));
     all.push(("drifting".to_owned(), drifting(Regressor::Linear)));
     all.push(("warm_network".to_owned(), drifting(Regressor::Network)));
@@ -217,32 +156,20 @@ fn every_language_passes_its_own_test() {
         let folder = directory.path().join(&name);
         write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
         if is_there("python3", &["-c", "import numpy"]) {
-            passes(
-                Command::new("python3")
-                    .arg("-B")
-                    .arg(folder.join("python/selftest.py")),
-                &name,
-            );
+            passes(Command::new("python3").arg("-B").arg(folder.join("python/selftest.py")), &name);
         }
         if is_there("octave-cli", &["--version"]) {
             passes(
-                Command::new("octave-cli")
-                    .arg("--norc")
-                    .arg(folder.join("matlab/selftest.m")),
+                Command::new("octave-cli").arg("--norc").arg(folder.join("matlab/selftest.m")),
                 &name,
             );
         }
         if is_there("rustc", &["--version"]) {
             let program = folder.join("selftest");
             let mut compile = Command::new("rustc");
-            compile
-                .args(["--edition", "2021", "-D", "warnings", "-o"])
-                .arg(&program);
+            compile.args(["--edition", "2021", "-D", "warnings", "-o"]).arg(&program);
             succeed(compile.arg(folder.join("rust/selftest.rs")));
-            passes(
-                Command::new(program).arg(folder.join("expected.csv")),
-                &name,
-            );
+            passes(Command::new(program).arg(folder.join("expected.csv")), &name);
         }
     }
 }
@@ -251,11 +178,7 @@ fn every_language_passes_its_own_test() {
 #[test]
 fn a_library_tries_auxiliary_channels() {
     let directory = tempfile::tempdir().unwrap();
-    write_calibration(
-        &drifting(Regressor::Linear),
-        &directory.path().join("warm/"),
-    )
-    .unwrap();
+    write_calibration(&drifting(Regressor::Linear), &directory.path().join("warm/")).unwrap();
     let at = |name: &str| fs::read_to_string(directory.path().join("warm").join(name)).unwrap();
     let expected = at("expected.csv");
     assert!(expected.starts_with(
@@ -264,10 +187,7 @@ fn a_library_tries_auxiliary_channels() {
     assert!(expected.contains(",9,0\n") && expected.lines().nth(44).unwrap().ends_with(",32,0"));
     let header = at("src/warm.h");
     assert!(header.contains("#define WARM_AUXILIARY 2"));
-    assert!(
-        header.contains("[°C], trained from 15 to 35 °C"),
-        "{header}"
-    );
+    assert!(header.contains("[°C], trained from 15 to 35 °C"), "{header}");
 }
 
 /// Every status but that of a load beyond what is known; byte by byte the same again; in an archive as in a folder.
@@ -279,10 +199,7 @@ fn a_library_tries_what_a_sensor_meets() {
     write_calibration(&calibration, &at("arm/")).unwrap();
     let expected = fs::read_to_string(at("arm/expected.csv")).unwrap();
     for status in [0, 1, 3, 5, 16, 32] {
-        assert!(
-            expected.contains(&format!(",{status},0\n")),
-            "status {status}"
-        );
+        assert!(expected.contains(&format!(",{status},0\n")), "status {status}");
     }
     for name in ["arm.zip", "second/arm.zip"] {
         fs::create_dir_all(at(name).parent().unwrap()).unwrap();

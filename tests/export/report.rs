@@ -34,8 +34,7 @@ fn hostile(seed: f64, n: usize) -> Recording {
 fn hostile_set(roles: &[Role]) -> Arc<RecordingSet> {
     let mut set = RecordingSet::default();
     for (at, role) in roles.iter().enumerate() {
-        set.push(Entry::new(hostile(at as f64, 300), *role))
-            .unwrap();
+        set.push(Entry::new(hostile(at as f64, 300), *role)).unwrap();
     }
     Arc::new(set)
 }
@@ -95,24 +94,13 @@ fn parsed(html: &str) -> (Vec<String>, String) {
 fn notes_and_the_factory_s_errors_stand_in_the_report_as_text() {
     let directory = tempfile::tempdir().unwrap();
     let recordings = hostile_set(&[Role::Train, Role::Train, Role::Test]);
-    let fitted = report(&Request::fit(
-        Arc::clone(&recordings),
-        FitSettings::default(),
-    ));
+    let fitted = report(&Request::fit(Arc::clone(&recordings), FitSettings::default()));
     let factory = fitted.calibration;
-    let request = Request {
-        factory: Some(factory),
-        ..Request::fit(recordings, FitSettings::default())
-    };
+    let request =
+        Request { factory: Some(factory), ..Request::fit(recordings, FitSettings::default()) };
     let mut data = report(&request);
     data.notes = format!("bolted anew\n\n{HOSTILE}");
-    let own = data
-        .calibration
-        .quality
-        .conventional
-        .test_rmse
-        .as_ref()
-        .unwrap()[0];
+    let own = data.calibration.quality.conventional.test_rmse.as_ref().unwrap()[0];
     let scored = data.factory.as_ref().unwrap().test_rmse[0].unwrap();
     assert!((own - scored).abs() < 1e-9, "the conventional one itself");
     let html = written(&data, &directory.path().join("r.html"));
@@ -144,10 +132,7 @@ fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
     let (names, text) = parsed(&html);
     assert!(text.contains("<script>alert('1')</script> & \"q\" ]]> --> \\u{1b}[31m \\u{202e}"));
     for section in SECTIONS {
-        assert!(
-            html.contains(&format!("<section id=\"{section}\"")),
-            "{section}"
-        );
+        assert!(html.contains(&format!("<section id=\"{section}\"")), "{section}");
     }
     // Curves over both thresholds, one loop, one trace.
     assert_eq!(names.iter().filter(|name| *name == "svg").count(), 4);
@@ -163,15 +148,9 @@ fn nothing_is_fetched_from_elsewhere() {
     let directory = tempfile::tempdir().unwrap();
     let data = reported(&[Role::Train]);
     let html = written(&data, &directory.path().join("r.html"));
-    let rest = html
-        .replace("xmlns=\"http://www.w3.org/2000/svg\"", "")
-        .replace("https://x.y", "");
+    let rest = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "").replace("https://x.y", "");
     assert!(!rest.contains("http"));
-    assert!(
-        data.warnings
-            .iter()
-            .any(|warning| warning.contains("test role"))
-    );
+    assert!(data.warnings.iter().any(|warning| warning.contains("test role")));
     assert!(html.contains("the file could not be read again"));
 }
 
@@ -197,14 +176,10 @@ fn a_report_is_not_half_written() {
     let told = write_report(&path, &data).unwrap_err().to_string();
     assert!(told.contains("no directory"), "{told}");
     std::fs::write(directory.path().join("r.html"), "mine").unwrap();
-    let mut permissions = std::fs::metadata(directory.path().join("r.html"))
-        .unwrap()
-        .permissions();
+    let mut permissions = std::fs::metadata(directory.path().join("r.html")).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(directory.path().join("r.html"), permissions).unwrap();
-    let told = write_report(&directory.path().join("r.html"), &data)
-        .unwrap_err()
-        .to_string();
+    let told = write_report(&directory.path().join("r.html"), &data).unwrap_err().to_string();
     assert!(told.contains("read-only"), "{told}");
 }
 
@@ -225,10 +200,7 @@ fn a_browser_reads_the_report() {
     written(&reported(&[Role::Train, Role::Test]), &path);
     let output = Command::new(browser)
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--dump-dom"])
-        .arg(format!(
-            "--user-data-dir={}",
-            directory.path().join("profile").display()
-        ))
+        .arg(format!("--user-data-dir={}", directory.path().join("profile").display()))
         .arg(&path)
         .output()
         .unwrap();

@@ -41,14 +41,8 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
     fs::write(at("disturbed.txt"), lines(&disturbed())).unwrap();
     fs::write(at("main.rs"), DRIVER).unwrap();
     let mut all = learned();
-    all.push((
-        "all_blocks".to_owned(),
-        calibration(every_block(), Regressor::Linear),
-    ));
-    all.push((
-        "present".to_owned(),
-        calibration(Default::default(), Regressor::Linear),
-    ));
+    all.push(("all_blocks".to_owned(), calibration(every_block(), Regressor::Linear)));
+    all.push(("present".to_owned(), calibration(Default::default(), Regressor::Linear)));
     let has_clippy = is_there("clippy-driver", &["--version"]);
     for (name, calibration) in all {
         let double = export(&calibration, &at("exported.rs"));
@@ -57,39 +51,17 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
         for (code, tolerance) in [(double, 1e-9), (single, 1e-4)] {
             fs::write(at("exported.rs"), code).unwrap();
             let mut compile = Command::new("rustc");
-            compile
-                .args(["--edition", "2024", "-D", "warnings", "-o"])
-                .arg(at("program"));
+            compile.args(["--edition", "2024", "-D", "warnings", "-o"]).arg(at("program"));
             succeed(compile.arg(at("main.rs")));
             // On a machine without an operating system, too.
-            fs::write(
-                at("bare.rs"),
-                "#![no_std]\n#![allow(dead_code)]\nmod exported;\n",
-            )
-            .unwrap();
+            fs::write(at("bare.rs"), "#![no_std]\n#![allow(dead_code)]\nmod exported;\n").unwrap();
             let mut compile = Command::new("rustc");
-            compile.args([
-                "--edition",
-                "2024",
-                "--crate-type",
-                "lib",
-                "--emit",
-                "metadata",
-            ]);
+            compile.args(["--edition", "2024", "--crate-type", "lib", "--emit", "metadata"]);
             succeed(compile.arg(at("bare.rs")).arg("-o").arg(at("bare.rmeta")));
             if has_clippy {
                 let mut clippy = Command::new("clippy-driver");
-                clippy.args([
-                    "--edition",
-                    "2024",
-                    "--crate-type",
-                    "lib",
-                    "--emit",
-                    "metadata",
-                ]);
-                clippy
-                    .args(["-D", "warnings", "-o"])
-                    .arg(at("linted.rmeta"));
+                clippy.args(["--edition", "2024", "--crate-type", "lib", "--emit", "metadata"]);
+                clippy.args(["-D", "warnings", "-o"]).arg(at("linted.rmeta"));
                 succeed(clippy.arg(at("exported.rs")));
             }
             let run = |file: &str| {

@@ -23,12 +23,7 @@ static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     let some = all.entries().iter().step_by(30);
     for entry in some.chain([&all.entries()[RUN]]) {
         let recording = Arc::new(entry.recording.decimated(4));
-        set.push(Entry {
-            recording,
-            role: Role::Train,
-            group: None,
-        })
-        .unwrap();
+        set.push(Entry { recording, role: Role::Train, group: None }).unwrap();
     }
     Arc::new(set)
 });
@@ -60,23 +55,14 @@ pub fn every_block() -> FeatureSettings {
 /// No block, each block alone, all together.
 pub fn block_sets() -> Vec<(&'static str, FeatureSettings)> {
     let all = every_block();
-    let listed = |blocks| FeatureSettings {
-        blocks,
-        ..FeatureSettings::present()
-    };
+    let listed = |blocks| FeatureSettings { blocks, ..FeatureSettings::present() };
     let mut sets = vec![
         ("present", FeatureSettings::present()),
         (
             "look_back",
-            FeatureSettings {
-                look_backs: all.look_backs.clone(),
-                ..FeatureSettings::present()
-            },
+            FeatureSettings { look_backs: all.look_backs.clone(), ..FeatureSettings::present() },
         ),
-        (
-            "squares",
-            listed(Blocks::default().with(&Polynomial, &[2.0])),
-        ),
+        ("squares", listed(Blocks::default().with(&Polynomial, &[2.0]))),
     ];
     for (block, values) in all.blocks.used() {
         let alone = Blocks::default().with(block, values);
@@ -87,10 +73,7 @@ pub fn block_sets() -> Vec<(&'static str, FeatureSettings)> {
 }
 
 pub fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibration {
-    let settings = FitSettings {
-        features,
-        ..settings(regressor)
-    };
+    let settings = FitSettings { features, ..settings(regressor) };
     let request = Request::fit(Arc::clone(&RECORDINGS), settings);
     train(&request, &Progress::default(), &mut |_| {}).unwrap()
 }
@@ -98,15 +81,8 @@ pub fn calibration(features: FeatureSettings, regressor: Regressor) -> Calibrati
 fn settings(regressor: Regressor) -> FitSettings {
     FitSettings {
         regressor,
-        network: NetworkSettings {
-            hidden: vec![12, 9],
-            epochs: 3,
-            ..NetworkSettings::default()
-        },
-        kernel: KernelSettings {
-            landmarks: 15,
-            length_scale: Some(1.0),
-        },
+        network: NetworkSettings { hidden: vec![12, 9], epochs: 3, ..NetworkSettings::default() },
+        kernel: KernelSettings { landmarks: 15, length_scale: Some(1.0) },
         ..FitSettings::default()
     }
 }
@@ -124,8 +100,7 @@ pub fn drifting(regressor: Regressor) -> Calibration {
         let units = ["°C", "V"].map(str::to_owned).to_vec();
         let recording = Recording::clone(&entry.recording);
         let recording = recording.with_auxiliary(names, units, values.collect());
-        set.push(Entry::new(recording.unwrap(), Role::Train))
-            .unwrap();
+        set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
     }
     let settings = FitSettings {
         features: FeatureSettings {
@@ -171,10 +146,7 @@ pub fn learned() -> Vec<(String, Calibration)> {
     let regressors = Regressor::ALL.into_iter().skip(1);
     regressors
         .map(|regressor| {
-            let name = regressor
-                .label()
-                .to_ascii_lowercase()
-                .replace([' ', '+'], "");
+            let name = regressor.label().to_ascii_lowercase().replace([' ', '+'], "");
             (name, calibration(every_block(), regressor))
         })
         .collect()
@@ -301,17 +273,11 @@ pub fn lines(samples: &Samples) -> String {
 
 /// Whether a command can be run at all.
 pub fn is_there(command: &str, arguments: &[&str]) -> bool {
-    let status = Command::new(command)
-        .args(arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
+    let status =
+        Command::new(command).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).status();
     let is_there = status.is_ok_and(|status| status.success());
     if !is_there {
-        eprintln!(
-            "skipped: {command} {} does not run here",
-            arguments.join(" ")
-        );
+        eprintln!("skipped: {command} {} does not run here", arguments.join(" "));
     }
     is_there
 }
@@ -338,17 +304,11 @@ pub fn assert_loads(
     let n_axes = calibration.axes.len();
     assert_eq!(printed.lines().count(), recording.n_samples(), "{what}");
     for (k, line) in printed.lines().enumerate() {
-        let actual: Vec<f64> = line
-            .split_whitespace()
-            .map(|x| x.parse().unwrap())
-            .collect();
+        let actual: Vec<f64> = line.split_whitespace().map(|x| x.parse().unwrap()).collect();
         assert_eq!(actual.len(), 2 * n_axes + 1, "{what}: {line}");
         let of_sample = k * n_axes..(k + 1) * n_axes;
-        let expected = [
-            &applied.compensated[of_sample.clone()],
-            &applied.conventional[of_sample],
-        ]
-        .concat();
+        let expected =
+            [&applied.compensated[of_sample.clone()], &applied.conventional[of_sample]].concat();
         assert_near(
             &actual[..expected.len()],
             &expected,
@@ -366,10 +326,7 @@ pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64
     let n = |flag| statuses.iter().filter(|own| own.has(flag)).count();
     // 3 samples with bad numbers, 2 with a bad time, and 2 before the restart; pauses of more than four seconds are gaps, and so
     // is the clock's leap to near its end.
-    assert_eq!(
-        [n(Status::REJECTED_TIME), n(Status::REJECTED_VALUE)],
-        [4, 3]
-    );
+    assert_eq!([n(Status::REJECTED_TIME), n(Status::REJECTED_VALUE)], [4, 3]);
     assert_eq!([n(Status::AFTER_GAP), n(Status::RESTARTED)], [5, 1]);
 }
 
@@ -387,10 +344,7 @@ pub fn assert_runs_as(
     assert_eq!(printed.lines().count(), samples.len(), "{what}");
     let mut statuses = Vec::new();
     for (k, (line, (time, gauges))) in printed.lines().zip(samples).enumerate() {
-        let actual: Vec<f64> = line
-            .split_whitespace()
-            .map(|x| x.parse().unwrap())
-            .collect();
+        let actual: Vec<f64> = line.split_whitespace().map(|x| x.parse().unwrap()).collect();
         let (load, status) = match estimator.update(*time, gauges) {
             Ok((status, load)) => (load.to_vec(), status),
             Err(error) => (vec![f64::NAN; calibration.axes.len()], error.status()),

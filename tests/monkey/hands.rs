@@ -192,9 +192,7 @@ pub struct Hands {
 impl Hands {
     /// From a seed.
     pub fn new(seed: u64) -> Self {
-        Self {
-            random: Random::new(seed),
-        }
+        Self { random: Random::new(seed) }
     }
 
     /// Something that can be done to this window.
@@ -226,11 +224,7 @@ impl Hands {
                 frames: vec![Vec::new()],
                 ..Act::default()
             },
-            _ => Act {
-                rests: true,
-                said: "rest".to_owned(),
-                ..Act::default()
-            },
+            _ => Act { rests: true, said: "rest".to_owned(), ..Act::default() },
         };
         let idle = self.random.below(3);
         act.frames.extend(std::iter::repeat_n(Vec::new(), idle));
@@ -317,12 +311,7 @@ impl Hands {
         let times = if self.random.chance(0.12) { 2 } else { 1 };
         for _ in 0..times {
             for pressed in [true, false] {
-                frames.push(vec![Event::PointerButton {
-                    pos,
-                    button,
-                    pressed,
-                    modifiers,
-                }]);
+                frames.push(vec![Event::PointerButton { pos, button, pressed, modifiers }]);
             }
         }
         Act {
@@ -342,28 +331,18 @@ impl Hands {
             }
         };
         let (button, modifiers) = (self.button(), self.modifiers());
-        let press = |pos, pressed| Event::PointerButton {
-            pos,
-            button,
-            pressed,
-            modifiers,
-        };
+        let press = |pos, pressed| Event::PointerButton { pos, button, pressed, modifiers };
         let mut frames = vec![vec![Event::PointerMoved(from)], vec![press(from, true)]];
         let moves = 2 + self.random.below(8);
         for at in 1..=moves {
-            frames.push(vec![Event::PointerMoved(
-                from + (to - from) * (at as f32 / moves as f32),
-            )]);
+            frames.push(vec![Event::PointerMoved(from + (to - from) * (at as f32 / moves as f32))]);
         }
         match self.random.chance(0.05) {
             true => frames.push(vec![Event::PointerGone]),
             false => frames.push(vec![press(to, false)]),
         }
         Act {
-            said: format!(
-                "drag {button:?} {}from {from:?} to {to:?}: {name}",
-                held(modifiers)
-            ),
+            said: format!("drag {button:?} {}from {from:?} to {to:?}: {name}", held(modifiers)),
             frames,
             ..Act::default()
         }
@@ -373,11 +352,7 @@ impl Hands {
         let (pos, name) = self.place(window);
         let modifiers = self.modifiers();
         let delta = vec2(0.0, *self.random.of(&[-300.0, -60.0, 60.0, 300.0, 3000.0]));
-        let delta = if self.random.chance(0.2) {
-            delta.yx()
-        } else {
-            delta
-        };
+        let delta = if self.random.chance(0.2) { delta.yx() } else { delta };
         let turn = Event::MouseWheel {
             unit: MouseWheelUnit::Point,
             delta,
@@ -398,11 +373,7 @@ impl Hands {
     fn keys(&mut self) -> Act {
         let (modifiers, key) = match self.random.chance(0.3) {
             true => {
-                let more = if self.random.chance(0.2) {
-                    Modifiers::SHIFT
-                } else {
-                    Modifiers::NONE
-                };
+                let more = if self.random.chance(0.2) { Modifiers::SHIFT } else { Modifiers::NONE };
                 (Modifiers::COMMAND | more, *self.random.of(&SHORTCUTS))
             }
             false => {
@@ -425,11 +396,7 @@ impl Hands {
     /// Into a field that was clicked, or wherever the focus is.
     fn write(&mut self, window: &Harness<'_, Option<Shell>>) -> Act {
         let text = *self.random.of(&TEXTS);
-        let mut act = if self.random.chance(0.7) {
-            self.click(window)
-        } else {
-            Act::default()
-        };
+        let mut act = if self.random.chance(0.7) { self.click(window) } else { Act::default() };
         if self.random.chance(0.7) {
             act.frames.push(press(Modifiers::COMMAND, Key::A));
         }
@@ -453,24 +420,13 @@ impl Hands {
         let mut frames = vec![press(Modifiers::COMMAND, Key::P)];
         frames.push(vec![Event::Text(word.to_owned())]);
         let down = self.random.below(6);
-        frames.extend(std::iter::repeat_n(
-            press(Modifiers::NONE, Key::ArrowDown),
-            down,
-        ));
+        frames.extend(std::iter::repeat_n(press(Modifiers::NONE, Key::ArrowDown), down));
         frames.push(press(Modifiers::NONE, Key::Enter));
-        Act {
-            said: format!("palette {word:?}, {down} down"),
-            frames,
-            ..Act::default()
-        }
+        Act { said: format!("palette {word:?}, {down} down"), frames, ..Act::default() }
     }
 
     fn resize(&mut self) -> Act {
-        let (min, max) = if self.random.chance(0.1) {
-            (40.0, 400.0)
-        } else {
-            (800.0, 2400.0)
-        };
+        let (min, max) = if self.random.chance(0.1) { (40.0, 400.0) } else { (800.0, 2400.0) };
         let mut side = || (min + (max - min) * self.random.share()) as f32;
         let size = vec2(side(), 0.6 * side());
         Act {
@@ -509,13 +465,7 @@ impl Hands {
 }
 
 fn press(modifiers: Modifiers, key: Key) -> Vec<Event> {
-    let event = |pressed| Event::Key {
-        key,
-        physical_key: None,
-        pressed,
-        repeat: false,
-        modifiers,
-    };
+    let event = |pressed| Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
     vec![
         Event::ModifiersChanged(modifiers),
         event(true),

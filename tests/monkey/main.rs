@@ -106,11 +106,7 @@ impl Log {
         let read = std::io::Read::read(&mut std::fs::File::open(source)?, &mut head)?;
         let head = String::from_utf8_lossy(&head[..read]);
         let rows: Vec<String> = head.lines().map(|row| format!("{row}\n")).collect();
-        let mut log = Self {
-            path,
-            rows,
-            written: 0,
-        };
+        let mut log = Self { path, rows, written: 0 };
         std::fs::write(&log.path, "")?;
         log.grow(100)?;
         Ok(log)
@@ -121,11 +117,7 @@ impl Log {
         let mut text = String::new();
         for _ in 0..n {
             // The header stands once.
-            let at = if self.written < rows {
-                self.written
-            } else {
-                1 + self.written % (rows - 1)
-            };
+            let at = if self.written < rows { self.written } else { 1 + self.written % (rows - 1) };
             text.push_str(&self.rows[at]);
             self.written += 1;
         }
@@ -159,14 +151,11 @@ impl Dialogs for AnyFile {
 
     fn save(&mut self, content: FileContent, reply: Reply) {
         let world = &mut *self.0.borrow_mut();
-        let endings: Vec<&str> = (content.formats().into_iter())
-            .flat_map(|(_, endings)| endings)
-            .collect();
+        let endings: Vec<&str> =
+            (content.formats().into_iter()).flat_map(|(_, endings)| endings).collect();
         let usual = Path::new(content.usual_name());
         let ending = match endings.is_empty() {
-            true => usual
-                .extension()
-                .map_or("", |own| own.to_str().unwrap_or("")),
+            true => usual.extension().map_or("", |own| own.to_str().unwrap_or("")),
             false => world.random.of(&endings),
         };
         let name = format!("saved_{}.{ending}", world.random.below(3));
@@ -305,16 +294,12 @@ impl Watch {
         drop(meshes);
         self.last.held().1 = None;
         self.frames += 1;
-        self.longest
-            .push((took.0, took.1, self.actions, self.last.newest()));
-        self.longest
-            .sort_by_key(|(took, ..)| std::cmp::Reverse(*took));
+        self.longest.push((took.0, took.1, self.actions, self.last.newest()));
+        self.longest.sort_by_key(|(took, ..)| std::cmp::Reverse(*took));
         self.longest.truncate(LISTED);
         let viewport = self.window.output().viewport_output.get(&ViewportId::ROOT);
         let commands = viewport.map_or(&[][..], |viewport| &viewport.commands);
-        let closes = commands
-            .iter()
-            .any(|command| matches!(command, ViewportCommand::Close));
+        let closes = commands.iter().any(|command| matches!(command, ViewportCommand::Close));
         if closes {
             // A person opens it again.
             if let Some(mut shell) = self.window.state_mut().take() {
@@ -323,8 +308,7 @@ impl Watch {
             self.restarts += 1;
         }
         let engine = self.window.state().as_ref().map(Shell::engine);
-        self.curve
-            .follow(self.start.elapsed(), &self.textures, engine);
+        self.curve.follow(self.start.elapsed(), &self.textures, engine);
     }
 
     /// Waits for the answers, at most so long.
@@ -354,10 +338,7 @@ impl Watch {
                 shell.send(command);
             }
             if let Some(path) = act.dropped {
-                self.window
-                    .input_mut()
-                    .dropped_files
-                    .push(Arc::new(Dropped(path)));
+                self.window.input_mut().dropped_files.push(Arc::new(Dropped(path)));
             }
             if act.closes {
                 let input = self.window.input_mut();
@@ -381,11 +362,7 @@ impl Watch {
     fn soak(&mut self, seed: u64, moves: u64) {
         let mut random = Random::new(seed);
         self.rest(HANGS);
-        let shell = self
-            .window
-            .state()
-            .as_ref()
-            .expect("made in the first frame");
+        let shell = self.window.state().as_ref().expect("made in the first frame");
         let recordings = &shell.engine().project().recordings;
         assert!(
             !recordings.entries().is_empty(),
@@ -455,12 +432,7 @@ fn prepare(choices: &Choices, folder: &Path) -> std::io::Result<World> {
         files.push(small);
     }
     let log = Log::new(folder.join("log.csv"), &source)?;
-    Ok(World {
-        folder: folder.to_owned(),
-        files,
-        log,
-        random: Random::new(choices.seed ^ 0x5eed),
-    })
+    Ok(World { folder: folder.to_owned(), files, log, random: Random::new(choices.seed ^ 0x5eed) })
 }
 
 fn main() -> ExitCode {
@@ -484,10 +456,7 @@ fn main() -> ExitCode {
             .collect();
         let said = format!("{info}\n{}", own.join("\n"));
         eprintln!("{said}");
-        heard
-            .lock()
-            .unwrap_or_else(|error| error.into_inner())
-            .push(said);
+        heard.lock().unwrap_or_else(|error| error.into_inner()).push(said);
     }));
 
     let mut watch = Watch::new(&choices, Rc::new(RefCell::new(world)), curve);
@@ -496,10 +465,7 @@ fn main() -> ExitCode {
         Some(moves) => watch.soak(choices.seed, moves),
         None => watch.play(&choices),
     }));
-    let panics = panics
-        .lock()
-        .unwrap_or_else(|error| error.into_inner())
-        .clone();
+    let panics = panics.lock().unwrap_or_else(|error| error.into_inner()).clone();
     let minutes = watch.start.elapsed().as_secs_f64() / 60.0;
     println!(
         "seed {}: {} actions, {} frames, {} restarts in {minutes:.1} min",
@@ -514,30 +480,18 @@ fn main() -> ExitCode {
         );
     }
     let grows = watch.curve.tell();
-    let is_frozen = watch
-        .longest
-        .first()
-        .is_some_and(|(took, ..)| *took > FROZEN);
+    let is_frozen = watch.longest.first().is_some_and(|(took, ..)| *took > FROZEN);
     let failures = [
-        (
-            ended.is_err() || !panics.is_empty(),
-            format!("{} panics", panics.len()),
-        ),
+        (ended.is_err() || !panics.is_empty(), format!("{} panics", panics.len())),
         (is_frozen, "a frame of more than a second".to_owned()),
         (grows && choices.soak.is_some(), "memory grows".to_owned()),
     ];
-    let failures: Vec<String> = (failures.into_iter())
-        .filter_map(|(is, what)| is.then_some(what))
-        .collect();
+    let failures: Vec<String> =
+        (failures.into_iter()).filter_map(|(is, what)| is.then_some(what)).collect();
     if failures.is_empty() {
         return ExitCode::SUCCESS;
     }
-    println!(
-        "FAILED: {} (seed {}, step {})",
-        failures.join(", "),
-        choices.seed,
-        watch.actions
-    );
+    println!("FAILED: {} (seed {}, step {})", failures.join(", "), choices.seed, watch.actions);
     for said in panics {
         println!("  {said}");
     }

@@ -70,12 +70,7 @@ impl Curve {
                 "secs,resident_mb,threads,textures,texture_mb,recordings,loaded_mb,running"
             )?;
         }
-        Ok(Self {
-            every,
-            next: Duration::ZERO,
-            points: Vec::new(),
-            file,
-        })
+        Ok(Self { every, next: Duration::ZERO, points: Vec::new(), file })
     }
 
     /// Takes a point of a window with these recordings where it is time for one.
@@ -123,11 +118,7 @@ impl Curve {
     /// Prints it, and whether it grows.
     pub fn tell(&self) -> bool {
         println!("memory:  secs  MB resident  threads  textures (MB)  recordings (MB)");
-        for point in self
-            .points
-            .iter()
-            .step_by(self.points.len().div_ceil(ROWS).max(1))
-        {
+        for point in self.points.iter().step_by(self.points.len().div_ceil(ROWS).max(1)) {
             println!(
                 "{:13.0}  {:11.1}  {:7}  {:5} ({:5.1})  {:4} ({:7.1})",
                 point.secs,
@@ -183,9 +174,6 @@ fn status(name: &str) -> f64 {
 /// How long this thread had a processor; Linux says.
 pub fn thread_time() -> Duration {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    let nanoseconds = text
-        .split_whitespace()
-        .next()
-        .and_then(|number| number.parse().ok());
+    let nanoseconds = text.split_whitespace().next().and_then(|number| number.parse().ok());
     Duration::from_nanos(nanoseconds.unwrap_or(0))
 }

@@ -8,10 +8,7 @@ use serde_json::Value;
 /// The program with these arguments, to be run in `directory` on a machine without a display.
 pub fn program(directory: &Path, arguments: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_loopscope"));
-    program
-        .args(arguments)
-        .current_dir(directory)
-        .stdin(Stdio::null());
+    program.args(arguments).current_dir(directory).stdin(Stdio::null());
     for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
         program.env_remove(display);
     }

@@ -20,12 +20,7 @@ impl Table {
             header: csv.headers().unwrap().iter().map(str::to_owned).collect(),
             rows: csv
                 .records()
-                .map(|row| {
-                    row.unwrap()
-                        .iter()
-                        .map(|x| x.parse().unwrap_or(f64::NAN))
-                        .collect()
-                })
+                .map(|row| row.unwrap().iter().map(|x| x.parse().unwrap_or(f64::NAN)).collect())
                 .collect(),
         }
     }

@@ -16,17 +16,8 @@ const CONTROLS: [Role; 8] = [
     Role::MultilineTextInput,
 ];
 /// Menus open on a click, and their items are explained; the cross of a tab is what it looks like.
-const KNOWN: [&str; 9] = [
-    "File",
-    "Edit",
-    "Roles",
-    "Navigate",
-    "View",
-    "Help",
-    "Close",
-    "Hide",
-    "Close window",
-];
+const KNOWN: [&str; 9] =
+    ["File", "Edit", "Roles", "Navigate", "View", "Help", "Close", "Hide", "Close window"];
 
 fn quick_to_explain(window: &mut Window) {
     window.ctx.all_styles_mut(|style| {
@@ -42,9 +33,7 @@ fn explains(window: &mut Window, at: egui::Pos2) -> bool {
     window.run_steps(3);
     let shown = window.ctx.memory(|memory| {
         let layers = memory.areas().visible_layer_ids();
-        layers
-            .iter()
-            .any(|layer| layer.order == egui::Order::Tooltip)
+        layers.iter().any(|layer| layer.order == egui::Order::Tooltip)
     });
     window.event(egui::Event::PointerGone);
     window.step();
@@ -157,9 +146,7 @@ fn every_item_of_a_menu_says_on_hover_what_it_does() {
         click(&mut window, Role::Button, menu);
         let items = window.ctx.memory(|memory| {
             let layers = memory.areas().visible_layer_ids();
-            let popup = layers
-                .iter()
-                .find(|layer| layer.order == egui::Order::Foreground);
+            let popup = layers.iter().find(|layer| layer.order == egui::Order::Foreground);
             popup.and_then(|layer| memory.area_rect(layer.id))
         });
         let items = items.unwrap_or_else(|| panic!("{menu} is not open"));

@@ -12,14 +12,11 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
         let rmse = rmse.as_ref().expect("it is scored")[1];
         let cell = format!("{set} Comp. Fy ");
         let said = window.query_all_by_label_contains(&cell);
-        let said: Vec<String> = said
-            .filter_map(|node| node.accesskit_node().label().or(node.value()))
-            .collect();
+        let said: Vec<String> =
+            said.filter_map(|node| node.accesskit_node().label().or(node.value())).collect();
         let number = said.first().and_then(|said| said.strip_suffix(" N"));
-        let number = number
-            .and_then(|said| said.rsplit_once(' '))
-            .unwrap_or_else(|| panic!("{said:?}"))
-            .1;
+        let number =
+            number.and_then(|said| said.rsplit_once(' ')).unwrap_or_else(|| panic!("{said:?}")).1;
         let number: f64 = number.parse().expect("a number");
         assert!((number / rmse - 1.0).abs() < 1e-3, "{said:?} {rmse}");
     }
@@ -36,36 +33,20 @@ fn a_plot_says_its_values_at_the_pointer_or_the_cursor_else_what_it_shows() {
         (plot.rect(), plot.value().unwrap_or_default())
     };
     let (rect, said) = plot(&window);
-    assert!(
-        said.starts_with("time [s]: ") && said.contains(", Fx [N]: "),
-        "{said}"
-    );
+    assert!(said.starts_with("time [s]: ") && said.contains(", Fx [N]: "), "{said}");
     window.hover_at(rect.center());
     window.run_steps(3);
     let (_, said) = plot(&window);
-    assert!(
-        said.starts_with("Fx at ") && said.contains(" s: Calc. "),
-        "{said}"
-    );
-    assert!(
-        said.contains(", Comp. ") && said.contains(" N error "),
-        "{said}"
-    );
+    assert!(said.starts_with("Fx at ") && said.contains(" s: Calc. "), "{said}");
+    assert!(said.contains(", Comp. ") && said.contains(" N error "), "{said}");
     window.remove_cursor();
     window.run_steps(3);
     let traces = &analysis(&window).traces;
     let value = traces.axes[0].conventional.value(0);
-    window
-        .state_mut()
-        .as_mut()
-        .unwrap()
-        .send(Command::Time(loopscope::ui::TimeMove::Step(1)));
+    window.state_mut().as_mut().unwrap().send(Command::Time(loopscope::ui::TimeMove::Step(1)));
     window.run_steps(3);
     let (_, said) = plot(&window);
-    assert!(
-        said.starts_with("Fx at ") && value.is_finite(),
-        "by keys too: {said}"
-    );
+    assert!(said.starts_with("Fx at ") && value.is_finite(), "by keys too: {said}");
 }
 
 #[test]
@@ -76,17 +57,11 @@ fn fields_of_the_import_window_are_named_by_the_header() {
     });
     let path = files.write("odd.csv", &text);
     let mut window = window(files.three());
-    window
-        .state_mut()
-        .as_mut()
-        .unwrap()
-        .send(ImportCommand::Open(path));
+    window.state_mut().as_mut().unwrap().send(ImportCommand::Open(path));
     settle(&mut window);
-    for (name, role) in [
-        ("column load cell", "gauge"),
-        ("column 3, x", "gauge"),
-        ("column time", "time"),
-    ] {
+    for (name, role) in
+        [("column load cell", "gauge"), ("column 3, x", "gauge"), ("column time", "time")]
+    {
         let combo = format!("Role of {name}");
         let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
         assert_eq!(combo.value().as_deref(), Some(role), "{name}");

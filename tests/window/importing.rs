@@ -39,10 +39,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     assert!(has(&window, "Would load 1 recording, 400 samples at 20"));
     click(&mut window, Role::Button, "Load it");
     assert_eq!(names(&window), ["first"]);
-    assert!(
-        train_rmse(&window)[0][0] < 1e-9,
-        "the force is a gauge's double"
-    );
+    assert!(train_rmse(&window)[0][0] < 1e-9, "the force is a gauge's double");
 
     let send = window.state_mut().as_mut().unwrap();
     send.send(Action::Open(vec![second]));
@@ -106,10 +103,7 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
         let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
         assert_eq!(combo.value().as_deref(), Some(role));
     }
-    assert!(has(
-        &window,
-        "gauges Messstelle 1 Messstelle 2, no reference"
-    ));
+    assert!(has(&window, "gauges Messstelle 1 Messstelle 2, no reference"));
     choose(&mut window, "Presse [N]", "Fx");
     for role in ["ignore", "Fy", "gauge"] {
         choose(&mut window, "Messstelle 2 [mV/V]", role);
@@ -117,10 +111,7 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
         let n_rules = if role == "ignore" { 3 } else { 4 };
         assert_eq!(rules.len(), n_rules, "{rules:?}");
     }
-    assert!(has(
-        &window,
-        "gauges Messstelle 1 Messstelle 2, reference Fx"
-    ));
+    assert!(has(&window, "gauges Messstelle 1 Messstelle 2, reference Fx"));
     click(&mut window, Role::Button, "Load it");
     assert!(train_rmse(&window)[0][0] < 1e-9);
 }
@@ -133,10 +124,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
     });
     let mut window = window(vec![files.write("two_clocks.dat", &text)]);
-    let questions = [
-        "other columns that run like a clock: 5",
-        "which columns are gauges",
-    ];
+    let questions = ["other columns that run like a clock: 5", "which columns are gauges"];
     let is_ticked = |window: &Window, at: usize| {
         let question = window.get_by_label_contains(questions[at]);
         question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
@@ -155,11 +143,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
     choose(&mut window, 3, "ignore");
     check(&window, [false, false], "one gauge less answers neither");
     choose(&mut window, 4, "Fx");
-    check(
-        &window,
-        [false, true],
-        "one axis answers what the reference is",
-    );
+    check(&window, [false, true], "one axis answers what the reference is");
     choose(&mut window, 5, "time_reference");
     check(&window, [true, true], "the reference has a clock");
     choose(&mut window, 5, "ignore");
@@ -173,9 +157,8 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
 fn a_row_of_imports_ends_at_once() {
     let files = Files::new();
     let mut window = window(files.three());
-    let paths: Vec<PathBuf> = (0..3)
-        .map(|at| files.write(&format!("bare{at}.dat"), &headerless(50)))
-        .collect();
+    let paths: Vec<PathBuf> =
+        (0..3).map(|at| files.write(&format!("bare{at}.dat"), &headerless(50))).collect();
     for ends in 0..2 {
         let send = window.state_mut().as_mut().unwrap();
         send.send(Action::Open(paths.clone()));
@@ -268,11 +251,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let send = window.state_mut().as_mut().unwrap();
     send.send(Action::Import(ImportCommand::Open(path)));
     settle(&mut window);
-    for (column, role) in [
-        ("roll", "pose_roll"),
-        ("pitch", "pose_pitch"),
-        ("yaw", "pose_yaw"),
-    ] {
+    for (column, role) in [("roll", "pose_roll"), ("pitch", "pose_pitch"), ("yaw", "pose_yaw")] {
         choose(&mut window, column, role);
     }
     let weight = "The load is that of a known weight, by the pose columns";
@@ -280,10 +259,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     click(&mut window, Role::Button, "Find the weight");
     told(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
     let importing = |window: &Window| state(window).importing.clone().expect("it goes on");
-    let found = importing(&window)
-        .map
-        .weight
-        .and_then(|weight| weight.mass_kg);
+    let found = importing(&window).map.weight.and_then(|weight| weight.mass_kg);
     assert!((found.unwrap() - 2.0).abs() < 1e-6, "{found:?}");
     click(&mut window, Role::Button, "Add a mount");
     let map = importing(&window).map.weight.unwrap();
@@ -297,13 +273,7 @@ fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
     let files = Files::new();
     let rows = (0..300).fold("clock,alpha,beta,gamma,delta\n".to_owned(), |text, k| {
         let a = (0.1 * f64::from(k)).sin();
-        format!(
-            "{text}{},{a},{},{},{}\n",
-            0.05 * f64::from(k),
-            a + 1.0,
-            2.0 * a,
-            3.0 - a
-        )
+        format!("{text}{},{a},{},{},{}\n", 0.05 * f64::from(k), a + 1.0, 2.0 * a, 3.0 - a)
     });
     let mut window = window(vec![files.write("run.csv", &rows)]);
     let select = |window: &mut Window, column: &str, modifiers: egui::Modifiers| {
@@ -313,9 +283,7 @@ fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
     let roles = |window: &Window| -> Vec<String> {
         let importing = state(window).importing.as_ref().unwrap();
         let rules = importing.map.table.columns.iter();
-        rules
-            .map(|rule| format!("{} {}", rule.column, rule.is))
-            .collect()
+        rules.map(|rule| format!("{} {}", rule.column, rule.is)).collect()
     };
     let gauges = ["alpha", "beta", "gamma", "delta"].map(|name| format!("\"{name}\" gauge"));
     assert_eq!(roles(&window)[1..], gauges);

@@ -8,13 +8,7 @@ fn key(key: Key) -> egui::Event {
 }
 
 fn held(modifiers: Modifiers, key: Key) -> egui::Event {
-    egui::Event::Key {
-        key,
-        physical_key: None,
-        pressed: true,
-        repeat: false,
-        modifiers,
-    }
+    egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers }
 }
 
 /// What opens the palette.
@@ -74,14 +68,7 @@ fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
         });
         at_once(
             &mut window,
-            [
-                palette(),
-                key(Key::T),
-                text("t"),
-                key(Key::A),
-                text("a"),
-                text("b"),
-            ],
+            [palette(), key(Key::T), text("t"), key(Key::A), text("a"), text("b")],
         );
         at_once(&mut window, [text("l"), text("x"), key(Key::Backspace)]);
         for letter in ["e", " ", "c"] {
@@ -103,16 +90,9 @@ fn a_whole_search_in_one_frame_is_done() {
     let files = Files::new();
     let mut window = window(files.three());
     let text = egui::Event::Text("show me".to_owned());
-    at_once(
-        &mut window,
-        [palette(), text, key(Key::ArrowDown), key(Key::Enter)],
-    );
+    at_once(&mut window, [palette(), text, key(Key::ArrowDown), key(Key::Enter)]);
     settle(&mut window);
-    assert!(
-        shell(&window)
-            .on_screen()
-            .contains(&crate::workspace::named("metrology"))
-    );
+    assert!(shell(&window).on_screen().contains(&crate::workspace::named("metrology")));
     assert!(!has(&window, "Find an action"));
 }
 
@@ -182,18 +162,10 @@ fn arrows_lead_through_a_list_from_what_is_chosen_and_enter_takes_it() {
     press(&mut window, &[Key::ArrowDown]);
     assert_eq!(focused(&window).as_deref(), Some("b"));
     press(&mut window, &[Key::ArrowDown, Key::ArrowDown]);
-    assert_eq!(
-        focused(&window).as_deref(),
-        Some("All, end to end"),
-        "around the end"
-    );
+    assert_eq!(focused(&window).as_deref(), Some("All, end to end"), "around the end");
     press(&mut window, &[Key::ArrowUp, Key::Enter]);
     assert_eq!(chosen(&window, list), "test_c");
-    assert_eq!(
-        focused(&window).as_deref(),
-        Some(list),
-        "the button has the focus again"
-    );
+    assert_eq!(focused(&window).as_deref(), Some(list), "the button has the focus again");
     press(&mut window, &[Key::Enter, Key::ArrowUp, Key::Escape]);
     assert_eq!(chosen(&window, list), "test_c", "Escape leaves it");
     assert_eq!(focused(&window).as_deref(), Some(list));
@@ -207,10 +179,7 @@ fn no_key_of_a_list_is_lost_where_several_come_in_one_frame() {
     window.get_by_role_and_label(Role::ComboBox, list).focus();
     window.run_steps(2);
     at_once(&mut window, [key(Key::Enter)]);
-    at_once(
-        &mut window,
-        [key(Key::ArrowDown), key(Key::ArrowDown), key(Key::Enter)],
-    );
+    at_once(&mut window, [key(Key::ArrowDown), key(Key::ArrowDown), key(Key::Enter)]);
     settle(&mut window);
     assert_eq!(chosen(&window, list), "test_c");
 }

@@ -63,27 +63,22 @@ impl Dialogs for Choices {
 }
 
 fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
-    let toured = Preferences {
-        toured: true,
-        ..Preferences::default()
-    };
+    let toured = Preferences { toured: true, ..Preferences::default() };
     window_of(files, choices, toured)
 }
 
 fn window_of(files: Vec<PathBuf>, choices: Choices, preferences: Preferences) -> Window {
-    let mut window = Harness::builder()
-        .with_size([1400.0, 1000.0])
-        .build_ui_state(
-            move |ui, shell: &mut Option<Shell>| {
-                shell
-                    .get_or_insert_with(|| {
-                        Shell::new(ui.ctx(), files.clone(), Box::new(choices.clone()))
-                            .with_preferences(preferences.clone())
-                    })
-                    .frame(ui);
-            },
-            None,
-        );
+    let mut window = Harness::builder().with_size([1400.0, 1000.0]).build_ui_state(
+        move |ui, shell: &mut Option<Shell>| {
+            shell
+                .get_or_insert_with(|| {
+                    Shell::new(ui.ctx(), files.clone(), Box::new(choices.clone()))
+                        .with_preferences(preferences.clone())
+                })
+                .frame(ui);
+        },
+        None,
+    );
     settle(&mut window);
     window
 }
@@ -169,9 +164,7 @@ fn type_into(window: &mut Window, field: &str, text: &str) {
 /// Replaces the value of a number field.
 #[track_caller]
 fn type_number(window: &mut Window, field: &str, text: &str) {
-    window
-        .get_by_role_and_label(Role::SpinButton, field)
-        .click();
+    window.get_by_role_and_label(Role::SpinButton, field).click();
     window.step();
     window.key_press_modifiers(Modifiers::COMMAND, Key::A);
     window.event(egui::Event::Text(text.to_owned()));
@@ -217,19 +210,13 @@ fn told(window: &mut Window, level: Level, part: &str) {
 
 fn names(window: &Window) -> Vec<String> {
     let entries = state(window).project().recordings.entries().iter();
-    entries
-        .map(|entry| entry.recording.name().to_owned())
-        .collect()
+    entries.map(|entry| entry.recording.name().to_owned()).collect()
 }
 
 fn train_rmse(window: &Window) -> [Vec<f64>; 2] {
     let quality = &analysis(window).calibration.quality;
-    [&quality.conventional, &quality.compensated].map(|scores| {
-        scores
-            .train_rmse
-            .clone()
-            .expect("there are training samples")
-    })
+    [&quality.conventional, &quality.compensated]
+        .map(|scores| scores.train_rmse.clone().expect("there are training samples"))
 }
 
 /// A folder of recordings; it goes when this is dropped.
@@ -300,10 +287,7 @@ fn it_starts_on_the_built_in_sensor_and_every_widget_has_a_name() {
     assert!(has(&window, "simulated"));
     assert!(has(&window, "train_path1_mount1_fast"));
     for axis in Axis::ALL {
-        assert_eq!(
-            panes(&window, &format!("{} [{}]", axis.symbol(), axis.unit())),
-            1
-        );
+        assert_eq!(panes(&window, &format!("{} [{}]", axis.symbol(), axis.unit())), 1);
     }
     assert!(panes(&window, "error [N]") > 0);
 }
@@ -316,20 +300,14 @@ fn the_sliders_set_the_thresholds_and_without_a_past_comp_equals_conv() {
     assert_ne!(conventional, before);
 
     slide(&mut window, "F_th", 1.5);
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        1.5
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.5);
     assert_eq!(analysis(&window).traces.thresholds.unwrap().f_th, 1.5);
     let [same, after] = train_rmse(&window);
     assert_eq!(same, conventional);
     assert_ne!(after, before);
 
     slide(&mut window, "t_th", 0.5);
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].t_th_secs,
-        0.5
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].t_th_secs, 0.5);
     assert_ne!(train_rmse(&window)[1], after);
 
     slide(&mut window, "F_th", 0.0);
@@ -352,11 +330,7 @@ fn a_typed_threshold_may_exceed_the_slider_but_not_be_negative() {
         window.event(egui::Event::Text(typed.to_owned()));
         window.key_press(Key::Enter);
         settle(&mut window);
-        assert_eq!(
-            analysis(&window).calibration.features.look_backs[0].f_th,
-            expected,
-            "{typed}"
-        );
+        assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, expected, "{typed}");
     }
 }
 
@@ -370,14 +344,8 @@ fn many_quick_moves_of_a_slider_end_with_the_newest() {
         window.step();
     }
     settle(&mut window);
-    assert_eq!(
-        state(&window).project().settings.features.look_backs[0].f_th,
-        5.0
-    );
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        5.0
-    );
+    assert_eq!(state(&window).project().settings.features.look_backs[0].f_th, 5.0);
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 5.0);
 }
 
 #[test]
@@ -388,32 +356,17 @@ fn offset_and_full_scale_distance_are_choices_of_the_fit() {
     click(&mut window, Role::CheckBox, "Offset term");
     let without = analysis(&window);
     assert!(!without.calibration.offset);
-    assert_eq!(
-        without.calibration.conventional.columns,
-        [0, 1, 2].map(Column::Gauge)
-    );
+    assert_eq!(without.calibration.conventional.columns, [0, 1, 2].map(Column::Gauge));
 
     click(&mut window, Role::RadioButton, "all axes [% FS]");
     let over_full_scale = analysis(&window);
-    assert_eq!(
-        over_full_scale.calibration.features.look_backs[0].f_th,
-        0.25
-    );
+    assert_eq!(over_full_scale.calibration.features.look_backs[0].f_th, 0.25);
     slide(&mut window, "F_th", 50.0);
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        0.5
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.5);
     click(&mut window, Role::Button, "Reset to 25 %, 15 s");
     assert_eq!(
         train_rmse(&window)[1],
-        over_full_scale
-            .calibration
-            .quality
-            .compensated
-            .train_rmse
-            .clone()
-            .unwrap()
+        over_full_scale.calibration.quality.compensated.train_rmse.clone().unwrap()
     );
 }
 
@@ -434,13 +387,8 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
     let mut window = window(files.three());
     click_first(&mut window, Role::Button, "Train");
     click(&mut window, Role::RadioButton, "Test");
-    let roles: Vec<_> = state(&window)
-        .project()
-        .recordings
-        .entries()
-        .iter()
-        .map(|entry| entry.role)
-        .collect();
+    let roles: Vec<_> =
+        state(&window).project().recordings.entries().iter().map(|entry| entry.role).collect();
     use recording::Role::{Test, Train};
     assert_eq!(roles, [Test, Train, Test]);
     let quality = &analysis(&window).calibration.quality;
@@ -467,10 +415,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
     click_first(&mut window, Role::Button, "b");
     assert_eq!(state(&window).project().view, View::One(1));
     let traces = Arc::clone(&analysis(&window).traces);
-    assert_eq!(
-        (traces.segments.len(), traces.segments[0].name.as_str()),
-        (1, "b")
-    );
+    assert_eq!((traces.segments.len(), traces.segments[0].name.as_str()), (1, "b"));
 
     click(&mut window, Role::ComboBox, "on screen");
     click(&mut window, Role::Button, "All, end to end");
@@ -498,15 +443,9 @@ fn closing_a_recording_takes_it_out_of_the_fit() {
 fn axes_and_their_errors_are_hidden_and_shown() {
     let files = Files::new();
     let mut window = window(files.three());
-    assert_eq!(
-        (panes(&window, "Fy [N]"), panes(&window, "error [N]")),
-        (1, 3)
-    );
+    assert_eq!((panes(&window, "Fy [N]"), panes(&window, "error [N]")), (1, 3));
     click(&mut window, Role::Button, "Fy");
-    assert_eq!(
-        (panes(&window, "Fy [N]"), panes(&window, "error [N]")),
-        (0, 2)
-    );
+    assert_eq!((panes(&window, "Fy [N]"), panes(&window, "error [N]")), (0, 2));
     click(&mut window, Role::Button, "Fy");
     assert_eq!(panes(&window, "Fy [N]"), 1);
     for axis in ["Fx", "Fy", "Fz"] {
@@ -519,11 +458,7 @@ fn axes_and_their_errors_are_hidden_and_shown() {
 fn recordings_are_cut_in_time_and_put_together_again() {
     let files = Files::new();
     let mut window = window(files.three());
-    assert!(
-        window
-            .query_by_role_and_label(Role::Button, "Undo split")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::Button, "Undo split").is_none());
     click(&mut window, Role::Button, "Split");
     assert_eq!(names(&window).len(), 6);
     let quality = &analysis(&window).calibration.quality;
@@ -540,15 +475,9 @@ fn files_come_in_by_menu_shortcut_drop_and_path() {
     let mut window = window_with(vec![], choices.clone());
     let open = |name: &str| files.recording(name, 0.3, 100, &FORCES);
 
-    choices
-        .open
-        .replace(vec![open("menu.csv"), open("test_menu.csv")]);
+    choices.open.replace(vec![open("menu.csv"), open("test_menu.csv")]);
     menu(&mut window, "File", "Open…");
-    assert_eq!(
-        names(&window),
-        ["menu", "test_menu"],
-        "in place of the built-in sensor"
-    );
+    assert_eq!(names(&window), ["menu", "test_menu"], "in place of the built-in sensor");
 
     choices.open.replace(vec![open("key.csv")]);
     window.key_press_modifiers(Modifiers::COMMAND, Key::O);
@@ -565,10 +494,7 @@ fn files_come_in_by_menu_shortcut_drop_and_path() {
     window.key_press(Key::Enter);
     settle(&mut window);
 
-    assert_eq!(
-        names(&window),
-        ["menu", "test_menu", "key", "drop", "load", "enter"]
-    );
+    assert_eq!(names(&window), ["menu", "test_menu", "key", "drop", "load", "enter"]);
     assert_eq!(analysis(&window).recordings.len(), 6);
     assert!(state(&window).notices.is_empty());
 }
@@ -579,12 +505,8 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     let mut window = window(files.three());
     let shell = window.state_mut().as_mut().unwrap();
     shell.send(Action::OpenBuiltIn);
-    shell.send(Action::Open(vec![
-        files.recording("d.csv", 0.5, 10, &FORCES),
-    ]));
-    until(&mut window, |shell| {
-        shell.engine().project().recordings.entries().len() != 3
-    });
+    shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
+    until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
     // Whichever was ready first, the file is the later wish.
     assert_eq!(names(&window).last().unwrap(), "d");
@@ -625,10 +547,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     click(&mut window, Role::Button, "Export");
     told(&mut window, Level::Info, "calibration.json");
     let written = read_calibration(&path).unwrap();
-    assert_eq!(
-        written,
-        with_sources(&fitted.calibration, &state(&window).project().recordings)
-    );
+    assert_eq!(written, with_sources(&fitted.calibration, &state(&window).project().recordings));
     assert!(written.sources.iter().all(|used| used.sha256.is_some()));
 
     type_into(&mut window, "Open", path.to_str().unwrap());
@@ -636,10 +555,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     assert!(has(&window, "Applying "));
     assert!(!analysis(&window).fitted);
     let slider = window.get_by_role_and_label(Role::Slider, "F_th");
-    assert!(
-        slider.accesskit_node().is_disabled(),
-        "its thresholds are fixed"
-    );
+    assert!(slider.accesskit_node().is_disabled(), "its thresholds are fixed");
 
     window.run_steps(10);
     click(&mut window, Role::Button, "Fit again");
@@ -717,14 +633,8 @@ fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
     click(&mut window, Role::Button, "Load");
     let scores = analysis(&window).factory.clone().expect("it is scored");
     let conventional = analysis(&window).calibration.quality.conventional.clone();
-    let [factory, fitted] = [
-        scores.test_rmse[0].unwrap(),
-        conventional.test_rmse.unwrap()[0],
-    ];
-    assert!(
-        (factory - fitted).abs() < 0.05 * fitted,
-        "{factory} {fitted}"
-    );
+    let [factory, fitted] = [scores.test_rmse[0].unwrap(), conventional.test_rmse.unwrap()[0]];
+    assert!((factory - fitted).abs() < 0.05 * fitted, "{factory} {fitted}");
     click(&mut window, Role::CheckBox, "Factory");
     let shell = window.state_mut().as_mut().unwrap();
     shell.send(Edit::Compare(None));
@@ -736,9 +646,7 @@ fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
 fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
     let files = Files::new();
     let mut window = window(files.three());
-    let pane = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
-        .rect();
+    let pane = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect();
     window.hover_at(pane.center() + Vec2::new(20.0, 0.0));
     window.run_steps(3);
     assert!(has(&window, "Fx at "));
@@ -753,9 +661,7 @@ fn the_pointer_on_a_pane_shows_the_past_that_was_found() {
 fn the_wheel_zooms_and_fit_view_shows_all_again() {
     let files = Files::new();
     let mut window = window(files.three());
-    let pane = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
-        .rect();
+    let pane = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect();
     let right = pane.right_center() - Vec2::new(30.0, 0.0);
     let time_at = |window: &mut Window| {
         window.hover_at(right);
@@ -790,11 +696,7 @@ fn cancel_ends_the_reading_and_keeps_what_is_loaded() {
     let large = files.recording("large.csv", 0.0, 20_000, &FORCES);
     let many = vec![large; 3000];
     let asked = many.len();
-    window
-        .state_mut()
-        .as_mut()
-        .unwrap()
-        .send(Action::Open(many));
+    window.state_mut().as_mut().unwrap().send(Action::Open(many));
     window.step();
     assert!(has(&window, "Reading 3000 files"));
     click(&mut window, Role::Button, "Cancel");
@@ -814,10 +716,7 @@ fn a_recording_without_reference_shows_conv_and_comp_and_no_errors() {
     let traces = Arc::clone(&analysis(&window).traces);
     assert!(traces.axes.iter().all(|axis| axis.calculated.is_none()));
     assert_eq!(traces.axes[0].compensated.len(), 200);
-    assert_eq!(
-        (panes(&window, "Fx [N]"), panes(&window, "error [N]")),
-        (1, 0)
-    );
+    assert_eq!((panes(&window, "Fx [N]"), panes(&window, "error [N]")), (1, 0));
 }
 
 #[test]
@@ -859,9 +758,7 @@ fn an_entered_full_scale_is_used_until_it_is_measured_again() {
     let entered = analysis(&window).calibration.full_scale.clone();
     assert_eq!(entered, [measured[0], 12.0, measured[2]]);
     let measure = window.query_all_by_role_and_label(Role::Button, "Measure");
-    let enabled: Vec<_> = measure
-        .filter(|button| !button.accesskit_node().is_disabled())
-        .collect();
+    let enabled: Vec<_> = measure.filter(|button| !button.accesskit_node().is_disabled()).collect();
     assert_eq!(enabled.len(), 1);
     enabled[0].click();
     settle(&mut window);
@@ -876,15 +773,9 @@ fn moments_alone_are_measured_over_full_scale() {
     assert_eq!(panes(&window, "error [N·m]"), 2);
     assert!(!has(&window, "F_th is measured over"));
     slide(&mut window, "F_th", 40.0);
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        0.4
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.4);
     click(&mut window, Role::Button, "Reset to 25 %, 15 s");
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        0.25
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 0.25);
 }
 
 #[test]
@@ -914,10 +805,7 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
     assert_eq!(features.blocks.of(&Play), [0.1, 0.2, 0.4, 0.7, 1.1, 1.6]);
     type_into(&mut window, "Play", "0.2, 0.5");
     settle(&mut window);
-    assert_eq!(
-        analysis(&window).calibration.features.blocks.of(&Play),
-        [0.2, 0.5]
-    );
+    assert_eq!(analysis(&window).calibration.features.blocks.of(&Play), [0.2, 0.5]);
     type_into(&mut window, "Play", "0.2, -1");
     settle(&mut window);
     let calibration = Arc::clone(&analysis(&window).calibration);
@@ -939,10 +827,7 @@ fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
     let mut window = window(files.three());
     click(&mut window, Role::ComboBox, "Regressor");
     click(&mut window, Role::Button, "Kernel");
-    assert_eq!(
-        state(&window).project().settings.regressor,
-        Regressor::Kernel
-    );
+    assert_eq!(state(&window).project().settings.regressor, Regressor::Kernel);
     assert!(has(&window, "Until it is trained"));
     assert_eq!(analysis(&window).calibration.regressor, Regressor::Linear);
     type_number(&mut window, "Landmarks", "20");
@@ -990,9 +875,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut window);
     assert_eq!(state(&window).project().settings, before);
-    window
-        .get_by_role_and_label(Role::CheckBox, "Pin Conventional")
-        .click();
+    window.get_by_role_and_label(Role::CheckBox, "Pin Conventional").click();
     settle(&mut window);
     assert!(state(&window).models.rows[0].is_pinned);
 
@@ -1001,14 +884,8 @@ fn models_are_found_sorted_brought_back_and_saved() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert_eq!(table.lines().count(), rows.len() + 2);
-    assert!(
-        table.starts_with(",model,train of Conv. [%],test of Conv. [%]"),
-        "{table}"
-    );
-    assert!(
-        table.lines().nth(1).unwrap().contains("Conventional"),
-        "by name: {table}"
-    );
+    assert!(table.starts_with(",model,train of Conv. [%],test of Conv. [%]"), "{table}");
+    assert!(table.lines().nth(1).unwrap().contains("Conventional"), "by name: {table}");
 }
 
 #[test]
@@ -1025,18 +902,9 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!(study.past_ages.n_samples > 0);
     let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
-    click(
-        &mut window,
-        Role::Button,
-        "Take the cross-validation minimum",
-    );
+    click(&mut window, Role::Button, "Take the cross-validation minimum");
     assert_eq!(state(&window).project().thresholds(), suggested);
-    let left_out = analysis(&window)
-        .calibration
-        .quality
-        .compensated
-        .cv_rmse
-        .clone();
+    let left_out = analysis(&window).calibration.quality.compensated.cv_rmse.clone();
     let on_map = map.suggestion(measure).unwrap().left_out;
     let fresh = measure.of_rmse(&map.scale, &left_out.unwrap()).unwrap();
     assert!((fresh / on_map - 1.0).abs() < 1e-9);
@@ -1064,15 +932,8 @@ fn play_radii_are_chosen_by_leave_one_out() {
     let mut window = window(files.three());
     click(&mut window, Role::Button, "Thresholds");
     click(&mut window, Role::Button, "Choose play radii");
-    let chosen = state(&window)
-        .choice
-        .answer()
-        .cloned()
-        .expect("a list was chosen");
-    assert_eq!(
-        analysis(&window).calibration.features.blocks.of(&Play),
-        chosen.values
-    );
+    let chosen = state(&window).choice.answer().cloned().expect("a list was chosen");
+    assert_eq!(analysis(&window).calibration.features.blocks.of(&Play), chosen.values);
     assert!(chosen.left_out <= chosen.left_out_without);
     assert!(has(&window, "lists tried"));
 }
@@ -1084,8 +945,7 @@ fn numbers_on_screen(window: &Window) -> usize {
         .filter(|label| {
             let text = label.accesskit_node().value().unwrap_or_default();
             // The cell of a table says where it stands, and its unit.
-            text.split_whitespace()
-                .any(|word| word.parse::<f64>().is_ok())
+            text.split_whitespace().any(|word| word.parse::<f64>().is_ok())
         })
         .count()
 }
@@ -1098,21 +958,12 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     window.check_accessibility();
     assert_eq!(panes(&window, "Fz error [N] over Fz Calc. [N]"), 1);
     assert_eq!(panes(&window, "Width over load"), 1);
-    for part in [
-        "Largest width",
-        "Mean width",
-        "Area",
-        "N²",
-        "% FS²",
-        "400 samples of 1 recording",
-    ] {
+    for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
+    {
         assert!(has(&window, part), "{part}");
     }
     let before = numbers_on_screen(&window);
-    assert!(
-        before >= 12,
-        "three figures, in units and percent, of two loads: {before}"
-    );
+    assert!(before >= 12, "three figures, in units and percent, of two loads: {before}");
 
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
@@ -1254,9 +1105,8 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
     let mut window = window(files.three());
     window.key_press(Key::F6);
     settle(&mut window);
-    let plot = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Calc. [N]")
-        .rect();
+    let plot =
+        window.get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Calc. [N]").rect();
     // The pointer goes down the middle until a line is near.
     let on_loop = (1..40).find_map(|step| {
         let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
@@ -1282,26 +1132,20 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     window.key_press(Key::F6);
     settle(&mut window);
     assert!(!has(&window, "inked with Traces"));
-    for (up, title) in [
-        (None, "Fz error [N] over Fz Calc. [N]"),
-        (Some("S1"), "S1 [raw] over Fz Calc. [N]"),
-    ] {
+    for (up, title) in
+        [(None, "Fz error [N] over Fz Calc. [N]"), (Some("S1"), "S1 [raw] over Fz Calc. [N]")]
+    {
         if let Some(up) = up {
             click(&mut window, Role::ComboBox, "up");
             click(&mut window, Role::Button, up);
         }
         click(&mut window, Role::ComboBox, "of");
         click(&mut window, Role::Button, "Test recordings");
-        assert!(has(
-            &window,
-            "Not linked with Traces, which shows other recordings"
-        ));
+        assert!(has(&window, "Not linked with Traces, which shows other recordings"));
         click(&mut window, Role::ComboBox, "of");
         click(&mut window, Role::Button, "All recordings");
         assert!(has(&window, "Linked with Traces for 1 of 3 recordings"));
-        let plot = window
-            .get_by_role_and_label(Role::GraphicsObject, title)
-            .rect();
+        let plot = window.get_by_role_and_label(Role::GraphicsObject, title).rect();
         let on_loop = (1..60).find_map(|step| {
             let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);
             window.hover_at(at);

@@ -26,31 +26,16 @@ fn a_session_comes_back_with_its_files_roles_and_settings() {
     let files = Files::new();
     let path = saved(&files);
     let text = std::fs::read_to_string(&path).unwrap();
-    assert!(
-        text.contains("\"path\": \"a.csv\""),
-        "relative where it can be: {text}"
-    );
+    assert!(text.contains("\"path\": \"a.csv\""), "relative where it can be: {text}");
     let window = window(vec![path]);
     assert_eq!(names(&window), ["a", "b", "test_c"]);
-    let roles: Vec<_> = state(&window)
-        .project()
-        .recordings
-        .entries()
-        .iter()
-        .map(|entry| entry.role)
-        .collect();
+    let roles: Vec<_> =
+        state(&window).project().recordings.entries().iter().map(|entry| entry.role).collect();
     use recording::Role::{Off, Test, Train};
     assert_eq!(roles, [Train, Off, Test]);
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        1.25
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.25);
     assert_eq!(state(&window).title(), "work – LoopScope");
-    assert!(
-        state(&window).notices.is_empty(),
-        "{:?}",
-        state(&window).notices
-    );
+    assert!(state(&window).notices.is_empty(), "{:?}", state(&window).notices);
 }
 
 #[test]
@@ -62,21 +47,13 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     files.write("a.csv", &shorter.join("\n"));
     std::fs::rename(files.path("b.csv"), files.path("moved.csv")).unwrap();
     let mut window = window(vec![path]);
-    told(
-        &mut window,
-        Level::Warning,
-        "not the file that the session was saved with",
-    );
+    told(&mut window, Level::Warning, "not the file that the session was saved with");
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
     assert!(has(&window, "A file of the session is not there"));
     type_into(&mut window, "Now in the folder", "/nowhere");
     click(&mut window, Role::Button, "Look there");
-    told(
-        &mut window,
-        Level::Error,
-        "/nowhere: none of the missing files",
-    );
+    told(&mut window, Level::Error, "/nowhere: none of the missing files");
     type_into(&mut window, "Now in the folder", moved.to_str().unwrap());
     window.key_press(Key::Enter);
     settle(&mut window);
@@ -137,10 +114,8 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     let files = Files::new();
     let folder = tempfile::tempdir().unwrap();
     let session = std::fs::read_to_string(saved(&files)).unwrap();
-    let absolute = session.replace(
-        "\"path\": \"",
-        &format!("\"path\": \"{}/", files.path("").display()),
-    );
+    let absolute =
+        session.replace("\"path\": \"", &format!("\"path\": \"{}/", files.path("").display()));
     for (number, text) in [(1, &*absolute), (2, "{}"), (3, "torn")] {
         let path = folder.path().join(format!("autosave-{number}.json"));
         std::fs::write(&path, text).unwrap();
@@ -151,11 +126,7 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
         path.exists()
     };
     let mut window = window(Vec::new());
-    let shell = window
-        .state_mut()
-        .take()
-        .unwrap()
-        .with_recovery(folder.path());
+    let shell = window.state_mut().take().unwrap().with_recovery(folder.path());
     *window.state_mut() = Some(shell);
     settle(&mut window);
     assert!(has(&window, "a.csv, b.csv, test_c.csv"));

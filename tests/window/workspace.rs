@@ -41,11 +41,7 @@ fn a_pane_is_closed_brought_back_and_put_in_front() {
         settle(window);
     };
     toggle(&mut window);
-    assert!(
-        window
-            .query_by_role_and_label(Role::Button, "Traces")
-            .is_none()
-    );
+    assert!(window.query_by_role_and_label(Role::Button, "Traces").is_none());
     toggle(&mut window);
     assert!(on_screen(&window, named("traces")), "and it is in front");
     click(&mut window, Role::Button, "Metrology");
@@ -104,10 +100,7 @@ fn six_axes_are_whole_and_high_enough_for_three_ticks_at_every_usual_size() {
                 for plot in window.query_all_by_role_and_label(Role::GraphicsObject, label) {
                     let rect = plot.rect();
                     assert!(rect.height() >= 48.0, "{label}, {width}, {key:?}: {rect:?}");
-                    assert!(
-                        rect.bottom() <= height - 20.0,
-                        "{label}, {width}, {key:?}: {rect:?}"
-                    );
+                    assert!(rect.bottom() <= height - 20.0, "{label}, {width}, {key:?}: {rect:?}");
                     n_plots += 1;
                 }
             }
@@ -127,20 +120,13 @@ fn settings_and_roles_are_undone_and_made_again() {
     menu(&mut window, "Roles", "All off");
     wait(&mut window, 10);
     ctrl(&mut window, Key::Z);
-    assert_eq!(
-        state(&window).problem(),
-        None,
-        "there are training recordings again"
-    );
+    assert_eq!(state(&window).problem(), None, "there are training recordings again");
     assert_eq!(f_th(&window), 1.5);
     ctrl(&mut window, Key::Z);
     assert_eq!(f_th(&window), first);
     menu(&mut window, "Edit", "Redo");
     assert_eq!(f_th(&window), 1.5);
-    assert_eq!(
-        analysis(&window).calibration.features.look_backs[0].f_th,
-        1.5
-    );
+    assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.5);
 }
 
 /// However soon one tick comes after another.
@@ -214,10 +200,7 @@ fn the_palette_finds_an_action_by_a_part_of_its_name() {
 #[test]
 fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
     let mut window = window_of(Vec::new(), Choices::default(), Preferences::default());
-    assert!(
-        has(&window, "Tour, 1 of 6"),
-        "somebody who is here for the first time"
-    );
+    assert!(has(&window, "Tour, 1 of 6"), "somebody who is here for the first time");
     for _ in 0..5 {
         click(&mut window, Role::Button, "Next");
     }
@@ -250,9 +233,7 @@ fn help_and_the_tour_show_every_page_with_the_glyphs_they_need() {
 fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
     let files = Files::new();
     let mut window = window(files.three());
-    let pane = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
-        .rect();
+    let pane = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect();
     let press = |window: &mut Window, at: egui::Pos2, modifiers: Modifiers| {
         window.hover_at(at);
         window.step();
@@ -270,17 +251,10 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
         wait(window, 3);
     };
     press(&mut window, pane.center(), Modifiers::NONE);
-    assert!(
-        !has(&window, "Shift and click puts cursor B"),
-        "nobody asked"
-    );
+    assert!(!has(&window, "Shift and click puts cursor B"), "nobody asked");
     click(&mut window, Role::Button, "Cursors");
     assert!(has(&window, "Shift and click puts cursor B"));
-    press(
-        &mut window,
-        pane.center() + Vec2::new(60.0, 0.0),
-        Modifiers::SHIFT,
-    );
+    press(&mut window, pane.center() + Vec2::new(60.0, 0.0), Modifiers::SHIFT);
     assert!(has(&window, "Δt"));
     assert!(has(&window, "Fx Comp. error"));
     window.check_accessibility();
@@ -301,10 +275,7 @@ fn space_plays_through_time_and_stops() {
     window.key_press(Key::A);
     window.key_press(Key::T);
     wait(&mut window, 3);
-    assert!(
-        has(&window, "Shift and click puts cursor B"),
-        "cursor A stands where it stopped"
-    );
+    assert!(has(&window, "Shift and click puts cursor B"), "cursor A stands where it stopped");
     window.key_press(Key::Escape);
     settle(&mut window);
     assert!(has(&window, "Play"));
@@ -315,9 +286,7 @@ fn a_zoom_is_gone_back_from_and_forward_to() {
     let files = Files::new();
     let mut window = window(files.three());
     wait(&mut window, 10);
-    let pane = window
-        .get_by_role_and_label(Role::GraphicsObject, "Fx [N]")
-        .rect();
+    let pane = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect();
     window.hover_at(pane.center());
     window.event(egui::Event::MouseWheel {
         unit: egui::MouseWheelUnit::Point,
@@ -373,10 +342,7 @@ fn keys_zoom_and_step_through_time() {
 fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
     let files = Files::new();
     let mut window = window(files.three());
-    for (pane, plot) in [
-        (named("traces"), "Fx [N]"),
-        (named("loops"), "over Fz Calc."),
-    ] {
+    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "over Fz Calc.")] {
         let shell = window.state_mut().as_mut().unwrap();
         shell.send(Command::ShowPane(pane));
         settle(&mut window);
@@ -416,9 +382,7 @@ fn a_plot_that_is_zoomed_into_far_draws_no_more_than_is_seen() {
     let before = window.output().shapes.len();
     let plot = window.get_by(|node| {
         node.role() == Role::GraphicsObject
-            && node
-                .label()
-                .is_some_and(|label| label.contains("over Fz Calc."))
+            && node.label().is_some_and(|label| label.contains("over Fz Calc."))
     });
     plot.focus();
     wait(&mut window, 2);
@@ -500,11 +464,7 @@ fn a_path_is_typed_where_there_is_no_dialog() {
     settle(&mut window);
     let path = files.path("p.png");
     type_into(&mut window, "Save as", path.to_str().unwrap());
-    window
-        .get_all_by_role_and_label(Role::Button, "Save")
-        .last()
-        .unwrap()
-        .click();
+    window.get_all_by_role_and_label(Role::Button, "Save").last().unwrap().click();
     settle(&mut window);
     assert_eq!(std::fs::read(&path).unwrap(), b"picture");
 }
@@ -513,11 +473,8 @@ fn a_path_is_typed_where_there_is_no_dialog() {
 fn a_recording_is_tared_and_undone() {
     let files = Files::new();
     let mut window = window(files.three());
-    let first = |window: &Window| {
-        state(window).project().recordings.entries()[0]
-            .recording
-            .gauges()[0]
-    };
+    let first =
+        |window: &Window| state(window).project().recordings.entries()[0].recording.gauges()[0];
     let before = first(&window);
     wait(&mut window, 10);
     let shell = window.state_mut().as_mut().unwrap();
@@ -528,8 +485,5 @@ fn a_recording_is_tared_and_undone() {
     ctrl(&mut window, Key::Z);
     assert_eq!(first(&window), before);
     menu(&mut window, "Roles", "Tare all over");
-    assert!(
-        has(&window, "without movement to tare by"),
-        "these recordings never rest"
-    );
+    assert!(has(&window, "without movement to tare by"), "these recordings never rest");
 }

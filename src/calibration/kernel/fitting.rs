@@ -102,10 +102,7 @@ impl Kernel {
         settings.validate()?;
         let samples: usize = (0..rows.n_runs()).map(|run| rows.n_samples(run)).sum();
         if settings.landmarks > samples {
-            return Err(KernelError::FewSamples {
-                landmarks: settings.landmarks,
-                samples,
-            });
+            return Err(KernelError::FewSamples { landmarks: settings.landmarks, samples });
         }
         let scales: &[f64] = match &settings.length_scale {
             Some(scale) => std::slice::from_ref(scale),
@@ -185,11 +182,7 @@ impl Standardised {
                 let square = sum(1 + d + column) / n;
                 let variance = square - shift[column] * shift[column];
                 // Standardised features are near one in size; what is far below that is rounding.
-                if variance > 1e-20 * square.max(1e-10) {
-                    1.0 / variance.sqrt()
-                } else {
-                    0.0
-                }
+                if variance > 1e-20 * square.max(1e-10) { 1.0 / variance.sqrt() } else { 0.0 }
             })
             .collect();
         Ok(Self { shift, scale })
@@ -269,12 +262,7 @@ impl<'a> Whitened<'a> {
             let similarity = (factor * square_distance(&landmarks[i], &landmarks[j])).exp();
             similarity + if i == j { JITTER } else { 0.0 }
         });
-        Some(Self {
-            standardised,
-            landmarks,
-            length_scale,
-            whitening: inverse_factor(&gram)?,
-        })
+        Some(Self { standardised, landmarks, length_scale, whitening: inverse_factor(&gram)? })
     }
 
     /// Sums of [`Columns`] and targets for each fold, from every `step`-th sample.
@@ -299,10 +287,8 @@ impl<'a> Whitened<'a> {
                     }
                     let first = at;
                     at += block.inputs.len() / d;
-                    let taken: Vec<usize> = (first..at)
-                        .filter(|k| k.is_multiple_of(step))
-                        .map(|k| k - first)
-                        .collect();
+                    let taken: Vec<usize> =
+                        (first..at).filter(|k| k.is_multiple_of(step)).map(|k| k - first).collect();
                     let mut similarities = Mat::zeros(m, taken.len());
                     for (column, k) in taken.iter().enumerate() {
                         self.standardised.apply(&block.inputs[k * d..][..d], &mut x);
@@ -318,10 +304,8 @@ impl<'a> Whitened<'a> {
                     let sums = &mut parts.last_mut().expect("was just pushed").1;
                     let stride = sums.stride();
                     let mut padded = vec![0.0; taken.len() * stride];
-                    for ((column, k), row) in taken
-                        .iter()
-                        .enumerate()
-                        .zip(padded.chunks_exact_mut(stride))
+                    for ((column, k), row) in
+                        taken.iter().enumerate().zip(padded.chunks_exact_mut(stride))
                     {
                         for (i, value) in row[..m].iter_mut().enumerate() {
                             *value = phi[(i, column)];
@@ -366,9 +350,7 @@ impl<'a> Whitened<'a> {
             input_scale: self.standardised.scale.clone(),
             length_scale: self.length_scale,
             landmarks: self.landmarks.to_vec(),
-            weights: (0..q)
-                .map(|axis| (0..m).map(|i| on_k[(axis, i)]).collect())
-                .collect(),
+            weights: (0..q).map(|axis| (0..m).map(|i| on_k[(axis, i)]).collect()).collect(),
             offset: (0..q).map(|axis| beta[m * q + axis]).collect(),
             band: Band {
                 noise_variance: squares.iter().map(|square| square / n).collect(),
@@ -430,10 +412,8 @@ impl<'a> Whitened<'a> {
             |_| true,
             |at, rest| {
                 let linear = columns.linear(rest);
-                let (rest, part) = (
-                    less(rest, linear.as_deref()),
-                    less(&parts[at], linear.as_deref()),
-                );
+                let (rest, part) =
+                    (less(rest, linear.as_deref()), less(&parts[at], linear.as_deref()));
                 let mut squares = Vec::new();
                 for &strength in strengths {
                     progress.check()?;
@@ -453,9 +433,7 @@ impl<'a> Whitened<'a> {
         };
         let whole = |strength: usize, part: usize| -> f64 {
             let scale = |axis| left_over.target_square(axis).max(f64::MIN_POSITIVE);
-            (0..q)
-                .map(|axis| of(part, strength, 0, axis) / scale(axis))
-                .sum()
+            (0..q).map(|axis| of(part, strength, 0, axis) / scale(axis)).sum()
         };
         let n = parts.len();
         let chosen = simplest_good(strengths.len(), n, whole);
@@ -473,9 +451,7 @@ impl<'a> Whitened<'a> {
                 _ if chosen + 1 == strengths.len() => Some(GridEdge::Strongest),
                 _ => None,
             },
-            least_error: (0..strengths.len())
-                .map(of_strength)
-                .fold(f64::INFINITY, f64::min),
+            least_error: (0..strengths.len()).map(of_strength).fold(f64::INFINITY, f64::min),
             squares: (0..q)
                 .map(|axis| (0..n).map(|part| of(part, chosen, taken[axis], axis)).sum())
                 .collect(),
@@ -493,9 +469,7 @@ fn inverse_factor(matrix: &Mat<f64>) -> Option<Mat<f64>> {
 }
 
 fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
-    (0..matrix.nrows())
-        .map(|i| (0..=i).map(|j| matrix[(i, j)]).collect())
-        .collect()
+    (0..matrix.nrows()).map(|i| (0..=i).map(|j| matrix[(i, j)]).collect()).collect()
 }
 
 /// The columns of the sums, `[φ | 1 | linear stage]`, and the two fits to them.
@@ -532,11 +506,7 @@ impl Columns {
 
     /// The coefficients of the linear stage, fitted to these sums; `None` where there is none.
     fn linear(&self, sums: &NormalEquations) -> Option<Vec<f64>> {
-        let terms = Terms {
-            used: &self.of_linear,
-            kinds: &self.kinds,
-            known: &self.known,
-        };
+        let terms = Terms { used: &self.of_linear, kinds: &self.kinds, known: &self.known };
         let is_there = !self.of_linear.is_empty();
         is_there.then(|| fit_targets(sums, terms, &self.shares).coefficients)
     }
@@ -548,11 +518,7 @@ impl Columns {
 
     /// The coefficients of the kernel, fitted to the targets of these sums; all of φ is shrunk.
     fn kernel(&self, sums: &NormalEquations, strength: f64) -> Vec<f64> {
-        let terms = Terms {
-            used: &self.of_kernel,
-            kinds: &self.kinds,
-            known: &[],
-        };
+        let terms = Terms { used: &self.of_kernel, kinds: &self.kinds, known: &[] };
         fit(sums, terms, Ridge::Absolute(strength)).coefficients
     }
 }
@@ -602,9 +568,7 @@ mod tests {
                     .map(|x| (x, target(x)))
                     .collect()
             };
-            Self {
-                runs: [0.0, 0.3, 0.6].map(run).to_vec(),
-            }
+            Self { runs: [0.0, 0.3, 0.6].map(run).to_vec() }
         }
     }
 
@@ -624,21 +588,13 @@ mod tests {
         fn pass(&self, run: usize, take: TakeRows<'_>) {
             for samples in self.runs[run].chunks(64) {
                 let (x, y): (Vec<f64>, Vec<f64>) = samples.iter().copied().unzip();
-                take(RowBlock {
-                    fold: run,
-                    inputs: &x,
-                    linear: &[],
-                    targets: &y,
-                });
+                take(RowBlock { fold: run, inputs: &x, linear: &[], targets: &y });
             }
         }
     }
 
     fn fit(rows: &Function, landmarks: usize) -> Result<Kernel, KernelError> {
-        let settings = KernelSettings {
-            landmarks,
-            ..KernelSettings::default()
-        };
+        let settings = KernelSettings { landmarks, ..KernelSettings::default() };
         Kernel::fit(rows, &settings, &Progress::default()).map(|fit| fit.kernel)
     }
 
@@ -655,10 +611,7 @@ mod tests {
         let kernel = fit(&Function::new(|x| (2.0 * x).sin() + 0.3 * x, 9.0), 30).unwrap();
         for at in -18..=18 {
             let x = 0.1 * f64::from(at);
-            assert!(
-                (answer(&kernel, x).0 - ((2.0 * x).sin() + 0.3 * x)).abs() < 1e-3,
-                "{x}"
-            );
+            assert!((answer(&kernel, x).0 - ((2.0 * x).sin() + 0.3 * x)).abs() < 1e-3, "{x}");
         }
     }
 
@@ -668,27 +621,16 @@ mod tests {
     fn with_every_sample_a_landmark_it_is_the_gaussian_process() {
         let rows = Function {
             runs: vec![
-                (0..12)
-                    .map(|k| f64::from(k * k % 12) - 5.5)
-                    .map(|x| (x, x.cos()))
-                    .collect(),
+                (0..12).map(|k| f64::from(k * k % 12) - 5.5).map(|x| (x, x.cos())).collect(),
             ],
         };
-        let settings = KernelSettings {
-            landmarks: 12,
-            length_scale: Some(0.5),
-        };
-        let kernel = Kernel::fit(&rows, &settings, &Progress::default())
-            .unwrap()
-            .kernel;
+        let settings = KernelSettings { landmarks: 12, length_scale: Some(0.5) };
+        let kernel = Kernel::fit(&rows, &settings, &Progress::default()).unwrap().kernel;
         let lambda = kernel.band.strength;
         let samples: Vec<(f64, f64)> = rows.runs[0]
             .iter()
             .map(|(x, y)| {
-                (
-                    (x - kernel.input_shift[0]) * kernel.input_scale[0],
-                    y - kernel.offset[0],
-                )
+                ((x - kernel.input_shift[0]) * kernel.input_scale[0], y - kernel.offset[0])
             })
             .collect();
         let k = |a: f64, b: f64| (-0.5 * ((a - b) / kernel.length_scale).powi(2)).exp();
@@ -702,18 +644,14 @@ mod tests {
         for x in [-4.0, 0.2, 3.3] {
             let own = (x - kernel.input_shift[0]) * kernel.input_scale[0];
             let similar: Vec<f64> = samples.iter().map(|(x, _)| k(own, *x)).collect();
-            let weights: Vec<f64> = (0..12)
-                .map(|i| (0..12).map(|j| similar[j] * inverse[(j, i)]).sum())
-                .collect();
+            let weights: Vec<f64> =
+                (0..12).map(|i| (0..12).map(|j| similar[j] * inverse[(j, i)]).sum()).collect();
             let mean: f64 = weights.iter().zip(&samples).map(|(w, (_, y))| w * y).sum();
             let explained: f64 = dot(&weights, &similar);
             let variance = kernel.band.noise_variance[0] * (1.0 + (1.0 - explained) / lambda);
             let (load, deviation) = answer(&kernel, x);
             assert!((load - kernel.offset[0] - mean).abs() < 1e-4, "{x}: {load}");
-            assert!(
-                (deviation / variance.sqrt() - 1.0).abs() < 1e-3,
-                "{x}: {deviation}"
-            );
+            assert!((deviation / variance.sqrt() - 1.0).abs() < 1e-3, "{x}: {deviation}");
         }
     }
 
@@ -722,10 +660,7 @@ mod tests {
     fn weights_stay_small_and_a_ridge_at_the_end_of_what_is_tried_is_said() {
         let fitted = |target: &dyn Fn(f64) -> f64| {
             let rows = Function::new(target, 9.0);
-            let settings = KernelSettings {
-                landmarks: 60,
-                length_scale: Some(8.0),
-            };
+            let settings = KernelSettings { landmarks: 60, length_scale: Some(8.0) };
             Kernel::fit(&rows, &settings, &Progress::default()).unwrap()
         };
         let steep = fitted(&|x| 1.0 / (2.05 - x));
@@ -751,13 +686,7 @@ mod tests {
     #[test]
     fn settings_that_do_not_fit_the_samples_are_refused() {
         let rows = Function::new(f64::sin, 9.0);
-        assert_eq!(
-            fit(&rows, 601),
-            Err(KernelError::FewSamples {
-                landmarks: 601,
-                samples: 600
-            })
-        );
+        assert_eq!(fit(&rows, 601), Err(KernelError::FewSamples { landmarks: 601, samples: 600 }));
         assert!(fit(&rows, 0).is_err());
         let cancelled = Progress::default();
         cancelled.cancel();
@@ -770,23 +699,13 @@ mod tests {
     #[test]
     fn a_constant_column_changes_nothing_and_edited_files_are_refused() {
         let mut constant = Function::new(f64::sin, 9.0);
-        constant
-            .runs
-            .iter_mut()
-            .flatten()
-            .for_each(|(x, _)| *x = 3.0);
+        constant.runs.iter_mut().flatten().for_each(|(x, _)| *x = 3.0);
         let kernel = fit(&constant, 5).unwrap();
         assert_eq!((kernel.input_scale[0], kernel.landmarks.len()), (0.0, 1));
         assert_eq!(kernel.validate(1, 1), Ok(()));
         assert!(kernel.validate(2, 1).is_err());
         let mut edited = kernel.clone();
         edited.weights[0][0] = f64::NAN;
-        assert!(
-            edited
-                .validate(1, 1)
-                .unwrap_err()
-                .to_string()
-                .contains("weights")
-        );
+        assert!(edited.validate(1, 1).unwrap_err().to_string().contains("weights"));
     }
 }

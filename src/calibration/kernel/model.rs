@@ -44,10 +44,7 @@ pub struct KernelSettings {
 
 impl Default for KernelSettings {
     fn default() -> Self {
-        Self {
-            landmarks: LANDMARKS.number() as usize,
-            length_scale: None,
-        }
+        Self { landmarks: LANDMARKS.number() as usize, length_scale: None }
     }
 }
 
@@ -90,8 +87,7 @@ impl KernelSettings {
     /// [`KernelError`] with the first choice that is out of range.
     pub fn validate(&self) -> Result<(), KernelError> {
         LANDMARKS.check(self.landmarks as f64)?;
-        self.length_scale
-            .map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
+        self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
         Ok(())
     }
 }
@@ -184,17 +180,10 @@ impl Kernel {
     /// Writes the standard deviation of the load around the answer for one row, per axis.
     pub fn deviation(&self, row: &[f64], scratch: &mut KernelScratch, out: &mut [f64]) {
         self.similarities(row, scratch);
-        let Band {
-            noise_variance,
-            strength,
-            whitening,
-            posterior,
-        } = &self.band;
+        let Band { noise_variance, strength, whitening, posterior } = &self.band;
         scratch.whitened.clear();
         let k = &scratch.similarities;
-        scratch
-            .whitened
-            .extend(whitening.iter().map(|row| dot(row, k)));
+        scratch.whitened.extend(whitening.iter().map(|row| dot(row, k)));
         let phi = &scratch.whitened;
         let fitted: f64 = posterior.iter().map(|row| dot(row, phi).powi(2)).sum();
         let unseen = (1.0 - dot(phi, phi)).max(0.0) / strength;
@@ -204,9 +193,7 @@ impl Kernel {
     }
 
     fn similarities(&self, row: &[f64], scratch: &mut KernelScratch) {
-        let KernelScratch {
-            x, similarities, ..
-        } = scratch;
+        let KernelScratch { x, similarities, .. } = scratch;
         standardise(row, &self.input_shift, &self.input_scale, x);
         similarities.clear();
         similarities.extend(similarities_to(&self.landmarks, self.length_scale, x));

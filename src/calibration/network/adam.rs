@@ -22,11 +22,7 @@ pub(super) struct Adam {
 
 impl Adam {
     pub(super) fn new(n_parameters: usize) -> Self {
-        Self {
-            first: vec![0.0; n_parameters],
-            second: vec![0.0; n_parameters],
-            n_steps: 0,
-        }
+        Self { first: vec![0.0; n_parameters], second: vec![0.0; n_parameters], n_steps: 0 }
     }
 
     /// One step against the gradient.
@@ -62,11 +58,7 @@ impl Adam {
 #[inline(always)]
 fn flushed(moment: f32) -> f32 {
     // Written so that what is no number stays what it is, and reaches the loss.
-    if moment.abs() < FLUSH_BELOW {
-        0.0
-    } else {
-        moment
-    }
+    if moment.abs() < FLUSH_BELOW { 0.0 } else { moment }
 }
 
 #[cfg(test)]

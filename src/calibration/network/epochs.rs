@@ -134,10 +134,7 @@ impl<'a> Training<'a> {
             train: Standard::new(train, inputs, targets),
             held_out: held_out.map(|samples| {
                 let capacity = HELD_OUT_BATCH.min(samples.n_samples());
-                (
-                    Standard::new(samples, inputs, targets),
-                    Batch::new(&shape, capacity, targets),
-                )
+                (Standard::new(samples, inputs, targets), Batch::new(&shape, capacity, targets))
             }),
             parameters: first_parameters(&shape, settings.seed),
             gradient: vec![0.0; shape.n_parameters()],
@@ -169,10 +166,7 @@ impl<'a> Training<'a> {
             loss += self.step(start, (start + capacity).min(n), rate);
             self.progress.advance(1);
         }
-        Ok(Losses {
-            train: loss / n as f64,
-            held_out: self.held_out_loss()?,
-        })
+        Ok(Losses { train: loss / n as f64, held_out: self.held_out_loss()? })
     }
 
     /// One step on the samples `order[start..end]`; their summed loss before it.
@@ -185,8 +179,7 @@ impl<'a> Training<'a> {
         let loss = self.batch.loss(&self.parameters, m, |at, difference| {
             slopes[at] = factor * difference;
         });
-        self.backward
-            .run(&self.batch.forward, &self.parameters, m, &mut self.gradient);
+        self.backward.run(&self.batch.forward, &self.parameters, m, &mut self.gradient);
         self.adam.step(&mut self.parameters, &self.gradient, rate);
         loss
     }
@@ -216,11 +209,7 @@ impl<'a> Training<'a> {
             Some(held_out) if !held_out.is_finite() => "held-out",
             _ => return Ok(()),
         };
-        Err(NetworkError::Diverged {
-            which,
-            epoch,
-            learning_rate: self.settings.learning_rate,
-        })
+        Err(NetworkError::Diverged { which, epoch, learning_rate: self.settings.learning_rate })
     }
 }
 
@@ -248,9 +237,7 @@ mod tests {
     /// Four samples `x, x²`, enough to take a step on.
     fn parabola() -> (Samples, Scale, Scale) {
         let mut samples = Samples::new(1, 1);
-        samples
-            .push_rows(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 4.0, 9.0])
-            .unwrap();
+        samples.push_rows(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 4.0, 9.0]).unwrap();
         let progress = Progress::default();
         let inputs = samples.inputs.measure(&progress).unwrap();
         let targets = samples.targets.measure(&progress).unwrap();
@@ -268,14 +255,7 @@ mod tests {
             training.parameters.iter_mut().take(100).for_each(spoil);
             let losses = training.epoch(0).unwrap();
             let error = training.check(losses, 1).unwrap_err();
-            assert!(matches!(
-                error,
-                NetworkError::Diverged {
-                    which: "training",
-                    epoch: 1,
-                    ..
-                }
-            ));
+            assert!(matches!(error, NetworkError::Diverged { which: "training", epoch: 1, .. }));
         }
     }
 
@@ -324,9 +304,6 @@ mod tests {
     fn the_last_epoch_hardly_moves_the_weights() {
         let (first, last) = moved(false);
         // Adam's first step is the rate itself, for every weight that has a slope.
-        assert!(
-            (first / 0.003 - 1.0).abs() < 1e-3 && last < 1e-3 * first,
-            "{first} {last}"
-        );
+        assert!((first / 0.003 - 1.0).abs() < 1e-3 && last < 1e-3 * first, "{first} {last}");
     }
 }

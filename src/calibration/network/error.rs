@@ -36,35 +36,19 @@ pub enum NetworkError {
     #[error(
         "the held-out samples have {actual} {what} columns where the training samples have {expected}; describe both alike"
     )]
-    HeldOutColumns {
-        what: &'static str,
-        expected: usize,
-        actual: usize,
-    },
+    HeldOutColumns { what: &'static str, expected: usize, actual: usize },
     #[error(
         "{column} is {value} at sample {}; leave that sample out or correct it", .sample + 1
     )]
-    NotFinite {
-        column: Column,
-        sample: usize,
-        value: f64,
-    },
+    NotFinite { column: Column, sample: usize, value: f64 },
     #[error(
         "{column} is {value} at sample {}, too far from the others for a network; leave that sample out, or take a larger unit", .sample + 1
     )]
-    TooLarge {
-        column: Column,
-        sample: usize,
-        value: f64,
-    },
+    TooLarge { column: Column, sample: usize, value: f64 },
     #[error(
         "the {which} loss was no finite number in epoch {epoch}; choose a learning rate below {learning_rate}, or leave out samples that are far from the others"
     )]
-    Diverged {
-        which: &'static str,
-        epoch: usize,
-        learning_rate: f64,
-    },
+    Diverged { which: &'static str, epoch: usize, learning_rate: f64 },
     #[error("the training was cancelled before its first epoch was done")]
     Cancelled,
     #[error("the network's {0}; train it anew or restore the file")]

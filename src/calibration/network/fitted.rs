@@ -82,12 +82,7 @@ impl Network {
         }
         for (field, expected, numbers, least) in [
             ("input_shift", n_inputs, &self.input_shift, f64::MIN),
-            (
-                "input_inverse_scale",
-                n_inputs,
-                &self.input_inverse_scale,
-                0.0,
-            ),
+            ("input_inverse_scale", n_inputs, &self.input_inverse_scale, 0.0),
             ("target_shift", n_targets, &self.target_shift, f64::MIN),
             ("target_scale", n_targets, &self.target_scale, 0.0),
         ] {
@@ -97,11 +92,7 @@ impl Network {
         let mut fan_in = n_inputs;
         for (at, layer) in self.layers.iter().enumerate() {
             let of = |field: &str| format!("layers[{at}].{field}");
-            let fan_out = if at + 1 == self.layers.len() {
-                n_targets
-            } else {
-                layer.biases.len()
-            };
+            let fan_out = if at + 1 == self.layers.len() { n_targets } else { layer.biases.len() };
             if fan_out == 0 {
                 return Ok(check_length(&of("biases"), 1, 0)?);
             }
@@ -146,11 +137,7 @@ impl Network {
         let layer = |layer: usize| {
             let values = &parameters[shape.parameters(layer)];
             let (fan_in, fan_out) = (shape.fan_in(layer), shape.fan_out(layer));
-            let row = |unit| {
-                (0..fan_in)
-                    .map(|input| values[input * fan_out + unit])
-                    .collect()
-            };
+            let row = |unit| (0..fan_in).map(|input| values[input * fan_out + unit]).collect();
             Layer {
                 weights: (0..fan_out).map(row).collect(),
                 biases: values[fan_in * fan_out..].to_vec(),
@@ -167,13 +154,7 @@ impl Network {
 }
 
 fn finite(field: &str, all: bool) -> Result<(), NetworkError> {
-    if all {
-        Ok(())
-    } else {
-        Err(NetworkError::Number {
-            field: field.to_owned(),
-        })
-    }
+    if all { Ok(()) } else { Err(NetworkError::Number { field: field.to_owned() }) }
 }
 
 #[cfg(test)]
@@ -186,9 +167,8 @@ pub(super) mod tests {
     pub(in super::super) fn any_network(hidden: &[usize]) -> Network {
         let shape = Shape::new(2, hidden, 2);
         let mut random = Random::new(8, &[]);
-        let parameters: Vec<f32> = (0..shape.n_parameters())
-            .map(|_| random.between(-0.5, 0.5) as f32)
-            .collect();
+        let parameters: Vec<f32> =
+            (0..shape.n_parameters()).map(|_| random.between(-0.5, 0.5) as f32).collect();
         let scale = |shift, spread| Scale { shift, spread };
         let inputs = scale(vec![3.0, -1e6], vec![0.1, 1e5]);
         Network::from_parameters(
@@ -205,10 +185,7 @@ pub(super) mod tests {
         let parameters = network.parameters::<f32>();
         assert_eq!(parameters.len(), (2 + 1) * 3 + (3 + 1) * 5 + (5 + 1) * 2);
         assert_eq!(network.n_parameters(), parameters.len());
-        let scale = |shift: &[f64], spread: Vec<f64>| Scale {
-            shift: shift.to_vec(),
-            spread,
-        };
+        let scale = |shift: &[f64], spread: Vec<f64>| Scale { shift: shift.to_vec(), spread };
         let again = Network::from_parameters(
             &network.shape(),
             &parameters,
@@ -242,36 +219,15 @@ pub(super) mod tests {
         };
         assert_eq!(refused(|n| n.layers.clear()), "layers");
         assert_eq!(refused(|n| n.input_shift.push(0.0)), "input_shift");
-        assert_eq!(
-            refused(|n| n.input_inverse_scale[0] = -1.0),
-            "input_inverse_scale"
-        );
-        assert_eq!(
-            refused(|n| n.target_scale[1] = f64::INFINITY),
-            "target_scale"
-        );
+        assert_eq!(refused(|n| n.input_inverse_scale[0] = -1.0), "input_inverse_scale");
+        assert_eq!(refused(|n| n.target_scale[1] = f64::INFINITY), "target_scale");
         assert_eq!(refused(|n| n.target_shift[1] = f64::NAN), "target_shift");
         assert_eq!(refused(|n| n.layers[1].biases.clear()), "layers[1].biases");
-        assert_eq!(
-            refused(|n| n.layers[2].biases.truncate(1)),
-            "layers[2].biases"
-        );
-        assert_eq!(
-            refused(|n| n.layers[0].biases[2] = f32::NAN),
-            "layers[0].biases"
-        );
-        assert_eq!(
-            refused(|n| n.layers[1].weights.truncate(3)),
-            "layers[1].weights"
-        );
-        assert_eq!(
-            refused(|n| n.layers[1].weights[2].push(0.0)),
-            "layers[1].weights[2]"
-        );
-        assert_eq!(
-            refused(|n| n.layers[0].weights[0][1] = f32::INFINITY),
-            "layers[0].weights[0]"
-        );
+        assert_eq!(refused(|n| n.layers[2].biases.truncate(1)), "layers[2].biases");
+        assert_eq!(refused(|n| n.layers[0].biases[2] = f32::NAN), "layers[0].biases");
+        assert_eq!(refused(|n| n.layers[1].weights.truncate(3)), "layers[1].weights");
+        assert_eq!(refused(|n| n.layers[1].weights[2].push(0.0)), "layers[1].weights[2]");
+        assert_eq!(refused(|n| n.layers[0].weights[0][1] = f32::INFINITY), "layers[0].weights[0]");
         assert_eq!(
             refused(|n| {
                 n.layers.pop();

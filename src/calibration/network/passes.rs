@@ -71,11 +71,7 @@ impl<T: Real> Forward<T> {
         let blocks = (0..=shape.n_layers())
             .map(|layer| vec![T::from(1.0); shape.stride(layer) * capacity])
             .collect();
-        Self {
-            shape: shape.clone(),
-            capacity,
-            blocks,
-        }
+        Self { shape: shape.clone(), capacity, blocks }
     }
 
     /// How many samples fit in.
@@ -86,9 +82,7 @@ impl<T: Real> Forward<T> {
     /// The inputs of each sample, to be written before [`Forward::run`].
     pub(super) fn inputs(&mut self) -> impl Iterator<Item = &mut [T]> {
         let n_inputs = self.shape.fan_in(0);
-        self.blocks[0]
-            .chunks_exact_mut(n_inputs + 1)
-            .map(move |column| &mut column[..n_inputs])
+        self.blocks[0].chunks_exact_mut(n_inputs + 1).map(move |column| &mut column[..n_inputs])
     }
 
     /// The outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
@@ -215,11 +209,7 @@ mod tests {
                         .map(|(k, value)| value * weights[k * fan_out + unit])
                         .sum::<f64>()
                         + bias;
-                    if layer + 1 < shape.n_layers() {
-                        sum.max(0.0)
-                    } else {
-                        sum
-                    }
+                    if layer + 1 < shape.n_layers() { sum.max(0.0) } else { sum }
                 })
                 .collect();
         }
@@ -262,9 +252,7 @@ mod tests {
             assert_eq!(outputs.len(), n_samples * 2);
             for (inputs, outputs) in case.inputs.iter().zip(outputs.chunks_exact(2)) {
                 for (fast, slow) in
-                    outputs
-                        .iter()
-                        .zip(slow_outputs(&case.shape, &case.parameters, inputs))
+                    outputs.iter().zip(slow_outputs(&case.shape, &case.parameters, inputs))
                 {
                     assert!((fast - slow).abs() < 1e-12);
                 }
@@ -282,10 +270,8 @@ mod tests {
             let loss = |parameters: &[f64], case: &Case| -> f64 {
                 (case.inputs.iter().enumerate())
                     .flat_map(|(k, inputs)| {
-                        (slow_outputs(&case.shape, parameters, inputs)
-                            .into_iter()
-                            .enumerate())
-                        .map(move |(output, y)| weight(k, output) * y)
+                        (slow_outputs(&case.shape, parameters, inputs).into_iter().enumerate())
+                            .map(move |(output, y)| weight(k, output) * y)
                     })
                     .sum()
             };

@@ -24,22 +24,20 @@ impl Network {
         assert_eq!(out.len(), n * n_targets, "one row of loads per sample");
         let (shape, parameters) = (self.shape(), self.parameters::<f64>());
         let blocks = inputs.par_chunks(BLOCK_SAMPLES * n_inputs);
-        out.par_chunks_mut(BLOCK_SAMPLES * n_targets)
-            .zip(blocks)
-            .for_each_init(
-                || Forward::new(&shape, BLOCK_SAMPLES.min(n)),
-                |forward, (out, inputs)| {
-                    for (column, row) in forward.inputs().zip(inputs.chunks_exact(n_inputs)) {
-                        self.standardise(row, column);
-                    }
-                    let outputs = forward.run(&parameters, out.len() / n_targets);
-                    for (row, outputs) in
-                        (out.chunks_exact_mut(n_targets)).zip(outputs.chunks_exact(n_targets))
-                    {
-                        self.restore(outputs, row);
-                    }
-                },
-            );
+        out.par_chunks_mut(BLOCK_SAMPLES * n_targets).zip(blocks).for_each_init(
+            || Forward::new(&shape, BLOCK_SAMPLES.min(n)),
+            |forward, (out, inputs)| {
+                for (column, row) in forward.inputs().zip(inputs.chunks_exact(n_inputs)) {
+                    self.standardise(row, column);
+                }
+                let outputs = forward.run(&parameters, out.len() / n_targets);
+                for (row, outputs) in
+                    (out.chunks_exact_mut(n_targets)).zip(outputs.chunks_exact(n_targets))
+                {
+                    self.restore(outputs, row);
+                }
+            },
+        );
     }
 
     fn standardise(&self, inputs: &[f64], values: &mut [f64]) {
@@ -115,10 +113,7 @@ mod tests {
             inputs[2] = wrong;
             let mut out = [0.0; 6];
             network.predict_rows(&inputs, &mut out);
-            assert_eq!(
-                out.map(f64::is_nan),
-                [false, false, true, true, false, false]
-            );
+            assert_eq!(out.map(f64::is_nan), [false, false, true, true, false, false]);
             network.predict_rows(&inputs[2..4], &mut out[..2]);
             assert!(out[0].is_nan());
         }

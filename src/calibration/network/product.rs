@@ -33,12 +33,7 @@ impl Real for f32 {
         if bulk > 0 {
             by_faer(out.first_rows(bulk), left.first_rows(bulk), right);
         }
-        let mut edge = Edge {
-            out,
-            left,
-            right,
-            first_row: bulk,
-        };
+        let mut edge = Edge { out, left, right, first_row: bulk };
         pulp::Arch::new().dispatch(
             #[inline(always)]
             move || edge.write(),
@@ -69,13 +64,7 @@ pub(super) struct View<'a, T> {
 
 impl<'a, T: Real> View<'a, T> {
     pub(super) fn new(values: &'a [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
-        Self {
-            values,
-            n_rows,
-            n_columns,
-            stride,
-            transposed: false,
-        }
+        Self { values, n_rows, n_columns, stride, transposed: false }
     }
 
     pub(super) fn transpose(self) -> Self {
@@ -113,20 +102,11 @@ pub(super) struct Out<'a, T> {
 
 impl<'a, T> Out<'a, T> {
     pub(super) fn new(values: &'a mut [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
-        Self {
-            values,
-            n_rows,
-            n_columns,
-            stride,
-        }
+        Self { values, n_rows, n_columns, stride }
     }
 
     fn first_rows(&mut self, n_rows: usize) -> Out<'_, T> {
-        Out {
-            values: &mut *self.values,
-            n_rows,
-            ..*self
-        }
+        Out { values: &mut *self.values, n_rows, ..*self }
     }
 }
 
@@ -263,39 +243,22 @@ mod tests {
 
     impl Stored {
         fn new(n_rows: usize, n_columns: usize, transposed: bool) -> Self {
-            let (tall, wide) = if transposed {
-                (n_columns, n_rows)
-            } else {
-                (n_rows, n_columns)
-            };
+            let (tall, wide) = if transposed { (n_columns, n_rows) } else { (n_rows, n_columns) };
             let number = |at: usize| ((at * 37 + tall) % 23) as f32 - 11.0;
             let in_column = |at: usize| at % (tall + 3) < tall;
             let values = (0..wide * (tall + 3))
                 .map(|at| if in_column(at) { number(at) } else { f32::NAN })
                 .collect();
-            Self {
-                values,
-                n_rows: tall,
-                n_columns: wide,
-                transposed,
-            }
+            Self { values, n_rows: tall, n_columns: wide, transposed }
         }
 
         fn view(&self) -> View<'_, f32> {
             let view = View::new(&self.values, self.n_rows, self.n_columns, self.n_rows + 3);
-            if self.transposed {
-                view.transpose()
-            } else {
-                view
-            }
+            if self.transposed { view.transpose() } else { view }
         }
 
         fn at(&self, row: usize, column: usize) -> f32 {
-            let (i, j) = if self.transposed {
-                (column, row)
-            } else {
-                (row, column)
-            };
+            let (i, j) = if self.transposed { (column, row) } else { (row, column) };
             self.values[j * (self.n_rows + 3) + i]
         }
     }
@@ -305,23 +268,12 @@ mod tests {
         let right = Stored::new(depth, n_columns, transposed[1]);
         let stride = n_rows + 2;
         let mut out = vec![0.5; stride * n_columns];
-        f32::product(
-            Out::new(&mut out, n_rows, n_columns, stride),
-            left.view(),
-            right.view(),
-        );
+        f32::product(Out::new(&mut out, n_rows, n_columns, stride), left.view(), right.view());
         for (at, actual) in out.into_iter().enumerate() {
             let (row, column) = (at % stride, at / stride);
             let plain = |k| left.at(row, k) * right.at(k, column);
-            let expected = if row < n_rows {
-                (0..depth).map(plain).sum()
-            } else {
-                0.5
-            };
-            assert_eq!(
-                actual, expected,
-                "{n_rows} × {depth} × {n_columns}, {transposed:?}"
-            );
+            let expected = if row < n_rows { (0..depth).map(plain).sum() } else { 0.5 };
+            assert_eq!(actual, expected, "{n_rows} × {depth} × {n_columns}, {transposed:?}");
         }
     }
 

@@ -27,10 +27,7 @@ pub struct Samples {
 impl Samples {
     /// No samples yet.
     pub fn new(n_inputs: usize, n_targets: usize) -> Self {
-        Self {
-            inputs: Table::new(n_inputs),
-            targets: Table::new(n_targets),
-        }
+        Self { inputs: Table::new(n_inputs), targets: Table::new(n_targets) }
     }
 
     /// Makes room for so many more samples, so that memory is asked for only once.
@@ -99,11 +96,7 @@ pub(super) struct Table {
 
 impl Table {
     fn new(width: usize) -> Self {
-        Self {
-            width,
-            origin: Vec::new(),
-            values: Vec::new(),
-        }
+        Self { width, origin: Vec::new(), values: Vec::new() }
     }
 
     fn n_rows(&self) -> usize {
@@ -123,17 +116,9 @@ impl Table {
                 }
                 let (column, sample) = (column(at), self.n_rows());
                 return Err(if value.is_finite() {
-                    NetworkError::TooLarge {
-                        column,
-                        sample,
-                        value,
-                    }
+                    NetworkError::TooLarge { column, sample, value }
                 } else {
-                    NetworkError::NotFinite {
-                        column,
-                        sample,
-                        value,
-                    }
+                    NetworkError::NotFinite { column, sample, value }
                 });
             }
         }
@@ -171,9 +156,7 @@ impl Table {
             if constant { 0.0 } else { spread }
         };
         Ok(Scale {
-            shift: (mean.iter().zip(&self.origin))
-                .map(|(mean, origin)| mean + origin)
-                .collect(),
+            shift: (mean.iter().zip(&self.origin)).map(|(mean, origin)| mean + origin).collect(),
             spread: (0..self.width).map(spread).collect(),
         })
     }
@@ -276,9 +259,7 @@ mod tests {
     fn a_large_offset_costs_no_digits() {
         for offset in [0.0, 1e9] {
             let mut samples = Samples::new(1, 1);
-            samples
-                .push_rows(&[offset + 1.0, offset + 3.0], &[0.0, 0.0])
-                .unwrap();
+            samples.push_rows(&[offset + 1.0, offset + 3.0], &[0.0, 0.0]).unwrap();
             let (scale, rows) = measured(&samples);
             assert_eq!((scale.shift[0], scale.spread[0]), (offset + 2.0, 1.0));
             assert_eq!(rows, [[-1.0], [1.0]]);
@@ -288,9 +269,7 @@ mod tests {
     #[test]
     fn a_constant_column_gives_zero_and_keeps_its_value() {
         let mut samples = Samples::new(2, 1);
-        samples
-            .push_rows(&[0.1, 1e-40, 0.1, 2e-40, 0.1, 0.0], &[0.0; 3])
-            .unwrap();
+        samples.push_rows(&[0.1, 1e-40, 0.1, 2e-40, 0.1, 0.0], &[0.0; 3]).unwrap();
         let (scale, rows) = measured(&samples);
         assert_eq!((scale.shift[0], scale.spread[0]), (0.1, 0.0));
         assert_eq!(scale.inverse_spread(), [0.0, 0.0]);
@@ -331,9 +310,6 @@ mod tests {
         let progress = Progress::default();
         progress.cancel();
         assert_eq!(samples.inputs.measure(&progress), Err(Cancelled));
-        assert_eq!(
-            Samples::new(0, 1).push_rows(&[], &[]),
-            Err(NetworkError::NoColumns)
-        );
+        assert_eq!(Samples::new(0, 1).push_rows(&[], &[]), Err(NetworkError::NoColumns));
     }
 }

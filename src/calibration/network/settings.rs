@@ -6,11 +6,8 @@ use crate::calibration::network::error::NetworkError;
 use crate::features::{Range, Setting, Unit};
 
 /// More layers than this are a slip of the keyboard.
-const LAYERS: Setting = Setting {
-    what: "the number of hidden layers",
-    range: Range::Whole(0, 16),
-    ..UNITS
-};
+const LAYERS: Setting =
+    Setting { what: "the number of hidden layers", range: Range::Whole(0, 16), ..UNITS };
 
 /// How many units a hidden layer has. A wider layer would keep a cancelled training busy for longer than a person waits.
 const UNITS: Setting = Setting {
@@ -197,10 +194,7 @@ mod tests {
         assert!(!with(|s| s.epochs = 0));
         assert!(!with(|s| s.epochs = 1_000_000_000));
         for rate in [0.0, -0.1, f64::NAN, f64::INFINITY] {
-            let settings = NetworkSettings {
-                learning_rate: rate,
-                ..NetworkSettings::default()
-            };
+            let settings = NetworkSettings { learning_rate: rate, ..NetworkSettings::default() };
             assert!(settings.validate().is_err(), "{rate}");
         }
     }
@@ -208,10 +202,7 @@ mod tests {
     #[test]
     fn missing_fields_take_their_defaults() {
         let settings: NetworkSettings = serde_json::from_str(r#"{"epochs": 7}"#).unwrap();
-        let expected = NetworkSettings {
-            epochs: 7,
-            ..NetworkSettings::default()
-        };
+        let expected = NetworkSettings { epochs: 7, ..NetworkSettings::default() };
         assert_eq!(settings, expected);
     }
 }

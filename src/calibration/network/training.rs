@@ -81,11 +81,7 @@ impl Network {
             let loss = losses.held_out.unwrap_or(losses.train);
             let is_better = |best: &Best| !settings.early_stopping || loss < best.loss;
             if best.as_ref().is_none_or(is_better) {
-                best = Some(Best {
-                    epoch,
-                    loss,
-                    parameters: training.parameters.clone(),
-                });
+                best = Some(Best { epoch, loss, parameters: training.parameters.clone() });
             }
             on_epoch(EpochReport {
                 epoch,
@@ -97,12 +93,7 @@ impl Network {
             });
         }
         let parameters = best.ok_or(NetworkError::Cancelled)?.parameters;
-        Ok(Self::from_parameters(
-            &training.shape,
-            &parameters,
-            &inputs,
-            &targets,
-        ))
+        Ok(Self::from_parameters(&training.shape, &parameters, &inputs, &targets))
     }
 }
 
@@ -124,11 +115,7 @@ fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), Netw
         ("target", train.n_targets(), held_out.n_targets()),
     ] {
         if expected != actual {
-            return Err(NetworkError::HeldOutColumns {
-                what,
-                expected,
-                actual,
-            });
+            return Err(NetworkError::HeldOutColumns { what, expected, actual });
         }
     }
     Ok(())
@@ -166,12 +153,7 @@ mod tests {
     }
 
     fn settings(epochs: usize) -> NetworkSettings {
-        NetworkSettings {
-            hidden: vec![64, 64],
-            batch: 20,
-            epochs,
-            ..NetworkSettings::default()
-        }
+        NetworkSettings { hidden: vec![64, 64], batch: 20, epochs, ..NetworkSettings::default() }
     }
 
     /// A network, and what was reported of its epochs.
@@ -205,19 +187,12 @@ mod tests {
         let network = Network::train(train, held_out, settings, progress, &mut |report| {
             losses.push((report.train_loss, report.held_out_loss));
             best_epoch = report.best_epoch;
-            assert_eq!(
-                (losses.len(), settings.epochs),
-                (report.epoch, report.epochs)
-            );
+            assert_eq!((losses.len(), settings.epochs), (report.epoch, report.epochs));
             if report.epoch == last {
                 progress.cancel();
             }
         })?;
-        Ok(Trained {
-            network,
-            losses,
-            best_epoch,
-        })
+        Ok(Trained { network, losses, best_epoch })
     }
 
     /// Root mean squared error over a grid, of each target.
@@ -227,10 +202,7 @@ mod tests {
     ) -> [f64; T] {
         let mut squares = [0.0; T];
         for at in 0..100 {
-            let (a, b) = (
-                f64::from(at % 10) / 5.0 - 0.9,
-                f64::from(at / 10) / 5.0 - 0.9,
-            );
+            let (a, b) = (f64::from(at % 10) / 5.0 - 0.9, f64::from(at / 10) / 5.0 - 0.9);
             let mut out = [0.0; T];
             network.predict_rows(&[a, b], &mut out);
             for ((square, out), target) in squares.iter_mut().zip(out).zip(target(a, b)) {
@@ -262,10 +234,7 @@ mod tests {
     fn the_seed_decides_and_nothing_else() {
         let samples = samples(230, 1, curved);
         let with_seed = |seed| {
-            let settings = NetworkSettings {
-                seed,
-                ..settings(3)
-            };
+            let settings = NetworkSettings { seed, ..settings(3) };
             train(&samples, None, &settings)
         };
         let elsewhere = std::thread::scope(|scope| scope.spawn(|| with_seed(5)).join().unwrap());
@@ -277,11 +246,7 @@ mod tests {
     #[test]
     fn the_network_kept_is_the_best_on_held_out_samples() {
         let learned = samples(300, 1, curved);
-        let held_out = samples(
-            50,
-            2,
-            |a, b| [1.5 * curved(a, b)[0] + 0.4 * (9.0 * a).sin()],
-        );
+        let held_out = samples(50, 2, |a, b| [1.5 * curved(a, b)[0] + 0.4 * (9.0 * a).sin()]);
         let trained = train(&learned, Some(&held_out), &settings(40));
         let losses = trained.losses.iter();
         let losses: Vec<f64> = losses.map(|(_, held_out)| held_out.unwrap()).collect();
@@ -291,15 +256,9 @@ mod tests {
         assert!(trained.best_epoch < 40, "the test must be able to fail");
         let again = train(&learned, Some(&held_out), &settings(40));
         assert_eq!(again, trained);
-        let to_the_end = NetworkSettings {
-            early_stopping: false,
-            ..settings(40)
-        };
+        let to_the_end = NetworkSettings { early_stopping: false, ..settings(40) };
         let last = train(&learned, Some(&held_out), &to_the_end);
-        assert_eq!(
-            (last.best_epoch, last.held_out_loss()),
-            (40, losses.last().copied())
-        );
+        assert_eq!((last.best_epoch, last.held_out_loss()), (40, losses.last().copied()));
     }
 
     /// The reported loss, computed anew from predictions: mean of (error / standard deviation)².
@@ -376,10 +335,7 @@ mod tests {
         let (mut learned, mut held_out) = (Samples::new(1, 1), Samples::new(1, 1));
         learned.push_rows(&[0.0, 1e-10], &[0.0, 1.0]).unwrap();
         held_out.push_rows(&[0.0, 1e30], &[0.0, 1.0]).unwrap();
-        assert_eq!(
-            diverged(&learned, Some(&held_out), &settings(2)),
-            "held-out"
-        );
+        assert_eq!(diverged(&learned, Some(&held_out), &settings(2)), "held-out");
     }
 
     #[test]
@@ -391,10 +347,7 @@ mod tests {
         let some = samples(3, 1, curved);
         let empty = Samples::new(2, 1);
         assert_eq!(refused(&Samples::new(0, 1), None), NetworkError::NoColumns);
-        assert!(matches!(
-            refused(&empty, None),
-            NetworkError::NoSamples { which: "training" }
-        ));
+        assert!(matches!(refused(&empty, None), NetworkError::NoSamples { which: "training" }));
         assert!(matches!(
             refused(&some, Some(&empty)),
             NetworkError::NoSamples { which: "held-out" }
@@ -403,11 +356,7 @@ mod tests {
         narrow.push_rows(&[1.0], &[1.0]).unwrap();
         assert!(matches!(
             refused(&some, Some(&narrow)),
-            NetworkError::HeldOutColumns {
-                what: "input",
-                expected: 2,
-                actual: 1
-            }
+            NetworkError::HeldOutColumns { what: "input", expected: 2, actual: 1 }
         ));
     }
 

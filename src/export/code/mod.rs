@@ -296,10 +296,7 @@ impl fmt::Display for Footprint {
 /// How many numbers the calibration of a program has.
 fn n_constants(program: &Program) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
-    let constants = program
-        .blocks
-        .iter()
-        .flat_map(|block| &block.source.constants);
+    let constants = program.blocks.iter().flat_map(|block| &block.source.constants);
     let of_blocks = constants.map(|constant| match &constant.numbers {
         Numbers::List(numbers) => numbers.len(),
         Numbers::Rows(rows) => rows.iter().map(Vec::len).sum(),

@@ -83,11 +83,7 @@ impl Program {
         let standardise: Vec<_> = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
             .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
             .collect();
-        let rows = Rows {
-            scale,
-            standardise: &standardise,
-            channels: &features.auxiliary,
-        };
+        let rows = Rows { scale, standardise: &standardise, channels: &features.auxiliary };
         let used = features.blocks.used();
         let used = used.filter(|(block, _)| {
             !matches!(block.appends(), Appends::Auxiliary) || features.uses_auxiliary()
@@ -119,22 +115,17 @@ impl Program {
             limits_tared: calibration.tare.is_some(),
             unloaded: calibration.unloaded(),
             blocks,
-            auxiliary: (features.auxiliary.iter())
-                .map(AuxiliaryChannel::in_words)
-                .collect(),
+            auxiliary: (features.auxiliary.iter()).map(AuxiliaryChannel::in_words).collect(),
             standardise,
             n_columns,
             linear: (calibration.compensated.as_ref()).map(|map| on_rows(map, &centre)),
             learned: None,
             centre,
         };
-        program.learned = calibration
-            .learned
-            .as_ref()
-            .map(|regression| LearnedProgram {
-                inputs: program.inputs(&design, regression),
-                regression: regression.clone(),
-            });
+        program.learned = calibration.learned.as_ref().map(|regression| LearnedProgram {
+            inputs: program.inputs(&design, regression),
+            regression: regression.clone(),
+        });
         program
     }
 
@@ -164,16 +155,10 @@ impl Program {
     /// From a row to what the regression takes: first standardised as features, then as its inputs.
     fn inputs(&self, design: &Design, regression: &Learned) -> Vec<(f64, f64)> {
         let (shift, factor) = match regression {
-            Learned::Network(Network {
-                input_shift,
-                input_inverse_scale,
-                ..
-            }) => (input_shift, input_inverse_scale),
-            Learned::Kernel(Kernel {
-                input_shift,
-                input_scale,
-                ..
-            }) => (input_shift, input_scale),
+            Learned::Network(Network { input_shift, input_inverse_scale, .. }) => {
+                (input_shift, input_inverse_scale)
+            }
+            Learned::Kernel(Kernel { input_shift, input_scale, .. }) => (input_shift, input_scale),
         };
         (shift.iter().zip(factor).zip(design.columns()))
             .map(|((shift, factor), column)| {
@@ -192,20 +177,12 @@ impl Program {
 fn limits(calibration: &Calibration) -> Vec<f64> {
     let known = |axis| calibration.limits.get(axis).copied();
     let axes = 0..calibration.axes.len();
-    axes.map(|axis| {
-        known(axis)
-            .filter(|limit| *limit > 0.0)
-            .unwrap_or(NEVER_REACHED)
-    })
-    .collect()
+    axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NEVER_REACHED)).collect()
 }
 
 /// A map on raw columns as one on rows.
 fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
-    let mut affine = Affine {
-        matrix: Vec::new(),
-        base: Vec::new(),
-    };
+    let mut affine = Affine { matrix: Vec::new(), base: Vec::new() };
     for raw in &map.matrix {
         let mut row = Vec::with_capacity(raw.len());
         let mut offset = 0.0;

@@ -132,10 +132,7 @@ fn row(columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) -> Vec<(Valu
     let mut cells = columns.iter().zip(cells).peekable();
     while let Some((column, cell)) = cells.next() {
         let mut span = 1;
-        while cells
-            .next_if(|(_, next)| next.value == CellValue::Continued)
-            .is_some()
-        {
+        while cells.next_if(|(_, next)| next.value == CellValue::Continued).is_some() {
             span += 1;
         }
         let Some(reason) = cell.reason() else {

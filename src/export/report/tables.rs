@@ -13,20 +13,12 @@ const MAX_FEATURES: usize = 400;
 /// Which sensor it is, by label.
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let entered = calibration.identity.entered();
-    let mut rows: Vec<(&str, String)> = entered
-        .map(|(item, text)| (item.label(), text.to_owned()))
-        .collect();
+    let mut rows: Vec<(&str, String)> =
+        entered.map(|(item, text)| (item.label(), text.to_owned())).collect();
     let axes = calibration.axes.iter().zip(&calibration.full_scale);
-    let rated = axes
-        .zip(&calibration.rated)
-        .filter(|(_, is_rated)| **is_rated);
+    let rated = axes.zip(&calibration.rated).filter(|(_, is_rated)| **is_rated);
     let rated = rated.map(|((axis, load), _)| {
-        format!(
-            "{} {} {}",
-            axis.symbol(),
-            significant(*load, 4),
-            axis.unit()
-        )
+        format!("{} {} {}", axis.symbol(), significant(*load, 4), axis.unit())
     });
     let rated: Vec<String> = rated.collect();
     if !rated.is_empty() {
@@ -40,10 +32,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     let mut columns = ["Name", "Role", "Group"].map(Column::words).to_vec();
     columns.extend(["Samples", "Duration [s]", "Rate [Hz]"].map(Column::numbers));
     columns.push(Column::words("File"));
-    columns.push(Column {
-        align: Align::Anywhere,
-        ..Column::words("SHA-256 of the file")
-    });
+    columns.push(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") });
     let files = Table {
         columns,
         rows: report.recordings.iter().map(recording_row).collect(),
@@ -53,11 +42,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     columns.extend(report.calibration.axes.iter().copied().map(Column::load));
     let rows = report.recordings.iter();
     let rows = rows.map(|recording| rmse_row(recording, columns.len()));
-    let errors = Table {
-        rows: rows.collect(),
-        columns,
-        ..Table::default()
-    };
+    let errors = Table { rows: rows.collect(), columns, ..Table::default() };
     [files, errors]
 }
 
@@ -134,14 +119,9 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     if let Some(map) = &calibration.compensated {
         tables.push(matrix("Compensated (Comp.)", map, calibration));
         if let Some(known) = &calibration.quality.coefficients {
-            let map = LinearMap {
-                columns: map.columns.clone(),
-                matrix: known.standard.clone(),
-            };
-            let title = format!(
-                "Compensated (Comp.): standard errors, a jackknife {}",
-                known.left_out
-            );
+            let map = LinearMap { columns: map.columns.clone(), matrix: known.standard.clone() };
+            let title =
+                format!("Compensated (Comp.): standard errors, a jackknife {}", known.left_out);
             tables.push(matrix(&title, &map, calibration));
         }
     }
@@ -156,9 +136,7 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
     let rows = features.map(|(column, feature)| {
         let numbers = map.matrix.iter();
         let numbers = numbers.map(|numbers| Cell::digits(Some(numbers[column]), 7));
-        std::iter::once(Cell::words(feature))
-            .chain(numbers)
-            .collect()
+        std::iter::once(Cell::words(feature)).chain(numbers).collect()
     });
     let more = map.columns.len().saturating_sub(MAX_FEATURES);
     Table {

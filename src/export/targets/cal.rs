@@ -55,17 +55,9 @@ enum CalError {
     #[error("{place}: {text:?} is not a number that can be used")]
     Number { place: String, text: String },
     #[error("the values of {axis} are {actual} where NumGages says {expected}")]
-    Values {
-        axis: &'static str,
-        expected: usize,
-        actual: usize,
-    },
+    Values { axis: &'static str, expected: usize, actual: usize },
     #[error("{attribute} is {unit:?}; {known} are known")]
-    Unit {
-        attribute: &'static str,
-        unit: String,
-        known: &'static str,
-    },
+    Unit { attribute: &'static str, unit: String, known: &'static str },
 }
 
 /// A symbol as these files spell it: moments are T.
@@ -140,27 +132,16 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
                 if let Some(axis) = axis
                     && rows.insert(axis, row).is_some()
                 {
-                    return Err(CalError::Twice {
-                        element: format!("UserAxis {}", axis.symbol()),
-                    });
+                    return Err(CalError::Twice { element: format!("UserAxis {}", axis.symbol()) });
                 }
             }
             _ => {}
         }
     }
-    let sensor = sensor.ok_or(CalError::Missing {
-        element: "FTSensor",
-    })?;
-    let about = about.ok_or(CalError::Missing {
-        element: "Calibration",
-    })?;
+    let sensor = sensor.ok_or(CalError::Missing { element: "FTSensor" })?;
+    let about = about.ok_or(CalError::Missing { element: "Calibration" })?;
     let n_gauges = number(&sensor, "FTSensor", "NumGages")?;
-    let to_newtons = unit(
-        &about,
-        "ForceUnits",
-        force_in_newtons,
-        "N, kN, lbf, klbf, kgf",
-    )?;
+    let to_newtons = unit(&about, "ForceUnits", force_in_newtons, "N, kN, lbf, klbf, kgf")?;
     let to_newton_metres = unit(
         &about,
         "TorqueUnits",
@@ -175,11 +156,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
                 false => "UserAxis for each of Tx Ty Tz",
             },
         })?;
-        let factor = if axis.is_force() {
-            to_newtons
-        } else {
-            to_newton_metres
-        };
+        let factor = if axis.is_force() { to_newtons } else { to_newton_metres };
         let place = format!("values of {}", spelled(axis));
         let values: Vec<f64> = attribute(row, "UserAxis", "values")?
             .split_whitespace()
@@ -211,10 +188,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
 fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity) -> Calibration {
     let n_gauges = matrix[0].len();
     let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();
-    let map = LinearMap {
-        columns: FeatureSettings::present().columns(n_gauges, false),
-        matrix,
-    };
+    let map = LinearMap { columns: FeatureSettings::present().columns(n_gauges, false), matrix };
     Calibration {
         format: FORMAT.to_owned(),
         version: VERSION,
@@ -265,16 +239,12 @@ fn unit(
 fn once(slot: &mut Option<Attributes>, element: &str, found: Attributes) -> Result<(), CalError> {
     match slot.replace(found) {
         None => Ok(()),
-        Some(_) => Err(CalError::Twice {
-            element: element.to_owned(),
-        }),
+        Some(_) => Err(CalError::Twice { element: element.to_owned() }),
     }
 }
 
 fn xml(error: &dyn std::fmt::Display) -> CalError {
-    CalError::Xml {
-        reason: error.to_string(),
-    }
+    CalError::Xml { reason: error.to_string() }
 }
 
 fn attributes(element: &BytesStart) -> Result<Attributes, CalError> {
@@ -283,31 +253,25 @@ fn attributes(element: &BytesStart) -> Result<Attributes, CalError> {
         .map(|attribute| {
             let attribute = attribute.map_err(|error| xml(&error))?;
             let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
-            let value = attribute
-                .normalized_value(XmlVersion::Implicit1_0)
-                .map_err(|error| xml(&error))?;
+            let value =
+                attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| xml(&error))?;
             Ok((name, value.into_owned()))
         })
         .collect()
 }
 
 fn attribute<'a>(of: &'a Attributes, element: &str, name: &str) -> Result<&'a str, CalError> {
-    of.get(name)
-        .map(String::as_str)
-        .ok_or_else(|| CalError::Attribute {
-            element: element.to_owned(),
-            attribute: name.to_owned(),
-        })
+    of.get(name).map(String::as_str).ok_or_else(|| CalError::Attribute {
+        element: element.to_owned(),
+        attribute: name.to_owned(),
+    })
 }
 
 fn number(of: &Attributes, element: &str, name: &str) -> Result<f64, CalError> {
     let value = parsed(attribute(of, element, name)?.trim(), name)?;
     match value >= 0.0 {
         true => Ok(value),
-        false => Err(CalError::Number {
-            place: name.to_owned(),
-            text: value.to_string(),
-        }),
+        false => Err(CalError::Number { place: name.to_owned(), text: value.to_string() }),
     }
 }
 
@@ -315,8 +279,5 @@ fn parsed(text: &str, place: &str) -> Result<f64, CalError> {
     let value: Option<f64> = text.parse().ok();
     value
         .filter(|value| value.is_finite())
-        .ok_or_else(|| CalError::Number {
-            place: place.to_owned(),
-            text: text.to_owned(),
-        })
+        .ok_or_else(|| CalError::Number { place: place.to_owned(), text: text.to_owned() })
 }

@@ -16,10 +16,7 @@ fn caution(calibration: &Calibration) -> Option<String> {
     let is_more = calibration.learned.is_some()
         || calibration.columns().len() > calibration.conventional.columns.len();
     let compensation = is_more.then(|| {
-        format!(
-            "the compensation ({}): its load is the conventional one",
-            calibration.describe()
-        )
+        format!("the compensation ({}): its load is the conventional one", calibration.describe())
     });
     let offset = calibration
         .offset

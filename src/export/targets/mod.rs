@@ -66,9 +66,8 @@ pub fn target_endings() -> String {
 
 /// All formats with what they are, one after the other, as help lists them.
 pub fn listed_targets() -> String {
-    let listed = TARGETS
-        .iter()
-        .map(|target| format!(".{} {}", target.endings.join(" ."), target.name));
+    let listed =
+        TARGETS.iter().map(|target| format!(".{} {}", target.endings.join(" ."), target.name));
     listed.collect::<Vec<_>>().join(", ")
 }
 
@@ -87,19 +86,13 @@ mod tests {
                 (Some(_), false) => "yes, gauges in file order",
             };
             let endings = endings.collect::<Vec<_>>().join(", ");
-            format!(
-                "| {endings} | {} | {} | {reads_back} |\n",
-                target.name, target.holds
-            )
+            format!("| {endings} | {} | {} | {reads_back} |\n", target.name, target.holds)
         });
         let table = format!(
             "| file | format | holds | reads back |\n|---|---|---|---|\n{}",
             rows.collect::<String>()
         );
         let guide = include_str!("../../../assets/guide/exports.md");
-        assert!(
-            guide.contains(&table),
-            "assets/guide/exports.md needs\n{table}"
-        );
+        assert!(guide.contains(&table), "assets/guide/exports.md needs\n{table}");
     }
 }

@@ -11,7 +11,5 @@ pub(super) static PYTHON: Target = Target {
     ..CODE
 };
 
-pub(super) static LANGUAGE: Language = Language {
-    template: include_str!("../templates/calibration.py"),
-    ..Language::PLAIN
-};
+pub(super) static LANGUAGE: Language =
+    Language { template: include_str!("../templates/calibration.py"), ..Language::PLAIN };

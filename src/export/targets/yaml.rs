@@ -83,10 +83,7 @@ fn entries(field: &Field) -> Vec<(&'static str, String)> {
         }
         Value::Matrix(rows) => {
             let columns = rows.first().map_or(0, Vec::len);
-            let shape = [
-                ("n_rows", rows.len().to_string()),
-                ("n_columns", columns.to_string()),
-            ];
+            let shape = [("n_rows", rows.len().to_string()), ("n_columns", columns.to_string())];
             shape.into_iter().chain(numbers(&rows.concat())).collect()
         }
     }

@@ -61,10 +61,7 @@ pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::R
         for t_at in 0..map.grid.t_ths_secs().len() {
             if let Some(point) = map.point(f_at, t_at) {
                 let at = map.thresholds(f_at, t_at);
-                write(
-                    [at.f_th.to_string(), at.t_th_secs.to_string()],
-                    &point.scores,
-                )?;
+                write([at.f_th.to_string(), at.t_th_secs.to_string()], &point.scores)?;
             }
         }
     }
@@ -89,10 +86,7 @@ mod tests {
             },
             left_out_squares: Vec::new(),
         };
-        let scale = MeasureScale {
-            axes: vec![Axis::Fz],
-            full_scale: vec![4.0],
-        };
+        let scale = MeasureScale { axes: vec![Axis::Fz], full_scale: vec![4.0] };
         let grid = ThresholdGrid::new(vec![0.0, 1.5], vec![2.0]).unwrap();
         let conventional = point(3.0, None);
         let mut map = ThresholdMap::new(grid, Distance::Force, scale, conventional, vec![5]);

@@ -120,10 +120,7 @@ pub fn threshold_curve(
             ScoreSet::Test => Some(figure::DASHED),
             ScoreSet::LeftOut => None,
         };
-        Line {
-            dash,
-            ..Line::new(set.label(), ink(set), [points])
-        }
+        Line { dash, ..Line::new(set.label(), ink(set), [points]) }
     });
     let lines: Vec<_> = lines.filter(|line| !line.pieces[0].is_empty()).collect();
     let numbers = |axis: usize| {

@@ -34,8 +34,6 @@ pub(super) fn write_cells<W: io::Write>(
     csv: &mut CsvWriter<W>,
     row: &[Option<f64>],
 ) -> io::Result<()> {
-    let mut cells = row
-        .iter()
-        .map(|number| number.map_or_else(String::new, |x| x.to_string()));
+    let mut cells = row.iter().map(|number| number.map_or_else(String::new, |x| x.to_string()));
     cells.try_for_each(|cell| csv.cell(cell))
 }

@@ -72,12 +72,7 @@ pub fn write_traces(
             for k in interval.samples.start..interval.samples.end.min(recording.n_samples()) {
                 let own = k * n_axes..(k + 1) * n_axes;
                 let loads = (&loads.conventional[own.clone()], &loads.compensated[own]);
-                columns.fill(
-                    recording.clock_time(k),
-                    reference_at(&recording, k),
-                    loads,
-                    &mut row,
-                );
+                columns.fill(recording.clock_time(k), reference_at(&recording, k), loads, &mut row);
                 table.row(recording.name(), &row)?;
             }
             progress.advance(1);
@@ -169,12 +164,7 @@ impl<W: io::Write> LoadRows<W> {
         let mut csv = CsvWriter::new(out);
         let status = with_status.then(|| "status".to_owned());
         csv.row(columns.head().into_iter().chain(status))?;
-        Ok(Self {
-            columns,
-            with_status,
-            csv,
-            row: Vec::new(),
-        })
+        Ok(Self { columns, with_status, csv, row: Vec::new() })
     }
 
     /// Runs a sample and writes its row.
@@ -279,9 +269,7 @@ impl Columns {
             axes.filter(|(_, axis)| !kind.needs_reference() || has_reference(axis))
                 .map(|(at, axis)| (*kind, *axis, at))
         });
-        Self {
-            columns: columns.collect(),
-        }
+        Self { columns: columns.collect() }
     }
 
     fn head(&self) -> Vec<String> {

@@ -184,16 +184,10 @@ struct Effects {
 impl Stream for Effects {
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]) {
         let n = self.channels.len();
-        assert_eq!(
-            auxiliary.len(),
-            n,
-            "every sample has every auxiliary channel"
-        );
+        assert_eq!(auxiliary.len(), n, "every sample has every auxiliary channel");
         let now = |at: usize| (auxiliary[at] - self.channels[at].0) * self.channels[at].1;
         if self.states.is_empty() {
-            self.states = (0..n * self.taus_secs.len())
-                .map(|own| now(own % n))
-                .collect();
+            self.states = (0..n * self.taus_secs.len()).map(|own| now(own % n)).collect();
             self.last_secs = time;
         }
         let elapsed = time - self.last_secs;
@@ -233,11 +227,7 @@ mod tests {
     /// A step of two deviations: at once for τ = 0, as `2 (1 − e^(−t/τ))` for another, through a long step as through short ones.
     #[test]
     fn a_channel_enters_at_once_and_through_its_low_pass() {
-        let scale = GaugeScale {
-            shift: vec![1.0],
-            inverse_scale: vec![2.0],
-            deviation: vec![0.5],
-        };
+        let scale = GaugeScale { shift: vec![1.0], inverse_scale: vec![2.0], deviation: vec![0.5] };
         let mut stream = Auxiliary.stream(&[0.0, 10.0], &scale, &[channel(20.0, 0.5)], 0.0);
         let mut out = [0.0; 4];
         stream.step(5.0, &[2.0], &[20.0], &mut out);

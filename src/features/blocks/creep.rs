@@ -27,9 +27,7 @@ const TAUS: Setting = Setting {
 };
 
 /// Time constants that are tried, as far as the recordings can show them (s).
-const CANDIDATES: [f64; 12] = [
-    0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0,
-];
+const CANDIDATES: [f64; 12] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
 
 impl Block for Creep {
     fn name(&self) -> &'static str {
@@ -79,10 +77,7 @@ impl Block for Creep {
     }
 
     fn search(&self) -> Option<Search> {
-        Some(Search {
-            candidates: &CANDIDATES,
-            lists: Lists::OneByOne(3),
-        })
+        Some(Search { candidates: &CANDIDATES, lists: Lists::OneByOne(3) })
     }
 }
 
@@ -155,11 +150,7 @@ struct LowPasses {
 
 impl LowPasses {
     fn new(taus_secs: &[f64]) -> Self {
-        Self {
-            taus_secs: taus_secs.to_vec(),
-            states: Vec::new(),
-            last_secs: 0.0,
-        }
+        Self { taus_secs: taus_secs.to_vec(), states: Vec::new(), last_secs: 0.0 }
     }
 }
 
@@ -171,11 +162,7 @@ impl Stream for LowPasses {
         }
         let elapsed = time - self.last_secs;
         self.last_secs = time;
-        for (tau, states) in self
-            .taus_secs
-            .iter()
-            .zip(self.states.chunks_exact_mut(gauges.len()))
-        {
+        for (tau, states) in self.taus_secs.iter().zip(self.states.chunks_exact_mut(gauges.len())) {
             let share = -(-elapsed / tau).exp_m1();
             for (state, gauge) in states.iter_mut().zip(gauges) {
                 *state += share * (gauge - *state);

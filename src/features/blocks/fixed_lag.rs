@@ -31,9 +31,7 @@ const LAGS: Setting = Setting {
 };
 
 /// Lags that are tried (s), from those of filters and amplifiers to those of the paper's look-back.
-const CANDIDATES: [f64; 12] = [
-    0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0,
-];
+const CANDIDATES: [f64; 12] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
 
 impl Block for FixedLag {
     fn name(&self) -> &'static str {
@@ -67,17 +65,11 @@ impl Block for FixedLag {
     }
 
     fn search(&self) -> Option<Search> {
-        Some(Search {
-            candidates: &CANDIDATES,
-            lists: Lists::OneByOne(3),
-        })
+        Some(Search { candidates: &CANDIDATES, lists: Lists::OneByOne(3) })
     }
 
     fn source(&self, lags_secs: &[f64], _rows: &Rows<'_>) -> Source {
-        let code = |functions, update| Code {
-            functions,
-            ..Code::update(update)
-        };
+        let code = |functions, update| Code { functions, ..Code::update(update) };
         Source {
             constants: vec![Constant {
                 precision: Precision::Clock,
@@ -236,12 +228,7 @@ impl Stream for Lags {
         self.kept.take(time);
         self.times.push_back(time);
         self.gauges.extend(gauges);
-        for (at, (lag, out)) in self
-            .lags_secs
-            .iter()
-            .zip(out.chunks_exact_mut(g))
-            .enumerate()
-        {
+        for (at, (lag, out)) in self.lags_secs.iter().zip(out.chunks_exact_mut(g)).enumerate() {
             let younger = &mut self.younger[at];
             while time - self.times[*younger] >= *lag && *younger + 1 < self.times.len() {
                 *younger += 1; // ends at the present sample, which is younger than any lag
@@ -251,11 +238,7 @@ impl Stream for Lags {
                 continue;
             };
             let (start, end) = (self.times[older], self.times[*younger]);
-            let share = if end > start {
-                ((time - start) - lag) / (end - start)
-            } else {
-                1.0
-            };
+            let share = if end > start { ((time - start) - lag) / (end - start) } else { 1.0 };
             for (gauge, out) in out.iter_mut().enumerate() {
                 let before = self.gauges[older * g + gauge];
                 let after = self.gauges[*younger * g + gauge];

@@ -27,10 +27,7 @@ mod tests {
     fn histories_come_first_and_no_two_blocks_share_a_name() {
         let is_history = |block: &&dyn Block| matches!(block.appends(), Appends::Past(_));
         assert!(
-            BLOCKS
-                .iter()
-                .skip_while(|block| is_history(block))
-                .all(|block| !is_history(block))
+            BLOCKS.iter().skip_while(|block| is_history(block)).all(|block| !is_history(block))
         );
         for (at, block) in BLOCKS.iter().enumerate() {
             let names = |block: &dyn Block| {

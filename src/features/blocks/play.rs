@@ -29,9 +29,7 @@ const RADII: Setting = Setting {
 };
 
 /// Radii that are tried: each about 1.46 times the one before, from hardly any play to a gauge's whole range.
-const CANDIDATES: [f64; 12] = [
-    0.05, 0.073, 0.11, 0.16, 0.23, 0.33, 0.49, 0.71, 1.0, 1.5, 2.2, 3.2,
-];
+const CANDIDATES: [f64; 12] = [0.05, 0.073, 0.11, 0.16, 0.23, 0.33, 0.49, 0.71, 1.0, 1.5, 2.2, 3.2];
 
 impl Block for Play {
     fn name(&self) -> &'static str {
@@ -79,10 +77,7 @@ impl Block for Play {
     }
 
     fn search(&self) -> Option<Search> {
-        Some(Search {
-            candidates: &CANDIDATES,
-            lists: Lists::Even { min: 3, max: 8 },
-        })
+        Some(Search { candidates: &CANDIDATES, lists: Lists::Even { min: 3, max: 8 } })
     }
 }
 

@@ -23,16 +23,8 @@ const DEGREE: Setting = Setting {
     unit: Unit::new("", "", ["DEGREE"; 2]),
     default: &[1.0],
     range: Range::OneOf(&[
-        Choice {
-            value: 1,
-            label: "none",
-            explanation: "The gauges as they are",
-        },
-        Choice {
-            value: 2,
-            label: "degree 2",
-            explanation: "Squares and products of the gauges",
-        },
+        Choice { value: 1, label: "none", explanation: "The gauges as they are" },
+        Choice { value: 2, label: "degree 2", explanation: "Squares and products of the gauges" },
         Choice {
             value: 3,
             label: "degree 3",
@@ -83,24 +75,15 @@ impl Block for Polynomial {
     fn source(&self, degree: &[f64], rows: &Rows<'_>) -> Source {
         let with_cubes = degree_of(degree) > 2;
         let code = |squares: &str, cubes: &str| {
-            let cubes = if with_cubes {
-                cubes.trim_start_matches('\n')
-            } else {
-                ""
-            };
+            let cubes = if with_cubes { cubes.trim_start_matches('\n') } else { "" };
             Code::update([squares, cubes].concat())
         };
         Source {
-            constants: rows
-                .standard(["standard_factor", "standard_constant"])
-                .to_vec(),
+            constants: rows.standard(["standard_factor", "standard_constant"]).to_vec(),
             memory: Vec::new(),
             c: code(C_SQUARES, C_CUBES),
             rust: code(RUST_SQUARES, RUST_CUBES),
-            python: Code {
-                functions: PYTHON_CONSTANTS,
-                ..code(PYTHON_SQUARES, PYTHON_CUBES)
-            },
+            python: Code { functions: PYTHON_CONSTANTS, ..code(PYTHON_SQUARES, PYTHON_CUBES) },
             matlab: code(MATLAB_SQUARES, MATLAB_CUBES),
         }
     }
@@ -228,12 +211,10 @@ mod tests {
         let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2), &[], 0.0);
         stream.step(0.0, &z, &[], &mut out);
         assert_eq!(out, [4.0, 10.0, 25.0, 8.0, 125.0]);
-        let values = monomials(3.0, 2)
-            .into_iter()
-            .map(|monomial| match monomial {
-                Monomial::Product(left, right) => z[left] * z[right],
-                Monomial::Cube(gauge) => z[gauge].powi(3),
-            });
+        let values = monomials(3.0, 2).into_iter().map(|monomial| match monomial {
+            Monomial::Product(left, right) => z[left] * z[right],
+            Monomial::Cube(gauge) => z[gauge].powi(3),
+        });
         assert_eq!(values.collect::<Vec<_>>(), out);
         assert_eq!(Polynomial.n_columns(&[3.0], 2), 5);
     }

@@ -95,15 +95,12 @@ impl LiveLookBack {
             |sample: usize| self.times[newest] - self.times[sample] <= thresholds.t_th_secs;
         let mut end = newest + 1;
         while end > 0 && is_young(end - 1) {
-            let skipped = [(1, LARGEST), (0, FAN_OUT)]
-                .into_iter()
-                .find(|&(level, size)| {
-                    end.is_multiple_of(size) && {
-                        let bounds =
-                            &self.boxes[level][(end / size - 1) * 2 * width..][..2 * width];
-                        farthest(bounds, point) < least
-                    }
-                });
+            let skipped = [(1, LARGEST), (0, FAN_OUT)].into_iter().find(|&(level, size)| {
+                end.is_multiple_of(size) && {
+                    let bounds = &self.boxes[level][(end / size - 1) * 2 * width..][..2 * width];
+                    farthest(bounds, point) < least
+                }
+            });
             if let Some((_, size)) = skipped {
                 end -= size;
                 continue;
@@ -135,20 +132,15 @@ impl LiveLookBack {
 
 /// Squared distance; rounded in the same order as the search over whole recordings.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter()
-        .zip(b)
-        .fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b))
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b))
 }
 
 /// Squared distance to the farthest corner; never less than that of any sample inside, since rounding is monotone.
 fn farthest(bounds: &[f64], point: &[f64]) -> f64 {
-    bounds
-        .chunks_exact(2)
-        .zip(point)
-        .fold(0.0, |sum, (bounds, at)| {
-            let reach = (at - bounds[0]).max(bounds[1] - at);
-            sum + reach * reach
-        })
+    bounds.chunks_exact(2).zip(point).fold(0.0, |sum, (bounds, at)| {
+        let reach = (at - bounds[0]).max(bounds[1] - at);
+        sum + reach * reach
+    })
 }
 
 #[cfg(test)]
@@ -192,11 +184,7 @@ mod tests {
         let mut live = LiveLookBack::new(&[1.0], 2.0, 1, 0.0);
         for k in 0..20_000 {
             live.push(f64::from(k) * 0.01, &[0.0], &[0.0]);
-            assert!(
-                live.times.len() <= 400 + 2 * LARGEST,
-                "{}",
-                live.times.len()
-            );
+            assert!(live.times.len() <= 400 + 2 * LARGEST, "{}", live.times.len());
         }
     }
 }

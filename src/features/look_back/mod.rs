@@ -194,12 +194,7 @@ impl<const D: usize> Path<D> {
         {
             levels.push(below.chunks_exact(FAN_OUT).map(Bounds::of_boxes).collect());
         }
-        Self {
-            n,
-            thinned,
-            groups,
-            levels,
-        }
+        Self { n, thinned, groups, levels }
     }
 
     /// The search where not all samples are kept: one sample after another, since none is a point of its own group.
@@ -406,10 +401,7 @@ mod tests {
         let loads: Vec<f64> = (0..100).map(f64::from).collect();
         let progress = Progress::default();
         progress.cancel();
-        let thresholds = Thresholds {
-            f_th: 3.0,
-            t_th_secs: 5.0,
-        };
+        let thresholds = Thresholds { f_th: 3.0, t_th_secs: 5.0 };
         let past = LoadPath::new(&loads, &[1.0]).past_samples_until(&loads, thresholds, &progress);
         assert_eq!(past, (0..100).collect::<Vec<u32>>());
     }
@@ -422,11 +414,8 @@ mod tests {
                     .rev()
                     .take_while(|&j| times[k] - times[j] <= thresholds.t_th_secs)
                     .find(|&j| {
-                        let square: f64 = rows[k]
-                            .iter()
-                            .zip(&rows[j])
-                            .map(|(a, b)| (b - a) * (b - a))
-                            .sum();
+                        let square: f64 =
+                            rows[k].iter().zip(&rows[j]).map(|(a, b)| (b - a) * (b - a)).sum();
                         square >= thresholds.f_th * thresholds.f_th
                     })
                     .unwrap_or(k) as u32
@@ -521,10 +510,7 @@ mod tests {
     #[test]
     fn zero_threshold_gives_the_sample_itself() {
         let (times, rows) = walk(100, 3, 1);
-        let thresholds = Thresholds {
-            f_th: 0.0,
-            t_th_secs: 15.0,
-        };
+        let thresholds = Thresholds { f_th: 0.0, t_th_secs: 15.0 };
         let own: Vec<u32> = (0..100).collect();
         assert_eq!(path(&rows, 3).past_samples(&times, thresholds), own);
     }
@@ -533,10 +519,7 @@ mod tests {
     #[test]
     fn a_ramp_looks_back_by_the_threshold() {
         let times: Vec<f64> = (0..100).map(f64::from).collect();
-        let thresholds = Thresholds {
-            f_th: 5.0,
-            t_th_secs: 15.0,
-        };
+        let thresholds = Thresholds { f_th: 5.0, t_th_secs: 15.0 };
         let past = LoadPath::new(&times, &[1.0]).past_samples(&times, thresholds);
         assert_eq!(past[4], 4);
         assert!((5..100).all(|k| past[k] == k as u32 - 5));
@@ -547,10 +530,7 @@ mod tests {
         let times = [0.0, 10.0, 10.1, 10.2];
         let loads = [5.0, 0.0, 0.0, 0.0];
         let past = |t_th_secs| {
-            let thresholds = Thresholds {
-                f_th: 3.0,
-                t_th_secs,
-            };
+            let thresholds = Thresholds { f_th: 3.0, t_th_secs };
             LoadPath::new(&loads, &[1.0]).past_samples(&times, thresholds)
         };
         assert_eq!(past(10.1), [0, 0, 0, 3]);

@@ -133,10 +133,7 @@ impl Distance {
     /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
-            Self::Force => axes
-                .iter()
-                .map(|axis| f64::from(u8::from(axis.is_force())))
-                .collect(),
+            Self::Force => axes.iter().map(|axis| f64::from(u8::from(axis.is_force()))).collect(),
             Self::FullScale => full_scale
                 .iter()
                 .map(|&scale| if scale > 0.0 { 1.0 / scale } else { 0.0 })
@@ -146,11 +143,7 @@ impl Distance {
 
     /// The kind that is really used with these axes: [`Distance::FullScale`] where there is no force axis.
     pub fn effective(self, axes: &[Axis]) -> Self {
-        if axes.iter().any(|axis| axis.is_force()) {
-            self
-        } else {
-            Self::FullScale
-        }
+        if axes.iter().any(|axis| axis.is_force()) { self } else { Self::FullScale }
     }
 }
 

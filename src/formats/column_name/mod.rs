@@ -9,9 +9,8 @@ use crate::recording::units::{
 };
 
 /// What may follow a gauge's name without brackets; gauges keep whatever unit they have.
-const GAUGE_UNITS: [&str; 13] = [
-    "v", "mv", "uv", "µv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms", "strain", "pf",
-];
+const GAUGE_UNITS: [&str; 13] =
+    ["v", "mv", "uv", "µv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms", "strain", "pf"];
 /// Units that nothing but a gauge has, whatever it is called.
 const OF_GAUGES_ALONE: [&str; 13] = [
     "mv/v",
@@ -234,21 +233,14 @@ fn is_of_gauges_alone(unit: &str) -> bool {
 
 /// Whether this is a unit of any kind of column.
 pub(crate) fn is_known_unit(unit: &str) -> bool {
-    [
-        Kind::Time,
-        Kind::Gauge,
-        Kind::Load(Axis::Fx),
-        Kind::Load(Axis::Mx),
-    ]
-    .into_iter()
-    .any(|kind| is_unit_of(kind, unit))
+    [Kind::Time, Kind::Gauge, Kind::Load(Axis::Fx), Kind::Load(Axis::Mx)]
+        .into_iter()
+        .any(|kind| is_unit_of(kind, unit))
 }
 
 /// Whether this is a unit of a force or a moment, which no gauge has.
 pub(crate) fn is_load_unit(unit: &str) -> bool {
-    [Axis::Fx, Axis::Mx]
-        .into_iter()
-        .any(|axis| is_unit_of(Kind::Load(axis), unit))
+    [Axis::Fx, Axis::Mx].into_iter().any(|axis| is_unit_of(Kind::Load(axis), unit))
 }
 
 fn is_unit_of(kind: Kind, suffix: &str) -> bool {
@@ -321,10 +313,7 @@ mod tests {
         let mz = "wrench.torque.z|field.wrench.torque.z|/ft/wrench/torque/z|/ft/moment/z [N·mm]";
         let mz: Vec<_> = mz.split('|').collect();
         assert_all(&mz, Some(Kind::Load(Axis::Mz)));
-        assert_eq!(
-            ColumnName::parse("/ATI/wrench/force/x").source,
-            "ati/wrench"
-        );
+        assert_eq!(ColumnName::parse("/ATI/wrench/force/x").source, "ati/wrench");
         let stamp = |name: &str| ColumnName::parse(&format!("header.stamp.{name}"));
         assert!(stamp("sec").is_completed_by(&stamp("nanosec")));
         assert!(stamp("secs").is_completed_by(&stamp("nsecs")));
@@ -336,16 +325,10 @@ mod tests {
     fn loads_are_understood_in_other_languages() {
         let fx = "Applied Force X|true Fx [N]|Kraft X [N]|Kraft x|X-Kraft|Kraft in X-Richtung|Kraft Fx [kN]|Force X|Fuerza X|Fuerza eje X|Forza X|\
             Força X|力X|力_X [N]|X方向力|X轴力|力 X|ref Kraft x|荷重X|Force axe X|X force|Referenz Fx";
-        assert_all(
-            &fx.split('|').collect::<Vec<_>>(),
-            Some(Kind::Load(Axis::Fx)),
-        );
+        assert_all(&fx.split('|').collect::<Vec<_>>(), Some(Kind::Load(Axis::Fx)));
         let mz = "Moment Z|Drehmoment z|Drehmoment Mz [Nm]|Couple Z|Momento Z [N·m]|Coppia Z|力矩Z|扭矩 Z|トルクZ|\
             Z軸モーメント|Z-Moment";
-        assert_all(
-            &mz.split('|').collect::<Vec<_>>(),
-            Some(Kind::Load(Axis::Mz)),
-        );
+        assert_all(&mz.split('|').collect::<Vec<_>>(), Some(Kind::Load(Axis::Mz)));
         let gauges = "Bridge 1 [mV/V]|Brücke 2 [µV/V]|ε1 [µm/m]|Voltage_0|A [mV/V]|Left arm (µε)|pont 3|DMS 1|DMS_2 [mV/V]|Kanal 3|Jauge 1|Voie 2|Galga 4|Canal 1|Canale 2|通道1|应变片 3|ひずみ1|Dehnung 2";
         assert_all(&gauges.split('|').collect::<Vec<_>>(), Some(Kind::Gauge));
         let times = "Zeit [s]|Zeitstempel|Tiempo|Tempo (ms)|时间|時間 [s]|Temps [s]";

@@ -59,9 +59,7 @@ const GAUGES: [&str; 12] = [
     "coinft",
 ];
 /// Words that gauges have, and other signals too: they are not enough beside one of a load.
-const CHANNELS: [&str; 8] = [
-    "raw", "adc", "channel", "channels", "ch", "ai", "volts", "voltages",
-];
+const CHANNELS: [&str; 8] = ["raw", "adc", "channel", "channels", "ch", "ai", "volts", "voltages"];
 /// Parts that say nothing.
 const NEUTRAL: [&str; 4] = ["data", "value", "values", "field"];
 const SECONDS: [&str; 2] = ["sec", "secs"];
@@ -82,9 +80,7 @@ pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
     let name = name.trim();
     let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
     let words: &[&str] = if is_rest { &NANOSECONDS } else { &SECONDS };
-    words
-        .contains(&last.to_lowercase().as_str())
-        .then_some(stamp)
+    words.contains(&last.to_lowercase().as_str()).then_some(stamp)
 }
 
 /// Understands a name that is a path; `None` if it is none, or says nothing.
@@ -96,11 +92,7 @@ pub(super) fn understood(name: &str) -> Option<Path> {
     let stem = stem.to_lowercase();
     let all: Vec<&str> = stem.split(['/', '.']).filter(|s| !s.is_empty()).collect();
     let has_word = |words: &[&str]| all.iter().any(|segment| has_one_of(segment, words));
-    let path = |kind, n_before: usize, unit| Path {
-        kind,
-        source: all[..n_before].join("/"),
-        unit,
-    };
+    let path = |kind, n_before: usize, unit| Path { kind, source: all[..n_before].join("/"), unit };
     if is_element {
         // A message that is nothing but an array, as `rostopic echo -p` writes it: gauges are published so.
         let is_bare = all == ["field", "data"];

@@ -72,9 +72,8 @@ const GAUGES: [&str; 43] = [
 /// What may stand before an axis of the reference.
 const REFERENCES: [&str; 6] = ["ati", "reference", "referenz", "ref", "applied", "true"];
 /// What a force is called, in small letters.
-const FORCES: [&str; 9] = [
-    "f", "force", "kraft", "fuerza", "forza", "força", "forca", "力", "荷重",
-];
+const FORCES: [&str; 9] =
+    ["f", "force", "kraft", "fuerza", "forza", "força", "forca", "力", "荷重"];
 /// What a moment is called, in small letters.
 const MOMENTS: [&str; 14] = [
     "m",
@@ -95,29 +94,16 @@ const MOMENTS: [&str; 14] = [
 /// What may stand before the letter of a direction.
 const BEFORE_DIRECTION: [&str; 8] = ["", "in", "en", "axe", "eje", "asse", "eixo", "axis"];
 /// What may stand after the letter of a direction.
-const AFTER_DIRECTION: [&str; 9] = [
-    "",
-    "axis",
-    "achse",
-    "richtung",
-    "direction",
-    "轴",
-    "軸",
-    "方向",
-    "向",
-];
+const AFTER_DIRECTION: [&str; 9] =
+    ["", "axis", "achse", "richtung", "direction", "轴", "軸", "方向", "向"];
 
 /// Words for a load that name no axis, in small letters, beside those for forces and moments.
 const LOADS: [&str; 6] = ["load", "last", "weight", "effort", "carico", "carga"];
 
 /// Returns true if one of these words names a load, whichever axis it is of.
 pub(super) fn is_load(words: &[&str]) -> bool {
-    let of_axis = |word: &str| {
-        matches!(
-            word,
-            "fx" | "fy" | "fz" | "mx" | "my" | "mz" | "tx" | "ty" | "tz"
-        )
-    };
+    let of_axis =
+        |word: &str| matches!(word, "fx" | "fy" | "fz" | "mx" | "my" | "mz" | "tx" | "ty" | "tz");
     let is_word = |word: &&str| {
         let long = |own: &&str| own.len() > 1 && *own == *word;
         FORCES.iter().chain(&MOMENTS).chain(&LOADS).any(long) || of_axis(word)
@@ -220,9 +206,7 @@ pub(super) fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
 
 /// The axis that a name in small letters without separators is of: `fx`, `momentx`, `xkraft`, `x方向力`.
 pub(super) fn axis_of(plain: &str) -> Option<Axis> {
-    let without_reference = REFERENCES
-        .iter()
-        .find_map(|reference| plain.strip_prefix(reference));
+    let without_reference = REFERENCES.iter().find_map(|reference| plain.strip_prefix(reference));
     let bare = without_reference.unwrap_or(plain);
     let all = FORCES.iter().chain(&MOMENTS);
     let mut found = all.filter_map(|word| {

@@ -14,12 +14,7 @@ pub(super) const FORMAT: Format = Format {
     #[cfg(feature = "hdf5")]
     read: read::columns,
     #[cfg(not(feature = "hdf5"))]
-    read: |_| {
-        Err(FileError::NotBuilt {
-            what: "an HDF5 file",
-            feature: "hdf5",
-        })
-    },
+    read: |_| Err(FileError::NotBuilt { what: "an HDF5 file", feature: "hdf5" }),
 };
 
 /// What MATLAB's `save -v7.3` wrote.

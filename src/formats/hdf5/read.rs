@@ -39,9 +39,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
         n_members: 0,
     };
     reading.group(&file.root(), "", 0)?;
-    let Reading {
-        groups, left_out, ..
-    } = reading;
+    let Reading { groups, left_out, .. } = reading;
     let columns = parts::of_groups(groups, '/', left_out, source.parts)?;
     let day = day_of(&file.root());
     Ok(Some(Columns { day, ..columns }))
@@ -59,9 +57,7 @@ fn day_of(root: &Node) -> Option<Day> {
 }
 
 fn damaged(error: Error) -> FileError {
-    FileError::Hdf5 {
-        why: error.to_string(),
-    }
+    FileError::Hdf5 { why: error.to_string() }
 }
 
 struct Reading<'a> {
@@ -87,16 +83,12 @@ impl Reading<'_> {
             "" => name.to_owned(),
             path => format!("{path}/{name}"),
         };
-        let mut group = Group {
-            name: path.to_owned(),
-            ..Group::default()
-        };
+        let mut group = Group { name: path.to_owned(), ..Group::default() };
         // Opened in one walk: opening each by its name would go through all of them again.
         let (datasets, mut inner) = match (node.iter_datasets(), node.iter_groups()) {
-            (Ok(datasets), Ok(groups)) => (
-                datasets.collect::<BTreeMap<_, _>>(),
-                groups.collect::<BTreeMap<_, _>>(),
-            ),
+            (Ok(datasets), Ok(groups)) => {
+                (datasets.collect::<BTreeMap<_, _>>(), groups.collect::<BTreeMap<_, _>>())
+            }
             (Err(error), _) | (_, Err(error)) if path.is_empty() => return Err(damaged(error)),
             // Below the root a group that cannot be listed is left out alone.
             _ => {
@@ -118,10 +110,7 @@ impl Reading<'_> {
                     array.labels = labels(&datasets, name);
                     group.arrays.push(array);
                 }
-                Content::Records(arrays) => self.groups.push(Group {
-                    name: path_of(name),
-                    arrays,
-                }),
+                Content::Records(arrays) => self.groups.push(Group { name: path_of(name), arrays }),
                 Content::Other(what) => self.left_out.push(format!("{} ({what})", path_of(name))),
             }
         }
@@ -173,13 +162,7 @@ impl Reading<'_> {
             // Each byte may be a number.
             (Datatype::Compound { size, .. }, _) => u64::from(*size) * size_of::<f64>() as u64,
             (_, Some(_)) => size_of::<f64>() as u64,
-            (
-                Datatype::String { .. }
-                | Datatype::VariableLength {
-                    is_string: true, ..
-                },
-                _,
-            ) => {
+            (Datatype::String { .. } | Datatype::VariableLength { is_string: true, .. }, _) => {
                 return Ok(Content::Other("text"));
             }
             (Datatype::Reference { .. }, _) => return Ok(Content::Other("references")),
@@ -209,15 +192,13 @@ impl Reading<'_> {
         let gaps = chunks.and_then(|(chunk_shape, chunks)| Gaps::of(&shape, &chunk_shape, &chunks));
         if let Some(gaps) = &gaps {
             let n = (0..n_values).filter(|&at| gaps.has(at)).count();
-            self.left_out
-                .push(format!("{path} ({n} of {n_values} values: never written)"));
+            self.left_out.push(format!("{path} ({n} of {n_values} values: never written)"));
         }
         if let Datatype::Compound { size, members } = &datatype {
             let mut arrays = records(members, *size as usize, n_values, &raw);
             for array in &mut arrays {
                 let n_each = array.values.len() / n_values.max(1);
-                gaps.iter()
-                    .for_each(|gaps| gaps.mark(&mut array.values, n_each));
+                gaps.iter().for_each(|gaps| gaps.mark(&mut array.values, n_each));
             }
             return Ok(Content::Records(arrays));
         }
@@ -235,10 +216,7 @@ impl Reading<'_> {
             // MATLAB's columns are rows here.
             shape.reverse();
         }
-        Ok(Content::Array(Array {
-            is_by_column: class.is_some(),
-            ..field.array(&shape, values)
-        }))
+        Ok(Content::Array(Array { is_by_column: class.is_some(), ..field.array(&shape, values) }))
     }
 }
 
@@ -253,26 +231,16 @@ struct Gaps {
 impl Gaps {
     /// Returns the gaps between these chunks, or `None` if there are none.
     fn of(shape: &[u64], chunk_shape: &[u64], chunks: &[Chunk]) -> Option<Self> {
-        let shape: Vec<(u64, u64)> = shape
-            .iter()
-            .copied()
-            .zip(chunk_shape.iter().copied())
-            .collect();
-        let n_chunks: u64 = shape
-            .iter()
-            .map(|(length, chunk)| length.div_ceil((*chunk).max(1)))
-            .product();
-        let mut gaps = Self {
-            shape,
-            is_written: vec![false; n_chunks as usize],
-        };
+        let shape: Vec<(u64, u64)> =
+            shape.iter().copied().zip(chunk_shape.iter().copied()).collect();
+        let n_chunks: u64 =
+            shape.iter().map(|(length, chunk)| length.div_ceil((*chunk).max(1))).product();
+        let mut gaps = Self { shape, is_written: vec![false; n_chunks as usize] };
         for chunk in chunks {
             let mut at = Some(0);
             for ((length, _), offset) in gaps.shape.iter().zip(&chunk.offset) {
                 // A dataset that was cut back may keep chunks beyond its end.
-                at = at
-                    .filter(|_| offset < length)
-                    .map(|at| at * length + offset);
+                at = at.filter(|_| offset < length).map(|at| at * length + offset);
             }
             if let Some(at) = at {
                 let chunk = gaps.chunk(at as usize);
@@ -315,19 +283,14 @@ fn is_complex(members: &[CompoundMember]) -> bool {
 
 /// How many values a dataset of this shape has; as many as can be counted where they are more.
 fn n_values(shape: &[u64]) -> u64 {
-    shape
-        .iter()
-        .fold(1, |n: u64, length| n.saturating_mul(*length))
+    shape.iter().fold(1, |n: u64, length| n.saturating_mul(*length))
 }
 
 fn hash_of(arrays: &[Array]) -> u64 {
     let mut hasher = DefaultHasher::new();
     for array in arrays {
         (&array.name, &array.shape).hash(&mut hasher);
-        array
-            .values
-            .iter()
-            .for_each(|value| value.to_bits().hash(&mut hasher));
+        array.values.iter().for_each(|value| value.to_bits().hash(&mut hasher));
     }
     hasher.finish()
 }
@@ -342,9 +305,7 @@ fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
             n_values(&shape).saturating_mul(bytes) <= LABELS_LIMIT_BYTES
         })
     };
-    let names = items
-        .filter(is_small)
-        .and_then(|items| items.read_string().ok());
+    let names = items.filter(is_small).and_then(|items| items.read_string().ok());
     names.unwrap_or_default()
 }
 
@@ -365,35 +326,24 @@ fn records(
         (0 < end && end <= record_bytes).then(|| field.append(raw, record_bytes, &mut values))?;
         Some(field.array(&[n_records], values))
     };
-    members
-        .iter()
-        .filter_map(array)
-        .take(COLUMN_LIMIT)
-        .collect()
+    members.iter().filter_map(array).take(COLUMN_LIMIT).collect()
 }
 
 /// How the numbers of a dataset, or of one field of its records, are stored; `None` if they are no numbers.
 fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
     let (number, order) = match datatype {
-        Datatype::FixedPoint {
-            size: size @ (1 | 2 | 4 | 8),
-            byte_order,
-            layout,
-        } => match layout.signed {
-            true => (Number::Int(*size as usize), byte_order),
-            false => (Number::Uint(*size as usize), byte_order),
-        },
-        Datatype::FloatingPoint {
-            size: size @ (2 | 4 | 8),
-            byte_order,
-            ..
-        } => (Number::Float(*size as usize), byte_order),
+        Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), byte_order, layout } => {
+            match layout.signed {
+                true => (Number::Int(*size as usize), byte_order),
+                false => (Number::Uint(*size as usize), byte_order),
+            }
+        }
+        Datatype::FloatingPoint { size: size @ (2 | 4 | 8), byte_order, .. } => {
+            (Number::Float(*size as usize), byte_order)
+        }
         // What is true or false.
         Datatype::Enumeration { base_type, .. } => return field_of(name, offset, base_type),
-        Datatype::Array {
-            base_type,
-            dimensions,
-        } => {
+        Datatype::Array { base_type, dimensions } => {
             let one = field_of(name, offset, base_type).filter(|field| field.n_each == 1)?;
             let mut lengths = dimensions.iter().map(|length| *length as usize);
             let n_each = lengths.try_fold(1, usize::checked_mul)?;
@@ -406,12 +356,5 @@ fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
         DatatypeByteOrder::BigEndian => true,
         _ => return None,
     };
-    Some(Field {
-        name: name.to_owned(),
-        number,
-        unit: "",
-        is_big_endian,
-        offset,
-        n_each: 1,
-    })
+    Some(Field { name: name.to_owned(), number, unit: "", is_big_endian, offset, n_each: 1 })
 }

@@ -14,10 +14,5 @@ pub(super) const FORMAT: Format = Format {
     #[cfg(feature = "mcap")]
     read: read::columns,
     #[cfg(not(feature = "mcap"))]
-    read: |_| {
-        Err(super::FileError::NotBuilt {
-            what: "an MCAP recording",
-            feature: "mcap",
-        })
-    },
+    read: |_| Err(super::FileError::NotBuilt { what: "an MCAP recording", feature: "mcap" }),
 };

@@ -32,9 +32,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     let mut file = BufReader::new(source.open()?);
     let limit_bytes = usize::try_from(source.n_bytes.min(CHUNK_LIMIT_BYTES)).unwrap_or(usize::MAX);
     let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_record_length_limit(limit_bytes),
+        LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(limit_bytes),
     );
     let mut ends_early = false;
     while let Some(event) = reader.next_event() {
@@ -69,10 +67,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
             Err(error) => return Err(damaged(error)),
         }
     }
-    Ok(Some(Columns {
-        ends_early,
-        ..topics.columns(source.parts)?
-    }))
+    Ok(Some(Columns { ends_early, ..topics.columns(source.parts)? }))
 }
 
 /// Returns the kind and the content of the first record, and what follows it; `None` if it is cut short.
@@ -144,17 +139,11 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
                 _ => FileError::damaged(CHUNK, error.to_string()),
             };
             let decoder = zstd::Decoder::new(packed).map_err(damaged)?;
-            decoder
-                .take(n_bytes)
-                .read_to_end(&mut records)
-                .map_err(damaged)?;
+            decoder.take(n_bytes).read_to_end(&mut records).map_err(damaged)?;
         }
         "lz4" => {
             let decoder = lz4_flex::frame::FrameDecoder::new(packed);
-            decoder
-                .take(n_bytes)
-                .read_to_end(&mut records)
-                .map_err(of_chunk)?;
+            decoder.take(n_bytes).read_to_end(&mut records).map_err(of_chunk)?;
         }
         other => {
             return Err(FileError::Compression {
@@ -321,20 +310,11 @@ impl Topics {
 
     /// The topics that are wanted; where nobody says, one of arrays and one of wrenches. All others are listed.
     fn columns(self, wanted: &[String]) -> Result<Columns, FileError> {
-        let readable = self
-            .topics
-            .iter()
-            .filter(|(_, topic)| !topic.samples.is_empty());
+        let readable = self.topics.iter().filter(|(_, topic)| !topic.samples.is_empty());
         let readable: Vec<(u16, &Topic)> = readable.map(|(id, topic)| (*id, topic)).collect();
-        parts::check_wanted(
-            wanted,
-            readable.iter().map(|(_, topic)| topic.name.as_str()),
-        )?;
+        parts::check_wanted(wanted, readable.iter().map(|(_, topic)| topic.name.as_str()))?;
         let chosen = if wanted.is_empty() {
-            [
-                Topic::most_likely(&readable, false),
-                Topic::most_likely(&readable, true),
-            ]
+            [Topic::most_likely(&readable, false), Topic::most_likely(&readable, true)]
         } else {
             of_wanted(&readable, wanted)?
         };
@@ -347,9 +327,7 @@ impl Topics {
             chosen.iter().flatten().any(|id| is_like(&id))
         };
         let is_chosen = |id: u16| chosen.contains(&Some(id));
-        let has_rivals = readable
-            .iter()
-            .any(|(id, topic)| !is_chosen(*id) && is_rival(topic));
+        let has_rivals = readable.iter().any(|(id, topic)| !is_chosen(*id) && is_rival(topic));
         let told = readable.iter().map(|(id, topic)| FilePart {
             name: topic.name.clone(),
             what: format!("{}, {} messages", topic.kind, topic.samples.len()),
@@ -384,9 +362,7 @@ impl Topics {
             }
         }
         let left_out = topics.into_values().filter(|topic| topic.n_messages > 0);
-        table.left_out = left_out
-            .map(|topic| format!("{} ({})", topic.name, topic.kind))
-            .collect();
+        table.left_out = left_out.map(|topic| format!("{} ({})", topic.name, topic.kind)).collect();
         Ok(table)
     }
 }
@@ -396,9 +372,7 @@ fn of_wanted(readable: &[(u16, &Topic)], wanted: &[String]) -> Result<[Option<u1
     let find = |name: &String| readable.iter().find(|(_, topic)| topic.name == *name);
     let mut chosen: Vec<&(u16, &Topic)> = wanted.iter().filter_map(find).collect();
     if chosen.len() > 2 {
-        return Err(FileError::TooManyTopics {
-            topics: wanted.to_vec(),
-        });
+        return Err(FileError::TooManyTopics { topics: wanted.to_vec() });
     }
     chosen.sort_by_key(|(_, topic)| topic.is_wrench());
     let mut ids = chosen.into_iter().map(|(id, _)| *id);
@@ -418,19 +392,15 @@ impl Topic {
     /// The topic that is most likely the reference, or the gauges: by its kind, its name, then its number of samples.
     fn most_likely(topics: &[(u16, &Self)], is_wrench: bool) -> Option<u16> {
         const REFERENCES: [&str; 6] = ["ati", "ref", "reference", "truth", "gt", "load"];
-        const GAUGES: [&str; 8] = [
-            "gauge", "gauges", "strain", "strains", "raw", "adc", "channels", "sg",
-        ];
+        const GAUGES: [&str; 8] =
+            ["gauge", "gauges", "strain", "strains", "raw", "adc", "channels", "sg"];
         let names: &[&str] = if is_wrench { &REFERENCES } else { &GAUGES };
         let rank = |(_, topic): &&(u16, &Self)| {
             let name = topic.name.to_lowercase();
             let is_named = name.split(['/', '_']).any(|word| names.contains(&word));
             (topic.is_list(), is_named, topic.samples.len())
         };
-        let of_kind = topics
-            .iter()
-            .rev()
-            .filter(|(_, topic)| topic.is_wrench() == is_wrench);
+        let of_kind = topics.iter().rev().filter(|(_, topic)| topic.is_wrench() == is_wrench);
         // `max_by_key` takes the last of equals.
         of_kind.max_by_key(rank).map(|(id, _)| *id)
     }
@@ -447,10 +417,7 @@ impl Topic {
         self.samples.sort_by_key(nanosecs);
         let n_columns = self.samples.first().map_or(0, |sample| sample.values.len());
         // Two clocks that agree to the nanosecond must give the same number.
-        let since = self
-            .samples
-            .first()
-            .map_or(0, |first| nanosecs(first) / NANOS);
+        let since = self.samples.first().map_or(0, |first| nanosecs(first) / NANOS);
         let secs = |sample: &Sample| (nanosecs(sample) - since * NANOS) as f64 / NANOS as f64;
         table.columns.push(Column {
             name: time.to_owned(),
@@ -493,9 +460,7 @@ mod tests {
 
         fn numbers(&mut self, values: &[f64]) {
             self.put((values.len() as u32).to_le_bytes());
-            values
-                .iter()
-                .for_each(|value| self.put(value.to_le_bytes()));
+            values.iter().for_each(|value| self.put(value.to_le_bytes()));
         }
     }
 

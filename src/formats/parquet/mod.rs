@@ -17,10 +17,5 @@ pub(super) const FORMAT: Format = Format {
     #[cfg(feature = "parquet")]
     read: read::columns,
     #[cfg(not(feature = "parquet"))]
-    read: |_| {
-        Err(super::FileError::NotBuilt {
-            what: "a Parquet file",
-            feature: "parquet",
-        })
-    },
+    read: |_| Err(super::FileError::NotBuilt { what: "a Parquet file", feature: "parquet" }),
 };

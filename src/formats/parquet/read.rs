@@ -26,21 +26,13 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
         let value = said.value.as_deref()?;
         Day::in_header(&format!("{}: {value}", said.key))
     });
-    let mut table = Columns {
-        is_named: true,
-        day,
-        ..Columns::default()
-    };
+    let mut table = Columns { is_named: true, day, ..Columns::default() };
     let mut indices = Vec::new();
     for index in 0..schema.num_columns() {
         let column = schema.column(index);
         let name = column.path().string();
         if column.max_rep_level() > 0 || !holds_numbers(&column) || indices.len() >= COLUMN_LIMIT {
-            let kind = if column.max_rep_level() > 0 {
-                "lists"
-            } else {
-                "no numbers"
-            };
+            let kind = if column.max_rep_level() > 0 { "lists" } else { "no numbers" };
             table.left_out.push(format!("{name} ({kind})"));
             continue;
         }
@@ -61,9 +53,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
             append(reader, &mut column.values, since, source.progress)?;
             column.since = since.get();
             if scale != 1.0 && column.since == 0 {
-                column.values[start..]
-                    .iter_mut()
-                    .for_each(|value| *value /= scale);
+                column.values[start..].iter_mut().for_each(|value| *value /= scale);
             }
         }
     }
@@ -165,10 +155,7 @@ fn all<T: DataType>(
             let highest = levels.iter().copied().max().unwrap_or(0);
             let of_level = |&level: &i16| {
                 let is_there = level == highest && n_values > 0;
-                is_there
-                    .then(|| present.next())
-                    .flatten()
-                    .unwrap_or(f64::NAN)
+                is_there.then(|| present.next()).flatten().unwrap_or(f64::NAN)
             };
             values.extend(levels.iter().map(of_level));
         }

@@ -121,9 +121,7 @@ fn schema(head: &[String]) -> Result<Type, ParquetError> {
     });
     let fields = std::iter::once(Ok(names)).chain(numbers);
     let fields = fields.map(|field| field.map(Arc::new));
-    Type::group_type_builder("traces")
-        .with_fields(fields.collect::<Result<_, _>>()?)
-        .build()
+    Type::group_type_builder("traces").with_fields(fields.collect::<Result<_, _>>()?).build()
 }
 
 #[cfg(test)]
@@ -150,10 +148,7 @@ mod tests {
             let row = row.unwrap();
             let fields: Vec<_> = row.get_column_iter().collect();
             assert_eq!(*fields[0].1, Field::Str("run 力".to_owned()));
-            assert_eq!(
-                (&**fields[1].0, fields[1].1),
-                ("t [s]", &Field::Double(k as f64))
-            );
+            assert_eq!((&**fields[1].0, fields[1].1), ("t [s]", &Field::Double(k as f64)));
             let truth = match k % 2 {
                 0 => Field::Double(k as f64 / 3.0),
                 _ => Field::Null,

@@ -108,17 +108,10 @@ mod tests {
         let utf16 = |bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
             text.encode_utf16().flat_map(bytes).collect()
         };
-        for content in [
-            text.as_bytes().to_vec(),
-            utf16(u16::to_le_bytes),
-            utf16(u16::to_be_bytes),
-        ] {
+        for content in [text.as_bytes().to_vec(), utf16(u16::to_le_bytes), utf16(u16::to_be_bytes)]
+        {
             for step in [1, 2, 3, 7, 100] {
-                assert_eq!(
-                    lines(&content, step),
-                    ["t [µs],S1", "0,1", "", "5,3"],
-                    "{step}"
-                );
+                assert_eq!(lines(&content, step), ["t [µs],S1", "0,1", "", "5,3"], "{step}");
             }
         }
     }

@@ -32,21 +32,14 @@ impl Preamble {
         let mut values: Vec<(String, String)> = Vec::new();
         for (n_lines, line) in lines.take(LINES_AT_MOST).enumerate() {
             let line = String::from_utf8_lossy(line);
-            if line
-                .trim_start()
-                .trim_start_matches('"')
-                .starts_with("Status")
-            {
+            if line.trim_start().trim_start_matches('"').starts_with("Status") {
                 let value = |start: &str| {
                     let is_it = |(key, _): &&(String, String)| key.starts_with(start);
                     values.iter().find(is_it).map(|(_, value)| value.clone())
                 };
                 let number = |start| value(start)?.parse::<f64>().ok().filter(|x| *x > 0.0);
                 let unit = |unit, counts| {
-                    Some(CountedUnit {
-                        unit: value(unit)?,
-                        counts: number(counts)?,
-                    })
+                    Some(CountedUnit { unit: value(unit)?, counts: number(counts)? })
                 };
                 return Some(Self {
                     n_lines,
@@ -75,10 +68,7 @@ pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
         Cell::Text(text) => std::str::from_utf8(text).ok()?,
         Cell::Since(..) => return None,
     };
-    let digits = text
-        .strip_prefix("0x")
-        .or(text.strip_prefix("0X"))
-        .unwrap_or(text);
+    let digits = text.strip_prefix("0x").or(text.strip_prefix("0X")).unwrap_or(text);
     let is_hexadecimal = !digits.starts_with('+');
     let word = is_hexadecimal.then(|| u32::from_str_radix(digits, 16).ok())??;
     Some(word & ANY_ERROR != 0)
@@ -97,23 +87,11 @@ mod tests {
             Torque Units:,Nmm\nCounts per Unit Torque:,1000\n\"Status (hex)\",\"RDT Sequence\"";
         for (text, n_lines) in [(with_note, 7), (in_cells, 6)] {
             let preamble = Preamble::of(text.lines().map(str::as_bytes)).unwrap();
-            assert_eq!(
-                (preamble.n_lines, preamble.rate_hz),
-                (n_lines, Some(1000.0))
-            );
-            assert_eq!(
-                (preamble.force.unit.as_str(), preamble.force.counts),
-                ("N", 1e6)
-            );
-            assert_eq!(
-                (preamble.moment.unit.as_str(), preamble.moment.counts),
-                ("Nmm", 1e3)
-            );
+            assert_eq!((preamble.n_lines, preamble.rate_hz), (n_lines, Some(1000.0)));
+            assert_eq!((preamble.force.unit.as_str(), preamble.force.counts), ("N", 1e6));
+            assert_eq!((preamble.moment.unit.as_str(), preamble.moment.counts), ("Nmm", 1e3));
         }
-        assert_eq!(
-            Preamble::of(["t,S1", "0,1"].map(str::as_bytes).into_iter()),
-            None
-        );
+        assert_eq!(Preamble::of(["t,S1", "0,1"].map(str::as_bytes).into_iter()), None);
     }
 
     #[test]

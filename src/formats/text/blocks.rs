@@ -81,9 +81,7 @@ impl Blocks {
                 break;
             }
             if block.len() > LINE_LIMIT_BYTES {
-                return Err(FileError::LineTooLong {
-                    limit_bytes: LINE_LIMIT_BYTES,
-                });
+                return Err(FileError::LineTooLong { limit_bytes: LINE_LIMIT_BYTES });
             }
         }
         // The last line of a sample may be half of one.
@@ -127,12 +125,9 @@ mod tests {
     #[test]
     fn a_sample_ends_with_a_whole_line() {
         let file = file(b"t,S1\n0,1\n1,2\n");
-        for (limit, expected) in [
-            (3, ""),
-            (7, "t,S1\n"),
-            (9, "t,S1\n0,1\n"),
-            (13, "t,S1\n0,1\n1,2\n"),
-        ] {
+        for (limit, expected) in
+            [(3, ""), (7, "t,S1\n"), (9, "t,S1\n0,1\n"), (13, "t,S1\n0,1\n1,2\n")]
+        {
             for block_bytes in 1..15 {
                 let mut blocks = Blocks::open(file.path(), block_bytes, Some(limit)).unwrap();
                 let head = blocks.head(usize::MAX).unwrap();

@@ -91,9 +91,7 @@ impl TextLayout {
         };
         match (whole.parse::<i64>(), share) {
             (Ok(whole @ 0..), Some(share)) => Some(((whole - since) as f64 + share, false)),
-            _ => self
-                .number(cell)
-                .map(|(number, comma)| (number - since as f64, comma)),
+            _ => self.number(cell).map(|(number, comma)| (number - since as f64, comma)),
         }
     }
 
@@ -144,11 +142,7 @@ impl<'a> Cells<'a> {
     pub(crate) fn new(line: &'a [u8], delimiter: Delimiter) -> Self {
         let is_by_whitespace = delimiter == Delimiter::Spaces;
         Self {
-            rest: Some(if is_by_whitespace {
-                line.trim_ascii()
-            } else {
-                line
-            }),
+            rest: Some(if is_by_whitespace { line.trim_ascii() } else { line }),
             delimiter: delimiter.byte(),
         }
     }
@@ -196,9 +190,7 @@ impl<'a> Iterator for Cells<'a> {
             }
         };
         let cell = cell.trim_ascii();
-        let unquoted = cell
-            .strip_prefix(b"\"")
-            .and_then(|inner| inner.strip_suffix(b"\""));
+        let unquoted = cell.strip_prefix(b"\"").and_then(|inner| inner.strip_suffix(b"\""));
         Some(unquoted.map_or(cell, <[u8]>::trim_ascii))
     }
 }
@@ -301,9 +293,7 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
     };
     let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
     let mut groups = whole.split(|letter| thousands.is(letter));
-    let first = groups
-        .next()
-        .filter(|own| (1..=3).contains(&own.len()) && are_digits(own))?;
+    let first = groups.next().filter(|own| (1..=3).contains(&own.len()) && are_digits(own))?;
     let mut number = format!("{}{first}", if text.starts_with('-') { "-" } else { "" });
     let mut n_groups = 0;
     for group in groups {
@@ -340,9 +330,7 @@ pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
 pub(crate) fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
     let (whole, part) = std::str::from_utf8(cell).ok()?.split_once(',')?;
     let is_point_elsewhere = whole.contains('.') || part.contains('.');
-    (!is_point_elsewhere)
-        .then(|| format!("{whole}.{part}").parse().ok())
-        .flatten()
+    (!is_point_elsewhere).then(|| format!("{whole}.{part}").parse().ok()).flatten()
 }
 
 #[cfg(test)]
@@ -387,9 +375,7 @@ mod tests {
         let mut random = 1_u64;
         for n_decimals in 0..17 {
             for _ in 0..200 {
-                random = random
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(1);
+                random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
                 let value = (random >> 12) as i64 - (1 << 51);
                 let text = format!("{:.n_decimals$}", value as f64 / 1e9);
                 let expected: f64 = text.parse().unwrap();
@@ -401,15 +387,7 @@ mod tests {
                 }
             }
         }
-        for text in [
-            "",
-            "-",
-            ".",
-            "-.",
-            "x",
-            "9007199254740993",
-            "0.1234567890123456789",
-        ] {
+        for text in ["", "-", ".", "-.", "x", "9007199254740993", "0.1234567890123456789"] {
             assert_eq!(plain_number(text.as_bytes(), b'.'), None, "{text}");
         }
         assert_eq!(plain_number(b"-0.5e3", b'.'), Some((-0.5, 4)));

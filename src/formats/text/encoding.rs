@@ -145,9 +145,7 @@ impl Text {
     /// So many bytes from this one on as text, whatever was read before; the characters at its ends may be cut.
     pub(super) fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
-        file.seek(SeekFrom::Start(
-            at - at % self.encoding.bytes_per_character(),
-        ))?;
+        file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;
         let mut raw = Vec::new();
         file.take(n_bytes as u64).read_to_end(&mut raw)?;
         let (mut text, _) = decoded(self.encoding, raw);
@@ -218,13 +216,7 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
         return Ok((Encoding::Utf16BigEndian, 2));
     }
     // Tables are digits, and every other byte of those is zero in UTF-16.
-    let zeros_from = |start: usize| {
-        head.iter()
-            .skip(start)
-            .step_by(2)
-            .filter(|b| **b == 0)
-            .count()
-    };
+    let zeros_from = |start: usize| head.iter().skip(start).step_by(2).filter(|b| **b == 0).count();
     let (even, odd) = (zeros_from(0), zeros_from(1));
     let is_most_of_half = |zeros: usize| zeros > 4 && zeros * 20 > head.len() * 9;
     if even == 0 && is_most_of_half(odd) {
@@ -270,11 +262,7 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
             "an HDF5 file",
             "in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
         ),
-        (
-            b"\xd0\xcf\x11\xe0",
-            "a spreadsheet of an old kind (.xls)",
-            TO_XLSX,
-        ),
+        (b"\xd0\xcf\x11\xe0", "a spreadsheet of an old kind (.xls)", TO_XLSX),
         (b"\x28\xb5\x2f\xfd", "a Zstandard archive", UNPACK),
         (b"BZh", "a bzip2 archive", UNPACK),
         (b"\xfd7zXZ", "an xz archive", UNPACK),
@@ -309,18 +297,12 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
             "a pickle of Python",
             "in Python: `import pickle, numpy; d = pickle.load(open(\"FILE\", \"rb\"))`, then `numpy.savez(\"FILE.npz\", t=d[\"t\"], S=d[\"S\"], F=d[\"F\"])` with its own names",
         ),
-        (
-            b"{\\rtf",
-            "a document of a word processor",
-            "save it as plain text, or as CSV",
-        ),
+        (b"{\\rtf", "a document of a word processor", "save it as plain text, or as CSV"),
         (b"%PDF", "a PDF document", EXPORT),
         (b"\x89PNG", "a picture", EXPORT),
         (b"\xff\xd8\xff", "a picture", EXPORT),
     ];
-    let named = SIGNATURES
-        .iter()
-        .find(|(start, ..)| head.starts_with(start));
+    let named = SIGNATURES.iter().find(|(start, ..)| head.starts_with(start));
     named.map(|&(_, what, instead)| FileError::NotText { what, instead })
 }
 
@@ -354,14 +336,8 @@ mod tests {
             for (content, encoding) in [
                 (text.as_bytes().to_vec(), Encoding::Utf8),
                 (with_mark.as_bytes().to_vec(), Encoding::Utf8),
-                (
-                    utf16(&with_mark, u16::to_le_bytes),
-                    Encoding::Utf16LittleEndian,
-                ),
-                (
-                    utf16(&with_mark, u16::to_be_bytes),
-                    Encoding::Utf16BigEndian,
-                ),
+                (utf16(&with_mark, u16::to_le_bytes), Encoding::Utf16LittleEndian),
+                (utf16(&with_mark, u16::to_be_bytes), Encoding::Utf16BigEndian),
                 (utf16(text, u16::to_le_bytes), Encoding::Utf16LittleEndian),
                 (utf16(text, u16::to_be_bytes), Encoding::Utf16BigEndian),
             ] {
@@ -400,9 +376,6 @@ mod tests {
         }
         let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
         assert_eq!(encoding_of(&few_zeros).unwrap(), (Encoding::Utf8, 0));
-        assert_eq!(
-            encoding_of(b"t,F [N\xb7m]\n").unwrap(),
-            (Encoding::Latin1, 0)
-        );
+        assert_eq!(encoding_of(b"t,F [N\xb7m]\n").unwrap(), (Encoding::Latin1, 0));
     }
 }

@@ -54,12 +54,7 @@ impl TextFile {
     ) -> Result<Self, FileError> {
         let mut blocks = Blocks::open(path, block_bytes, limit_bytes)?;
         let head = blocks.head(HEAD_BYTES)?;
-        Ok(Self {
-            path: path.to_owned(),
-            blocks,
-            head,
-            places: OnceCell::new(),
-        })
+        Ok(Self { path: path.to_owned(), blocks, head, places: OnceCell::new() })
     }
 
     /// How the table is written, found by looking; `None` if there is none.
@@ -100,9 +95,7 @@ impl TextFile {
         }
         let room = n_more - place_bytes as u64;
         let at = |place: usize| start + (room as f64 * place as f64 / (PLACES - 1) as f64) as u64;
-        (0..PLACES)
-            .filter_map(|place| lines(at(place), place_bytes))
-            .collect()
+        (0..PLACES).filter_map(|place| lines(at(place), place_bytes)).collect()
     }
 
     /// How many rows the file has if all are like those of its head.
@@ -142,11 +135,7 @@ impl TextFile {
         parse: impl Fn(&[u8]) -> R + Sync,
         mut take: impl FnMut(Vec<R>, f64),
     ) -> Result<(), FileError> {
-        let Self {
-            mut blocks,
-            head: mut start,
-            ..
-        } = self;
+        let Self { mut blocks, head: mut start, .. } = self;
         let rest = start.split_off(head.n_bytes);
         drop(start);
         let bytes_per_character = blocks.text.encoding().bytes_per_character();

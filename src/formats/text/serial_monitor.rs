@@ -14,9 +14,7 @@ pub(super) struct Arrows {
 impl Arrows {
     /// Of a text that starts so; `None` if its first line has no time and arrow.
     pub(super) fn of(text: &[u8]) -> Option<Self> {
-        let line = text
-            .split(|byte| *byte == b'\n')
-            .find(|line| !line.trim_ascii().is_empty())?;
+        let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
         let at = place(line)?;
         let delimiter = delimiter_of_header(&line[at + ARROW.len()..]);
         let put = [delimiter.byte(), b' ', b' ', b' '];

@@ -80,11 +80,7 @@ impl TimeForm {
         // points between them nobody writes the month first.
         let has_points =
             |cell: &[u8]| cell.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.');
-        let either = match cells
-            .clone()
-            .next()
-            .is_some_and(|cell| has_points(cell.trim_ascii()))
-        {
+        let either = match cells.clone().next().is_some_and(|cell| has_points(cell.trim_ascii())) {
             true => [DateOrder::DayMonthYear, DateOrder::MonthDayYear],
             false => [DateOrder::MonthDayYear, DateOrder::DayMonthYear],
         };
@@ -152,12 +148,7 @@ fn digits(text: &str, n_digits: RangeInclusive<usize>) -> Option<i64> {
 fn date(text: &str, order: DateOrder) -> Option<Date> {
     let mark = text.chars().find(|c| !c.is_ascii_digit())?;
     let mut parts = text.split(mark);
-    let parts = [
-        parts.next()?,
-        parts.next()?,
-        parts.next()?,
-        parts.next().unwrap_or(""),
-    ];
+    let parts = [parts.next()?, parts.next()?, parts.next()?, parts.next().unwrap_or("")];
     let (year, month, day) = match (order, parts) {
         (DateOrder::YearMonthDay, [year, month, day, ""]) if year.len() == 4 => (year, month, day),
         (DateOrder::DayMonthYear, [day, month, year, ""]) => (year, month, day),
@@ -182,17 +173,11 @@ fn time_of_day(text: &str) -> Option<f64> {
         Some((clock, half)) if half.eq_ignore_ascii_case("pm") => (clock, Some(12)),
         _ => (text, None),
     };
-    let clock = if half.is_some() {
-        clock.trim_ascii_end()
-    } else {
-        clock
-    };
+    let clock = if half.is_some() { clock.trim_ascii_end() } else { clock };
     let mut parts = clock.splitn(3, ':');
     let mut hour = digits(parts.next()?, 1..=2)?;
     let minute = digits(parts.next()?, 1..=2)?;
-    let (whole, decimals) = match parts
-        .next()
-        .map(|secs| (secs, secs.split_once(['.', ',', ':'])))
+    let (whole, decimals) = match parts.next().map(|secs| (secs, secs.split_once(['.', ',', ':'])))
     {
         None => ("0", "0"),
         Some((_, Some(parts))) => parts,
@@ -247,11 +232,7 @@ mod tests {
         assert_eq!(form(&["03/13/2025", "03/14/2025"]), (MONTH_FIRST, None));
         assert_eq!(form(&["13/03/2025", "14/03/2025"]), (DAY_FIRST, None));
         let one_day = ["03/04/2025 10:00", "03/04/2025 10:01"];
-        assert_eq!(
-            form(&one_day),
-            (MONTH_FIRST, None),
-            "times apart are the same"
-        );
+        assert_eq!(form(&one_day), (MONTH_FIRST, None), "times apart are the same");
         assert_eq!(form(&["2025-03-04", "2025-04-04"]), (ISO, None));
     }
 
@@ -273,10 +254,7 @@ mod tests {
         }
         assert_eq!(ISO.secs(b"1969-12-31 23:59:59"), Some(-1.0));
         assert_eq!(ISO.secs(b"2001-09-09"), Some(999_993_600.0));
-        assert_eq!(
-            MONTH_FIRST.secs(b"2/1/1970 12:00 AM"),
-            Some(31.0 * 86_400.0)
-        );
+        assert_eq!(MONTH_FIRST.secs(b"2/1/1970 12:00 AM"), Some(31.0 * 86_400.0));
         assert_eq!(DAY_FIRST.secs(b"2/1/1970 12:00 PM"), Some(1.5 * 86_400.0));
         assert_eq!(TimeForm::TimeOfDay.secs(b"01:02:03.25"), Some(3723.25));
         assert_eq!(TimeForm::TimeOfDay.secs(b"01:02:03:250"), Some(3723.25));

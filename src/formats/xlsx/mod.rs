@@ -32,10 +32,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         });
     }
     if has("content.xml") {
-        return Err(FileError::NotText {
-            what: "an OpenDocument file",
-            instead: INSTEAD,
-        });
+        return Err(FileError::NotText { what: "an OpenDocument file", instead: INSTEAD });
     }
     if !has("xl/workbook.xml") {
         return Ok(None);
@@ -43,8 +40,5 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     #[cfg(feature = "xlsx")]
     return read::columns(source, archive).map(Some);
     #[cfg(not(feature = "xlsx"))]
-    Err(FileError::NotBuilt {
-        what: "an Excel workbook",
-        feature: "xlsx",
-    })
+    Err(FileError::NotBuilt { what: "an Excel workbook", feature: "xlsx" })
 }

@@ -57,10 +57,9 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
     let count = start.split_once("uniqueCount=\"");
     let count: Option<u64> = count.and_then(|(_, rest)| rest.split('"').next()?.parse().ok());
     match count {
-        Some(count) if count > n_bytes => Err(FileError::damaged(
-            STRINGS,
-            format!("{count} texts in {n_bytes} bytes"),
-        )),
+        Some(count) if count > n_bytes => {
+            Err(FileError::damaged(STRINGS, format!("{count} texts in {n_bytes} bytes")))
+        }
         _ => Ok(()),
     }
 }
@@ -135,10 +134,7 @@ fn is_text(cell: &Cell) -> bool {
 
 /// Whether a row holds samples: more values than texts.
 fn is_row(row: &[Cell]) -> bool {
-    let n_texts = row
-        .iter()
-        .filter(|cell| is_text(cell) && time(&cell.value).is_none())
-        .count();
+    let n_texts = row.iter().filter(|cell| is_text(cell) && time(&cell.value).is_none()).count();
     let n_values = row
         .iter()
         .filter(|cell| number(&cell.value).or_else(|| time(&cell.value)).is_some())
@@ -164,11 +160,7 @@ fn time(value: &DataRef) -> Option<f64> {
             let days = when.as_f64();
             // A time of day, or a duration, has no day.
             let is_day = days >= 366.0 && !when.is_duration();
-            let days = if is_day {
-                days - DAYS_BEFORE_1970
-            } else {
-                days
-            };
+            let days = if is_day { days - DAYS_BEFORE_1970 } else { days };
             // What is stored has no more digits than this.
             Some((days * DAY_SECS * 1e4).round() / 1e4)
         }

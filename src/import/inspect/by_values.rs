@@ -95,10 +95,7 @@ pub(super) fn fill_in(
             add((index, rule), &mut is_free);
         }
         if !proposed.is_empty() {
-            questions.push(Question::Gauges {
-                proposed,
-                has_loads,
-            });
+            questions.push(Question::Gauges { proposed, has_loads });
         }
     }
     guess.rules.sort_by_key(|(index, _)| *index);

@@ -45,11 +45,7 @@ pub struct ColumnReport {
 impl ColumnReport {
     /// Whether it only numbers the rows, or the poses or repeats that they are of.
     pub(super) fn counts_rows(&self) -> bool {
-        let first: Vec<f64> = self
-            .first
-            .iter()
-            .filter_map(|cell| cell.parse().ok())
-            .collect();
+        let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
         first.len() > 1
             && first[0].abs() <= 1.0
@@ -97,20 +93,11 @@ impl Content {
 /// A report on each column.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
-    let n_columns = rows
-        .iter()
-        .map(Vec::len)
-        .max()
-        .unwrap_or(0)
-        .max(head.n_columns);
+    let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);
     let header = Header::of(head);
     let mut rules: Vec<Option<&ColumnRule>> = vec![None; n_columns];
     for rule in &table.columns {
-        if let Some(slot) = header
-            .index(&rule.column)
-            .ok()
-            .and_then(|index| rules.get_mut(index))
-        {
+        if let Some(slot) = header.index(&rule.column).ok().and_then(|index| rules.get_mut(index)) {
             slot.get_or_insert(rule);
         }
     }
@@ -150,9 +137,7 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
                 number: index + 1,
                 header: head.names.get(index).cloned().unwrap_or_default(),
                 name: head.name(index).map_or_else(String::new, |name| name.name),
-                unit: rule
-                    .and_then(|rule| rule.unit.clone())
-                    .or_else(|| head.unit(index)),
+                unit: rule.and_then(|rule| rule.unit.clone()).or_else(|| head.unit(index)),
                 content,
                 first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
                 min: numbers.iter().copied().reduce(f64::min),

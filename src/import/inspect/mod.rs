@@ -164,22 +164,13 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     let table = report(path, &opened, &map.table);
     let is_sample = opened.read_bytes() < table.file_bytes;
     let check = check(path, &reading, &map, is_sample)?;
-    Ok(Inspection {
-        table,
-        reference,
-        map,
-        questions,
-        check,
-    })
+    Ok(Inspection { table, reference, map, questions, check })
 }
 
 /// A map by the names of a table, and where they leave something open by its values.
 fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
     let Some(head) = opened.head(text) else {
-        let table = TableMap {
-            text: text.clone(),
-            ..TableMap::default()
-        };
+        let table = TableMap { text: text.clone(), ..TableMap::default() };
         return (ColumnMap::of_table(table), Vec::new());
     };
     let sample = opened.sample(text, &head);
@@ -206,9 +197,7 @@ pub(super) fn map_for<'a>(
     let opened = reading.open(path, &[])?;
     let is_for_it = |map: &&ColumnMap| match map.table.text.parts.as_slice() {
         [] => is_for(&opened, &map.table),
-        parts => reading
-            .open(path, parts)
-            .is_ok_and(|opened| is_for(&opened, &map.table)),
+        parts => reading.open(path, parts).is_ok_and(|opened| is_for(&opened, &map.table)),
     };
     Ok(maps.iter().find(is_for_it))
 }
@@ -258,10 +247,7 @@ fn check(
     map: &ColumnMap,
     is_sample: bool,
 ) -> Result<Check, ReadError> {
-    let mut check = Check {
-        is_sample,
-        ..Check::default()
-    };
+    let mut check = Check { is_sample, ..Check::default() };
     let loaded = reading.sides(path, Some(map)).and_then(|sides| {
         if let Some(reference) = &sides.reference {
             check.clock_offset = estimated_offset(&sides.gauges, reference);
@@ -278,13 +264,10 @@ fn check(
 
 fn note(check: &mut Check, loaded: &Loaded) {
     check.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
-    check.assumed_gap_secs = loaded
-        .warnings
-        .iter()
-        .find_map(|warning| match warning.finding {
-            Finding::Bursts { gap_secs, .. } => Some(gap_secs),
-            _ => None,
-        });
+    check.assumed_gap_secs = loaded.warnings.iter().find_map(|warning| match warning.finding {
+        Finding::Bursts { gap_secs, .. } => Some(gap_secs),
+        _ => None,
+    });
     if let Some(first) = loaded.recordings.first() {
         check.gauges = first.gauge_names().to_vec();
         check.axes = first.axes().to_vec();
@@ -300,11 +283,7 @@ fn note(check: &mut Check, loaded: &Loaded) {
 }
 
 fn estimated_offset(gauges: &Table, reference: &Table) -> Option<ClockOffset> {
-    let series = |times, values, width| Series {
-        times,
-        values,
-        width,
-    };
+    let series = |times, values, width| Series { times, values, width };
     let (left, right) = (&gauges.rows, &reference.rows);
     clock_offset::estimate(
         series(&left.times, &left.gauges, gauges.plan.gauge_names.len()),

@@ -51,13 +51,10 @@ impl Question {
                 let is_open = !map.has_two_clocks() && !clocks.is_empty();
                 return is_open.then_some(Self::ReferenceClock(clocks));
             }
-            Self::LoadAxis(_)
-            | Self::Gauges {
-                has_loads: false, ..
-            } => !has_loads(),
-            Self::Gauges { proposed, .. } => proposed
-                .iter()
-                .all(|number| role_of(*number) == Some(ColumnRole::Gauge)),
+            Self::LoadAxis(_) | Self::Gauges { has_loads: false, .. } => !has_loads(),
+            Self::Gauges { proposed, .. } => {
+                proposed.iter().all(|number| role_of(*number) == Some(ColumnRole::Gauge))
+            }
         };
         is_open.then(|| self.clone())
     }

@@ -19,10 +19,7 @@ pub enum MapError {
     #[error(
         "not a column map: its \"format\" is {found} where \"{expected}\" is needed; `loopscope inspect FILE --write-map MAP.json` writes one"
     )]
-    Format {
-        found: String,
-        expected: &'static str,
-    },
+    Format { found: String, expected: &'static str },
     #[error("a column map of version {found}, this program reads version {known}; get a newer one")]
     Version { found: u64, known: u32 },
     #[error("a column cannot be \"{name}\"; known: {known}")]
@@ -37,10 +34,7 @@ pub enum MapError {
     #[error(
         "\"{first}\" and \"{second}\" both say how the sensor is turned; keep one of the two, and \"ignore\" the other's columns"
     )]
-    TwoPoses {
-        first: ColumnRole,
-        second: ColumnRole,
-    },
+    TwoPoses { first: ColumnRole, second: ColumnRole },
     #[error(
         "\"weight\" needs the pose of the sensor, and no column is a part of it; make columns pose_qw, pose_qx and so on"
     )]
@@ -62,21 +56,13 @@ pub enum MapError {
     )]
     ShapeNames { columns: usize, names: usize },
     #[error("column {number} is listed twice, as {first} and as {second}; say once what it is")]
-    ListedTwice {
-        number: usize,
-        first: ColumnKey,
-        second: ColumnKey,
-    },
+    ListedTwice { number: usize, first: ColumnKey, second: ColumnKey },
     #[error(
         "column \"{name}\" is listed by its name, but \"text\" says that there is no header; use its number"
     )]
     NameWithoutHeader { name: String },
     #[error("{what} is {value}; it must be {must}")]
-    Number {
-        what: String,
-        value: f64,
-        must: &'static str,
-    },
+    Number { what: String, value: f64, must: &'static str },
     #[error(
         "the reference's file is \"{file}\"; name a file as seen from the recording's folder, e.g. \"states.csv\" or \"{{stem}}_ref.csv\""
     )]

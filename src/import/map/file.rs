@@ -95,15 +95,9 @@ impl ColumnMap {
     /// # Errors
     /// [`MapFileError`] if the file cannot be read or its map cannot be used.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
-        let io_error = |source| MapFileError::Io {
-            path: path.to_owned(),
-            source,
-        };
+        let io_error = |source| MapFileError::Io { path: path.to_owned(), source };
         let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
-        Self::from_json(&text).map_err(|source| MapFileError::Map {
-            path: path.to_owned(),
-            source,
-        })
+        Self::from_json(&text).map_err(|source| MapFileError::Map { path: path.to_owned(), source })
     }
 
     /// Understands and checks a map.
@@ -116,16 +110,10 @@ impl ColumnMap {
         }
         let start: Start = serde_json::from_slice(text)?;
         if start.format != FORMAT {
-            return Err(MapError::Format {
-                found: start.format.to_string(),
-                expected: FORMAT,
-            });
+            return Err(MapError::Format { found: start.format.to_string(), expected: FORMAT });
         }
         if start.version != u64::from(VERSION) {
-            return Err(MapError::Version {
-                found: start.version,
-                known: VERSION,
-            });
+            return Err(MapError::Version { found: start.version, known: VERSION });
         }
         let file: MapFile = serde_json::from_slice(text)?;
         Self::try_from(file)
@@ -151,9 +139,7 @@ impl ColumnMap {
         if let Some(reference) = &self.reference {
             let name = Path::new(&reference.file).file_name();
             if reference.file.trim().is_empty() || name.is_none() {
-                return Err(MapError::ReferenceName {
-                    file: reference.file.clone(),
-                });
+                return Err(MapError::ReferenceName { file: reference.file.clone() });
             }
             reference.table.check()?;
         }
@@ -179,9 +165,7 @@ impl ColumnMap {
             must("average_bursts_secs", within, "0 or more", |x| x >= 0.0)?;
         }
         if let Some(gap) = self.gap_secs {
-            must("gap_secs", gap, "greater than 0", |x| {
-                x > 0.0 && x.is_finite()
-            })?;
+            must("gap_secs", gap, "greater than 0", |x| x > 0.0 && x.is_finite())?;
         }
         Ok(())
     }
@@ -203,15 +187,9 @@ impl TableMap {
         // As far as the map itself knows the header: what its names mean in a file is seen there.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
-            Err(KeyError::ListedTwice {
-                index,
-                first,
-                second,
-            }) => Err(MapError::ListedTwice {
-                number: index + 1,
-                first,
-                second,
-            }),
+            Err(KeyError::ListedTwice { index, first, second }) => {
+                Err(MapError::ListedTwice { number: index + 1, first, second })
+            }
             Ok(_) | Err(KeyError::Missing { .. } | KeyError::SameNames { .. }) => Ok(()),
         }
     }
@@ -219,10 +197,7 @@ impl TableMap {
     fn check_rule(&self, rule: &ColumnRule) -> Result<(), MapError> {
         match &rule.column {
             &ColumnKey::Number(number) if !(1..=self.shape.columns).contains(&number) => {
-                return Err(MapError::NoSuchColumn {
-                    number,
-                    columns: self.shape.columns,
-                });
+                return Err(MapError::NoSuchColumn { number, columns: self.shape.columns });
             }
             ColumnKey::Name(name) if !self.text.header => {
                 return Err(MapError::NameWithoutHeader { name: name.clone() });
@@ -234,12 +209,7 @@ impl TableMap {
         must(of("\"scale\""), rule.scale, "finite and not 0", is_scale)?;
         let is_count = |x: f64| x > 0.0 && x.is_finite();
         let counts = rule.counts_per_unit;
-        must(
-            of("\"counts_per_unit\""),
-            counts,
-            "greater than 0",
-            is_count,
-        )
+        must(of("\"counts_per_unit\""), counts, "greater than 0", is_count)
     }
 }
 
@@ -252,11 +222,7 @@ pub(super) fn must(
     if holds(value) {
         return Ok(());
     }
-    Err(MapError::Number {
-        what: what.into(),
-        value,
-        must,
-    })
+    Err(MapError::Number { what: what.into(), value, must })
 }
 
 #[cfg(test)]
@@ -270,14 +236,8 @@ mod tests {
     fn two_files() -> ColumnMap {
         let rule = |number, is| ColumnRule::new(ColumnKey::Number(number), is);
         let table = |columns, rules| TableMap {
-            shape: Shape {
-                columns,
-                names: Vec::new(),
-            },
-            text: TextLayout {
-                delimiter: Delimiter::Semicolon,
-                ..TextLayout::default()
-            },
+            shape: Shape { columns, names: Vec::new() },
+            text: TextLayout { delimiter: Delimiter::Semicolon, ..TextLayout::default() },
             sample_rate_hz: Some(12.5),
             stamps: Stamps::Sorted,
             columns: rules,
@@ -289,10 +249,7 @@ mod tests {
             ..rule(5, ColumnRole::Load(Axis::Fz))
         };
         ColumnMap {
-            table: table(
-                4,
-                vec![rule(1, ColumnRole::Time), rule(2, ColumnRole::Gauge)],
-            ),
+            table: table(4, vec![rule(1, ColumnRole::Time), rule(2, ColumnRole::Gauge)]),
             reference: Some(ReferenceFile {
                 file: "states.csv".to_owned(),
                 table: table(5, vec![rule(1, ColumnRole::Time), load]),
@@ -336,11 +293,7 @@ mod tests {
             ("\"Fz\"", "\"pose_x\"", "not how the sensor is turned"),
             ("\"Fz\"", "\"pose_qx\"", "no column \"pose_qw\""),
             ("\"semicolon\"", "\"colon\"", "`colon`"),
-            (
-                "\"scale\": -1.0",
-                "\"scale\": 0",
-                "\"scale\" of column 5 is 0",
-            ),
+            ("\"scale\": -1.0", "\"scale\": 0", "\"scale\" of column 5 is 0"),
             ("\"scale\": -1.0", "\"size\": 0", "unknown field `size`"),
             ("12.5", "-12.5", "sample_rate_hz is -12.5"),
             ("0.1", "-0.1", "join.limit_secs is -0.1"),
@@ -349,11 +302,7 @@ mod tests {
             ("{folder}", "{folder", "the group is \"{folder\""),
             ("states.csv", "", "the reference's file is \"\""),
             ("states.csv", "..", "the reference's file is \"..\""),
-            (
-                "\"columns\": 4",
-                "\"columns\": 4, \"names\": [\"t\"]",
-                "1 names",
-            ),
+            ("\"columns\": 4", "\"columns\": 4, \"names\": [\"t\"]", "1 names"),
             ("}", "", "JSON"),
         ] {
             assert!(whole.contains(from), "{from}: {whole}");

@@ -22,17 +22,9 @@ pub enum KeyError {
     /// No column is called so.
     Missing { name: String },
     /// Two columns are called so.
-    SameNames {
-        name: String,
-        first: usize,
-        second: usize,
-    },
+    SameNames { name: String, first: usize, second: usize },
     /// Two rules speak of one column.
-    ListedTwice {
-        index: usize,
-        first: ColumnKey,
-        second: ColumnKey,
-    },
+    ListedTwice { index: usize, first: ColumnKey, second: ColumnKey },
 }
 
 impl<'a> Header<'a> {
@@ -60,11 +52,7 @@ impl<'a> Header<'a> {
 
     /// How a rule names column `index`, from 0 on: as the header does, if that name is the only one.
     pub fn key(&self, index: usize) -> ColumnKey {
-        match self
-            .names
-            .get(index)
-            .map(|name| (*name, self.places.get(name)))
-        {
+        match self.names.get(index).map(|name| (*name, self.places.get(name))) {
             Some((name, Some((_, None)))) => ColumnKey::Name(name.to_owned()),
             _ => ColumnKey::Number(index + 1),
         }
@@ -79,11 +67,9 @@ impl<'a> Header<'a> {
             ColumnKey::Number(number) => Ok(number.saturating_sub(1)),
             ColumnKey::Name(name) => match self.places.get(name.as_str()) {
                 Some(&(index, None)) => Ok(index),
-                Some(&(first, Some(second))) => Err(KeyError::SameNames {
-                    name: name.clone(),
-                    first,
-                    second,
-                }),
+                Some(&(first, Some(second))) => {
+                    Err(KeyError::SameNames { name: name.clone(), first, second })
+                }
                 None => Err(KeyError::Missing { name: name.clone() }),
             },
         }
@@ -150,14 +136,7 @@ mod tests {
         assert!(matches!(named("Fx"), Err(KeyError::Missing { .. })));
         assert!(matches!(named(""), Err(KeyError::Missing { .. })));
         let same = named("x").unwrap_err();
-        assert!(matches!(
-            same,
-            KeyError::SameNames {
-                first: 1,
-                second: 3,
-                ..
-            }
-        ));
+        assert!(matches!(same, KeyError::SameNames { first: 1, second: 3, .. }));
     }
 
     #[test]
@@ -175,11 +154,7 @@ mod tests {
         };
         assert_eq!(indices(&table), [0, 1]);
         table.columns.push(rule(&ColumnKey::Number(2)));
-        let twice = KeyError::ListedTwice {
-            index: 1,
-            first: name,
-            second: ColumnKey::Number(2),
-        };
+        let twice = KeyError::ListedTwice { index: 1, first: name, second: ColumnKey::Number(2) };
         assert_eq!(header.rules(&table).unwrap_err(), twice);
     }
 }

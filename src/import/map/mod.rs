@@ -92,16 +92,8 @@ pub enum Stamps {
 impl Stamps {
     /// Each with its name for people, and what it does.
     pub const ALL: [(Self, &'static str, &'static str); 3] = [
-        (
-            Self::AsWritten,
-            "as written",
-            "Where time goes back, a new recording starts",
-        ),
-        (
-            Self::Sorted,
-            "sort rows by time",
-            "For loggers that write some rows late",
-        ),
+        (Self::AsWritten, "as written", "Where time goes back, a new recording starts"),
+        (Self::Sorted, "sort rows by time", "For loggers that write some rows late"),
         (
             Self::Spread,
             "spread rows of one stamp evenly",
@@ -109,10 +101,7 @@ impl Stamps {
         ),
     ];
 
-    #[expect(
-        clippy::trivially_copy_pass_by_ref,
-        reason = "serde hands over a reference"
-    )]
+    #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
     fn is_as_written(&self) -> bool {
         *self == Self::AsWritten
     }
@@ -176,10 +165,7 @@ fn one() -> f64 {
     1.0
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde hands over a reference"
-)]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
 fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
@@ -229,10 +215,7 @@ pub struct Join {
     pub clock_offset_secs: f64,
 }
 
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde hands over a reference"
-)]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
@@ -253,17 +236,12 @@ pub enum JoinMethod {
 impl ColumnMap {
     /// A map for files with one clock.
     pub fn of_table(table: TableMap) -> Self {
-        Self {
-            table,
-            ..Self::default()
-        }
+        Self { table, ..Self::default() }
     }
 
     /// The table with the reference.
     pub fn reference_table(&self) -> &TableMap {
-        self.reference
-            .as_ref()
-            .map_or(&self.table, |file| &file.table)
+        self.reference.as_ref().map_or(&self.table, |file| &file.table)
     }
 
     /// Whether the reference has its own times, in its own file or in its own column.

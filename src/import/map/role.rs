@@ -72,10 +72,7 @@ impl PosePart {
 
     /// Whether this is an angle or a length along an axis of one.
     pub const fn is_angle(self) -> bool {
-        matches!(
-            self,
-            Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz
-        )
+        matches!(self, Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz)
     }
 }
 

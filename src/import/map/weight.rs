@@ -93,12 +93,8 @@ pub enum Attitude {
 }
 
 impl Attitude {
-    const ALL: [Self; 4] = [
-        Self::Quaternion,
-        Self::RollPitchYaw,
-        Self::RotationVector,
-        Self::Matrix,
-    ];
+    const ALL: [Self; 4] =
+        [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
 
     /// Its columns, in the order of their numbers.
     pub const fn parts(self) -> &'static [PosePart] {
@@ -131,18 +127,16 @@ impl Attitude {
     /// [`MapError`] if columns are missing, or there are more than one pose needs.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
-        let begun = Self::ALL
-            .into_iter()
-            .filter(|attitude| attitude.parts().iter().any(has));
+        let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
         let begun: Vec<Self> = begun.collect();
         match begun[..] {
             [] if PosePart::POSITION.iter().any(has) => Err(MapError::NoAttitude),
             [] => Ok(None),
             [attitude] => match attitude.parts().iter().find(|part| !has(part)) {
                 None => Ok(Some(attitude)),
-                Some(missing) => Err(MapError::PoseIncomplete {
-                    missing: ColumnRole::Pose(*missing),
-                }),
+                Some(missing) => {
+                    Err(MapError::PoseIncomplete { missing: ColumnRole::Pose(*missing) })
+                }
             },
             [first, second, ..] => Err(MapError::TwoPoses {
                 first: ColumnRole::Pose(first.parts()[0]),
@@ -155,10 +149,7 @@ impl Attitude {
 impl WeightMap {
     /// The weight without mounts, if it is said.
     fn own(&self) -> Option<Weight> {
-        Some(Weight {
-            mass_kg: self.mass_kg?,
-            centre_m: self.centre_m?,
-        })
+        Some(Weight { mass_kg: self.mass_kg?, centre_m: self.centre_m? })
     }
 
     /// The weights to choose from, with their names; a single one has none.
@@ -187,9 +178,7 @@ impl WeightMap {
             return Err(MapError::WeightAndLoad { role: rule.is });
         }
         if self.mounts.is_empty() && self.own().is_none() {
-            return Err(MapError::WeightUnknown {
-                mount: "\"weight\"".to_owned(),
-            });
+            return Err(MapError::WeightUnknown { mount: "\"weight\"".to_owned() });
         }
         Ok(())
     }
@@ -206,15 +195,11 @@ impl WeightMap {
                 && mount.centre_m.or(self.centre_m).is_some();
             let is_new = self.mounts[..at].iter().all(|m| m.name != mount.name);
             if mount.name.trim().is_empty() || !is_whole || !is_new {
-                return Err(MapError::WeightUnknown {
-                    mount: format!("mount \"{}\"", mount.name),
-                });
+                return Err(MapError::WeightUnknown { mount: format!("mount \"{}\"", mount.name) });
             }
         }
         for (_, weight) in self.weights() {
-            must("weight.mass_kg", weight.mass_kg, "greater than 0", |x| {
-                x > 0.0 && x.is_finite()
-            })?;
+            must("weight.mass_kg", weight.mass_kg, "greater than 0", |x| x > 0.0 && x.is_finite())?;
             for length in weight.centre_m {
                 must("weight.centre_m", length, "finite", f64::is_finite)?;
             }
@@ -222,11 +207,6 @@ impl WeightMap {
         for pull in self.gravity {
             must("weight.gravity", pull, "finite", f64::is_finite)?;
         }
-        must(
-            "weight.smoothing_secs",
-            self.smoothing_secs,
-            "0 or more",
-            |x| x >= 0.0,
-        )
+        must("weight.smoothing_secs", self.smoothing_secs, "0 or more", |x| x >= 0.0)
     }
 }

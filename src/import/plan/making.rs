@@ -25,28 +25,15 @@ fn resolved<'a>(
     }
     let header = Header::of(head);
     let columns = header.rules(table).map_err(|error| match error {
-        KeyError::Missing { name } => TableError::MapNoColumn {
-            expected: name,
-            names: head.names.clone(),
-        },
-        KeyError::SameNames {
-            name,
-            first,
-            second,
-        } => TableError::MapSameNames {
-            name,
-            first: first + 1,
-            second: second + 1,
-        },
-        KeyError::ListedTwice {
-            index,
-            first,
-            second,
-        } => TableError::MapTwice {
-            column: index + 1,
-            first,
-            second,
-        },
+        KeyError::Missing { name } => {
+            TableError::MapNoColumn { expected: name, names: head.names.clone() }
+        }
+        KeyError::SameNames { name, first, second } => {
+            TableError::MapSameNames { name, first: first + 1, second: second + 1 }
+        }
+        KeyError::ListedTwice { index, first, second } => {
+            TableError::MapTwice { column: index + 1, first, second }
+        }
     })?;
     let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
     let mut other_names = by_number.filter_map(|(index, _)| {
@@ -76,12 +63,7 @@ pub(super) struct Making<'a> {
 impl<'a> Making<'a> {
     /// Finds the columns of a map in a file.
     pub(super) fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
-        Ok(Self {
-            table,
-            head,
-            side,
-            columns: resolved(table, head)?,
-        })
+        Ok(Self { table, head, side, columns: resolved(table, head)? })
     }
 }
 
@@ -96,11 +78,9 @@ impl Making<'_> {
         let mut columns = self.with_role(role);
         let first = columns.next();
         match (first, columns.next()) {
-            (Some((first, _)), Some((second, _))) => Err(TableError::RoleTwice {
-                role,
-                first: first + 1,
-                second: second + 1,
-            }),
+            (Some((first, _)), Some((second, _))) => {
+                Err(TableError::RoleTwice { role, first: first + 1, second: second + 1 })
+            }
             _ => Ok(first),
         }
     }
@@ -139,9 +119,7 @@ impl Making<'_> {
     }
 
     pub(super) fn no_time(&self) -> TableError {
-        TableError::NoTime {
-            names: self.all_names(),
-        }
+        TableError::NoTime { names: self.all_names() }
     }
 
     /// As [`Self::times`], of a table that has none.
@@ -179,10 +157,7 @@ impl Making<'_> {
         uses[index] = Use::Time;
         let unit = self.unit(index, rule);
         let unknown = |unit: &str| self.unknown_unit(index, rule, unit, TIME_SPELLINGS);
-        let scale = match unit
-            .as_deref()
-            .map(|unit| (unit, TimeSpelling::from_name(unit)))
-        {
+        let scale = match unit.as_deref().map(|unit| (unit, TimeSpelling::from_name(unit))) {
             None => TimeScale::ByValues,
             Some((unit, None)) => return Err(unknown(unit)),
             Some((_, Some(TimeSpelling::Number(unit)))) => TimeScale::PerSecond(unit.per_second()),
@@ -207,9 +182,7 @@ impl Making<'_> {
     /// The column with the rest of times that are whole seconds, or as the map says.
     fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
         let role = ColumnRole::TimeFraction;
-        let Some((index, rule)) = self
-            .single(role)?
-            .filter(|_| self.side != Side::SecondClock)
+        let Some((index, rule)) = self.single(role)?.filter(|_| self.side != Side::SecondClock)
         else {
             return Ok(scale);
         };
@@ -220,9 +193,7 @@ impl Making<'_> {
             TimeScale::PerSecond(per_second) => per_second,
             TimeScale::ByValues => 1.0,
         };
-        uses[index] = Use::TimeFraction {
-            factor: per_second / fraction.per_second(),
-        };
+        uses[index] = Use::TimeFraction { factor: per_second / fraction.per_second() };
         Ok(TimeScale::PerSecond(per_second))
     }
 
@@ -279,18 +250,14 @@ impl Making<'_> {
                     second: index + 1,
                 });
             }
-            uses[index] = Use::Gauge {
-                factor: rule.scale / rule.counts_per_unit,
-            };
+            uses[index] = Use::Gauge { factor: rule.scale / rule.counts_per_unit };
             indices.push(index);
             names.push(name);
             labels.push(self.unit(index, rule).unwrap_or_default());
         }
         match names.len() {
             0 if self.head.ati.is_some() => Err(TableError::ReferenceAlone),
-            0 => Err(TableError::NoGauges {
-                names: self.all_names(),
-            }),
+            0 => Err(TableError::NoGauges { names: self.all_names() }),
             _ => Ok((names, labels)),
         }
     }
@@ -314,10 +281,8 @@ impl Making<'_> {
             }
             let unit = self.unit(index, rule).unwrap_or_default();
             let (label, factor, shift) = units::auxiliary_unit(&unit);
-            uses[index] = Use::Auxiliary {
-                factor: factor * rule.scale / rule.counts_per_unit,
-                shift,
-            };
+            uses[index] =
+                Use::Auxiliary { factor: factor * rule.scale / rule.counts_per_unit, shift };
             names.push(name);
             labels.push(label);
         }
@@ -342,10 +307,7 @@ impl Making<'_> {
             let Some((index, rule)) = self.single(ColumnRole::Pose(part))? else {
                 return Ok(false);
             };
-            uses[index] = Use::Pose {
-                slot: width,
-                factor: self.pose_factor(part, index, rule)?,
-            };
+            uses[index] = Use::Pose { slot: width, factor: self.pose_factor(part, index, rule)? };
             width += 1;
             Ok(true)
         };
@@ -365,11 +327,7 @@ impl Making<'_> {
             attitude,
             position: (n_places == 3).then_some(attitude.parts().len()),
             mount,
-            mounts: weight
-                .mounts
-                .iter()
-                .map(|mount| mount.name.clone())
-                .collect(),
+            mounts: weight.mounts.iter().map(|mount| mount.name.clone()).collect(),
             width,
         }))
     }
@@ -411,16 +369,12 @@ impl Making<'_> {
                     second: second + 1,
                 });
             }
-            uses[index] = Use::Load {
-                slot: axes.len(),
-                factor: self.load_factor(axis, index, rule)?,
-            };
+            uses[index] =
+                Use::Load { slot: axes.len(), factor: self.load_factor(axis, index, rule)? };
             axes.push(axis);
         }
         if axes.is_empty() && self.side != Side::Both && !has_pose {
-            return Err(TableError::NoLoads {
-                names: self.all_names(),
-            });
+            return Err(TableError::NoLoads { names: self.all_names() });
         }
         Ok(axes)
     }
@@ -441,11 +395,7 @@ impl Making<'_> {
     /// What the preamble says about an axis.
     fn counted_unit(&self, axis: Axis) -> Option<&CountedUnit> {
         let ati = self.head.ati.as_ref()?;
-        Some(if axis.is_force() {
-            &ati.force
-        } else {
-            &ati.moment
-        })
+        Some(if axis.is_force() { &ati.force } else { &ati.moment })
     }
 
     pub(super) fn names(&self, gauge_names: &[String], uses: &[Use]) -> Vec<String> {
@@ -456,15 +406,10 @@ impl Making<'_> {
                 _ => None,
             };
             let role = || {
-                let at = self
-                    .columns
-                    .binary_search_by_key(&index, |(index, _)| *index);
+                let at = self.columns.binary_search_by_key(&index, |(index, _)| *index);
                 at.ok().map(|at| self.columns[at].1.is.to_string())
             };
-            self.bare_name(index)
-                .or(of_gauge)
-                .or_else(role)
-                .unwrap_or_default()
+            self.bare_name(index).or(of_gauge).or_else(role).unwrap_or_default()
         };
         uses.iter().enumerate().map(&mut name).collect()
     }

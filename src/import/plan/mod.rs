@@ -64,10 +64,7 @@ impl Use {
 
     /// Whether it is a part of the time.
     pub(super) const fn is_time(self) -> bool {
-        matches!(
-            self,
-            Self::Time | Self::TimeText(_) | Self::TimeFraction { .. }
-        )
+        matches!(self, Self::Time | Self::TimeText(_) | Self::TimeFraction { .. })
     }
 
     /// What one of its numbers is as the map wants it.
@@ -119,11 +116,7 @@ impl Side {
     }
 
     fn time_role(self) -> ColumnRole {
-        if self == Self::SecondClock {
-            ColumnRole::TimeReference
-        } else {
-            ColumnRole::Time
-        }
+        if self == Self::SecondClock { ColumnRole::TimeReference } else { ColumnRole::Time }
     }
 }
 
@@ -327,17 +320,11 @@ mod tests {
     #[test]
     fn sixty_four_gauges_are_the_limit() {
         let gauges = |n: usize| (0..n).map(|k| format!(",ch{k}")).collect::<String>();
-        assert_eq!(
-            plan_of_names(&format!("t{}", gauges(64))).gauge_names.len(),
-            64
-        );
+        assert_eq!(plan_of_names(&format!("t{}", gauges(64))).gauge_names.len(), 64);
         let error = plan_and_notes(&format!("t{}", gauges(70))).unwrap_err();
         assert!(matches!(
             error,
-            ReadError::Table {
-                source: TableError::TooManyGauges { count: 70, .. },
-                ..
-            }
+            ReadError::Table { source: TableError::TooManyGauges { count: 70, .. }, .. }
         ));
         assert!(error.to_string().ends_with("ch6 and 63 more"));
     }

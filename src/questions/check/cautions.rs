@@ -105,9 +105,7 @@ impl Dataset {
                 .collect();
             cases.sort_unstable();
             cases.dedup();
-            let n_rows = in_role(Role::Train)
-                .map(|entry| entry.recording.n_samples())
-                .sum();
+            let n_rows = in_role(Role::Train).map(|entry| entry.recording.n_samples()).sum();
             found.push(Caution::LoadCases(cases.len(), n_rows));
         }
         if fitted {
@@ -115,10 +113,7 @@ impl Dataset {
             found.extend(self.unused_auxiliary(calibration).map(Caution::Auxiliary));
             found.extend(self.left_auxiliary(calibration).map(Caution::AuxiliaryLeft));
         }
-        let shown = self
-            .entries
-            .iter()
-            .filter(|entry| entry.role != Role::Train || !fitted);
+        let shown = self.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
         let channels = calibration.features.auxiliary.iter();
         let counted = channels.filter_map(AuxiliaryChannel::reference_beyond);
         let beyond: Vec<String> = shown
@@ -130,11 +125,7 @@ impl Dataset {
         if fitted {
             // The parts that are left of a recording are one.
             let n_training = match self.groups.by == RECORDING {
-                true => self
-                    .training_groups()
-                    .into_iter()
-                    .collect::<BTreeSet<_>>()
-                    .len(),
+                true => self.training_groups().into_iter().collect::<BTreeSet<_>>().len(),
                 false => in_role(Role::Train).count(),
             };
             if n_training < FEWEST_RECORDINGS && calibration.why_not_left_out().is_none() {
@@ -498,29 +489,17 @@ mod tests {
                 vec![Axis::Fx, Axis::Fz],
                 loads.as_flattened().to_vec(),
             );
-            let role = if name.starts_with("test") {
-                Role::Test
-            } else {
-                Role::Train
-            };
+            let role = if name.starts_with("test") { Role::Test } else { Role::Train };
             set.push(Entry::new(recording.unwrap(), role)).unwrap();
         }
-        let settings = FitSettings {
-            features,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { features, ..FitSettings::default() };
         let request = Request::fit(Arc::new(set), settings);
         analyse(&request, &Progress::default()).unwrap().cautions
     }
 
     /// A run whose axes swing so far.
     fn swing(fx: f64, fz: f64) -> Vec<[f64; 2]> {
-        let at = |k: i32| {
-            [
-                fx * (0.31 * f64::from(k)).sin(),
-                fz * (0.23 * f64::from(k)).cos(),
-            ]
-        };
+        let at = |k: i32| [fx * (0.31 * f64::from(k)).sin(), fz * (0.23 * f64::from(k)).cos()];
         (0..200).map(at).collect()
     }
 
@@ -531,10 +510,7 @@ mod tests {
         let is_harmless = |caution: &Caution| matches!(caution, Caution::Worse(_));
         assert!(found.iter().all(is_harmless), "{found:?}");
         let simulated = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-        let settings = FitSettings {
-            decimation: 10,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { decimation: 10, ..FitSettings::default() };
         let request = Request::fit(simulated, settings);
         let found = analyse(&request, &Progress::default()).unwrap().cautions;
         let is_of_range = |caution: &Caution| matches!(caution, Caution::Outside(..));
@@ -544,10 +520,7 @@ mod tests {
     #[test]
     fn one_recording_a_still_axis_and_a_test_beyond_are_told_with_their_figures() {
         let still = swing(0.0, 9.0);
-        let found = of(
-            &[("a", still), ("test", swing(5.0, 18.0))],
-            FeatureSettings::present(),
-        );
+        let found = of(&[("a", still), ("test", swing(5.0, 18.0))], FeatureSettings::present());
         assert!(found.contains(&Caution::Blocks(1)), "{found:?}");
         assert!(found.iter().any(
             |caution| matches!(caution, Caution::Still(Axis::Fx, (low, high), _) if low == high)
@@ -562,10 +535,7 @@ mod tests {
         assert!((outside(Axis::Fz).unwrap().farthest - 9.0).abs() < 0.01);
         for caution in &found {
             let (sentence, short) = (caution.to_string(), caution.short());
-            assert!(
-                sentence.len() > short.len() && !sentence.ends_with('.'),
-                "{sentence}"
-            );
+            assert!(sentence.len() > short.len() && !sentence.ends_with('.'), "{sentence}");
         }
     }
 
@@ -585,12 +555,7 @@ mod tests {
             ..FeatureSettings::present()
         };
         assert!(of(&own, squares.clone()).contains(&Caution::FewLoads(6, 7)));
-        let other = [
-            ("a", held(0.0)),
-            ("b", held(0.3)),
-            ("c", held(0.6)),
-            ("test", held(0.0)),
-        ];
+        let other = [("a", held(0.0)), ("b", held(0.3)), ("c", held(0.6)), ("test", held(0.0))];
         let found = of(&other, squares);
         let is_few = |caution: &Caution| matches!(caution, Caution::FewLoads(..));
         assert!(!found.iter().any(is_few), "{found:?}");
@@ -601,12 +566,7 @@ mod tests {
         let own =
             ["path1_a", "path1_b", "path1_c", "test_path1"].map(|name| (name, swing(5.0, 9.0)));
         let found = of(&own, FeatureSettings::present());
-        let told = found
-            .iter()
-            .find(|caution| matches!(caution, Caution::Groups(_)));
-        assert!(
-            told.unwrap().to_string().contains("are of 1 path only"),
-            "{found:?}"
-        );
+        let told = found.iter().find(|caution| matches!(caution, Caution::Groups(_)));
+        assert!(told.unwrap().to_string().contains("are of 1 path only"), "{found:?}");
     }
 }

@@ -189,13 +189,7 @@ impl OutsideOf {
     /// Of a recording or a group.
     pub fn new(of: impl Into<String>, is_test: bool, axis: Axis, outside: Outside) -> Self {
         let Outside { share, farthest } = outside;
-        Self {
-            of: of.into(),
-            is_test,
-            axis,
-            share,
-            farthest,
-        }
+        Self { of: of.into(), is_test, axis, share, farthest }
     }
 }
 
@@ -235,9 +229,7 @@ impl LoadSpread {
         let n = loads.clone().count().max(1) as f64;
         let mut mean = vec![0.0; n_axes];
         for load in loads.clone() {
-            mean.iter_mut()
-                .zip(load)
-                .for_each(|(sum, load)| *sum += load / n);
+            mean.iter_mut().zip(load).for_each(|(sum, load)| *sum += load / n);
         }
         let mut products = vec![0.0; n_axes * n_axes];
         for load in loads {
@@ -249,28 +241,15 @@ impl LoadSpread {
         }
         let moves = |axis: usize| ranges[axis].1 > ranges[axis].0;
         let deviations: Vec<f64> = (0..n_axes)
-            .map(|axis| {
-                if moves(axis) {
-                    products[axis * n_axes + axis].sqrt()
-                } else {
-                    0.0
-                }
-            })
+            .map(|axis| if moves(axis) { products[axis * n_axes + axis].sqrt() } else { 0.0 })
             .collect();
         let correlation = |i: usize, j: usize| {
             let both = deviations[i] * deviations[j];
             let product = products[i.max(j) * n_axes + i.min(j)];
-            (both > 0.0).then(|| {
-                if i == j {
-                    1.0
-                } else {
-                    (product / both).clamp(-1.0, 1.0)
-                }
-            })
+            (both > 0.0).then(|| if i == j { 1.0 } else { (product / both).clamp(-1.0, 1.0) })
         };
-        let correlations: Vec<Option<f64>> = (0..n_axes * n_axes)
-            .map(|at| correlation(at / n_axes, at % n_axes))
-            .collect();
+        let correlations: Vec<Option<f64>> =
+            (0..n_axes * n_axes).map(|at| correlation(at / n_axes, at % n_axes)).collect();
         let moving: Vec<usize> = (0..n_axes).filter(|axis| deviations[*axis] > 0.0).collect();
         let (mut inflations, mut stiffest, mut n_directions) = (vec![None; n_axes], None, 0);
         let n_moving = moving.len();
@@ -295,13 +274,7 @@ impl LoadSpread {
                 stiffest = Some((direction, squares[least].max(0.0).sqrt()));
             }
         }
-        Self {
-            deviations,
-            correlations,
-            inflations,
-            stiffest,
-            n_directions,
-        }
+        Self { deviations, correlations, inflations, stiffest, n_directions }
     }
 }
 
@@ -316,10 +289,7 @@ pub fn enclosed(
         return None;
     }
     let scaled = |[x, y]: [f64; 2]| {
-        [
-            ((x - across.0) / width).clamp(0.0, 1.0),
-            ((y - up.0) / height).clamp(0.0, 1.0),
-        ]
+        [((x - across.0) / width).clamp(0.0, 1.0), ((y - up.0) / height).clamp(0.0, 1.0)]
     };
     let mut points: Vec<[f64; 2]> = points.map(scaled).collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -360,13 +330,7 @@ impl Sufficiency {
     /// Adds what follows from its figures to the reasons that are there, and settles the verdict.
     pub fn judged(mut self, spread: &LoadSpread, cross_validation: Option<&str>) -> Self {
         let mut found = std::mem::take(&mut self.reasons);
-        let mut say = |about, verdict, text: String| {
-            found.push(Reason {
-                about,
-                verdict,
-                text,
-            })
-        };
+        let mut say = |about, verdict, text: String| found.push(Reason { about, verdict, text });
         use Verdict::{Doubtful, Enough};
         self.summary = self.count(&mut say);
         self.say_errors(cross_validation, &mut say);
@@ -374,10 +338,7 @@ impl Sufficiency {
             own.say_reach(&mut say);
         }
         self.say_coupling(spread, &mut say);
-        if self
-            .condition
-            .is_some_and(|condition| condition > CONDITION)
-        {
+        if self.condition.is_some_and(|condition| condition > CONDITION) {
             let condition = significant(self.condition.unwrap_or(0.0), 2);
             say(
                 "undetermined",
@@ -437,10 +398,7 @@ impl Sufficiency {
         let is_cause = |reason: &Reason| matches!(reason.about, "no_gauge" | "odd" | "faults");
         found.sort_by_key(|reason| {
             let grave = reason.verdict > Enough;
-            (
-                !(grave && is_cause(reason)),
-                std::cmp::Reverse(reason.verdict),
-            )
+            (!(grave && is_cause(reason)), std::cmp::Reverse(reason.verdict))
         });
         self.verdict = found.iter().map(|own| own.verdict).max().unwrap_or(Enough);
         self.reasons = found;
@@ -449,15 +407,9 @@ impl Sufficiency {
 
     /// The reasons, and the count where it is none of them.
     pub fn sentences(&self) -> impl Iterator<Item = &str> {
-        let counts = self
-            .reasons
-            .iter()
-            .any(|reason| reason.about == "load_cases");
+        let counts = self.reasons.iter().any(|reason| reason.about == "load_cases");
         let summary = (!counts).then_some(&*self.summary);
-        self.reasons
-            .iter()
-            .map(|reason| &*reason.text)
-            .chain(summary)
+        self.reasons.iter().map(|reason| &*reason.text).chain(summary)
     }
 
     /// Rank and condition of the design in words.
@@ -479,10 +431,7 @@ impl Sufficiency {
             ..CONDITION => "some combinations of features are far less certain than others",
             _ => "some combinations of features are hardly determined",
         };
-        format!(
-            "{rank}, condition number {}: {words}.",
-            significant(condition, 3)
-        )
+        format!("{rank}, condition number {}: {words}.", significant(condition, 3))
     }
 
     /// Coefficients and load cases in words.
@@ -490,10 +439,7 @@ impl Sufficiency {
         let (n, p) = (self.load_cases as f64, self.free_coefficients);
         let few = format!("{:.0}", p.ceil());
         let coefficients = match (p.ceil() as usize) < self.coefficients {
-            true => format!(
-                "{} coefficients an axis ({few} of them free)",
-                self.coefficients
-            ),
+            true => format!("{} coefficients an axis ({few} of them free)", self.coefficients),
             false => format!("{} coefficients an axis", self.coefficients),
         };
         let cases = match self.load_cases {
@@ -545,10 +491,8 @@ impl Sufficiency {
     /// What the left-out errors say beside those of the fit.
     fn say_errors(&self, by: Option<&str>, say: &mut impl FnMut(&'static str, Verdict, String)) {
         type Error = fn(&AxisReach) -> Option<f64>;
-        let ways: [(Error, Option<&str>); 2] = [
-            (|own| own.left_out_rmse, by),
-            (|own| own.load_left_out_rmse, Some("by load case")),
-        ];
+        let ways: [(Error, Option<&str>); 2] =
+            [(|own| own.left_out_rmse, by), (|own| own.load_left_out_rmse, Some("by load case"))];
         let is_lost =
             |own: &AxisReach, error: f64| own.deviation > 0.0 && error >= NO_BETTER * own.deviation;
         let mut worst: Option<(f64, Verdict, String)> = None;
@@ -579,11 +523,7 @@ impl Sufficiency {
                 .into_iter()
                 .filter(|(own, error)| !is_lost(own, *error) && *error > 1e-9 * own.deviation);
             let times = times.filter_map(|(own, error)| {
-                Some((
-                    own,
-                    error,
-                    error / own.train_rmse?.max(1e-9 * own.deviation),
-                ))
+                Some((own, error, error / own.train_rmse?.max(1e-9 * own.deviation)))
             });
             let mut times: Vec<(&AxisReach, f64, f64)> =
                 times.filter(|(_, _, times)| *times > RATIO_SAID).collect();
@@ -594,11 +534,8 @@ impl Sufficiency {
             let fails = |(own, error, times): &(&AxisReach, f64, f64)| {
                 *times > RATIO_FAILS && *error > ERROR_MATTERS * own.full_scale
             };
-            let verdict = if times.iter().any(fails) {
-                Verdict::Insufficient
-            } else {
-                Verdict::Doubtful
-            };
+            let verdict =
+                if times.iter().any(fails) { Verdict::Insufficient } else { Verdict::Doubtful };
             let others: Vec<String> = times[1..]
                 .iter()
                 .map(|(own, _, times)| format!("{} {}", own.axis.symbol(), significant(*times, 2)))
@@ -634,13 +571,9 @@ impl Sufficiency {
         if spread.n_directions < n_moving
             && let Some((direction, deviation)) = &spread.stiffest
         {
-            let terms = direction
-                .iter()
-                .zip(&self.axes)
-                .filter(|(part, _)| part.abs() > 0.2);
-            let terms: Vec<String> = terms
-                .map(|(part, own)| format!("{part:+.2} {}", own.axis.symbol()))
-                .collect();
+            let terms = direction.iter().zip(&self.axes).filter(|(part, _)| part.abs() > 0.2);
+            let terms: Vec<String> =
+                terms.map(|(part, own)| format!("{part:+.2} {}", own.axis.symbol())).collect();
             let text = format!(
                 "the loads of {n_moving} axes move in {} independent directions only: along {} (each axis in its standard \
                  deviations) by {} of what an axis does, so what the matrix says there is not of these loads; load these axes one \
@@ -656,11 +589,7 @@ impl Sufficiency {
             if let Some(r) = pair.correlation.filter(|r| r.abs() >= CORRELATED) {
                 let [a, b] = pair.axes.map(Axis::symbol);
                 named.extend(pair.axes);
-                let how = if r > 0.0 {
-                    "together"
-                } else {
-                    "against each other"
-                };
+                let how = if r > 0.0 { "together" } else { "against each other" };
                 let text = format!(
                     "{a} and {b} move {how} (correlation {r:.2}): what the gauges make of one can hardly be told from what they \
                      make of the other; load {a} without {b}, with a mass on another arm for instance"
@@ -669,9 +598,7 @@ impl Sufficiency {
             }
         }
         for own in &self.axes {
-            if let Some(inflation) = own
-                .inflation
-                .filter(|inflation| *inflation >= INFLATION_SAID)
+            if let Some(inflation) = own.inflation.filter(|inflation| *inflation >= INFLATION_SAID)
                 && !named.contains(&own.axis)
                 && spread.n_directions == n_moving
             {
@@ -743,10 +670,7 @@ pub fn leverages(
     recordings: &[Part],
 ) -> Vec<Leverage> {
     let n: u64 = recordings.iter().map(|own| own.sums.n_samples()).sum();
-    let of: Vec<f64> = recordings
-        .iter()
-        .map(|own| information.leverage(&own.sums))
-        .collect();
+    let of: Vec<f64> = recordings.iter().map(|own| information.leverage(&own.sums)).collect();
     let all: f64 = of.iter().sum();
     let own = recordings.iter().zip(of).map(|(own, leverage)| Leverage {
         recording: own.recording.clone(),
@@ -775,10 +699,7 @@ mod tests {
         let loads: Vec<[f64; 3]> = (0..200).map(load).collect();
         let range = |axis: usize| {
             let of = loads.iter().map(|load| load[axis]);
-            (
-                of.clone().fold(f64::INFINITY, f64::min),
-                of.fold(f64::NEG_INFINITY, f64::max),
-            )
+            (of.clone().fold(f64::INFINITY, f64::min), of.fold(f64::NEG_INFINITY, f64::max))
         };
         let ranges = [0, 1, 2].map(range);
         let spread = LoadSpread::of(loads.iter().map(|load| &load[..]), &ranges);
@@ -795,10 +716,7 @@ mod tests {
         assert!((deviation.powi(2) - 0.00230162).abs() < 1e-7);
         assert_eq!(spread.n_directions, 3);
         let points = loads.iter().map(|load| [load[0], load[1]]);
-        close(
-            enclosed(points, ranges[0], ranges[1]).unwrap(),
-            0.6822455183690698,
-        );
+        close(enclosed(points, ranges[0], ranges[1]).unwrap(), 0.6822455183690698);
     }
 
     #[test]
@@ -807,20 +725,8 @@ mod tests {
             enclosed(points.iter().copied(), (-1.0, 1.0), (-1.0, 1.0)).unwrap()
         };
         assert_eq!(square(&[[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0]]), 0.0);
-        assert_eq!(
-            square(&[[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]]),
-            0.5
-        );
-        assert_eq!(
-            square(&[
-                [-1.0, -1.0],
-                [1.0, 1.0],
-                [-1.0, 1.0],
-                [1.0, -1.0],
-                [9.0, 0.0]
-            ]),
-            1.0
-        );
+        assert_eq!(square(&[[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]]), 0.5);
+        assert_eq!(square(&[[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [9.0, 0.0]]), 1.0);
         assert_eq!(square(&[]), 0.0);
         assert_eq!(square(&[[0.3, 0.3]]), 0.0);
         assert_eq!(enclosed([].into_iter(), (1.0, 1.0), (0.0, 1.0)), None);

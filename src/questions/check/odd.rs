@@ -43,20 +43,16 @@ impl Dataset {
             .collect();
         let mut found: Vec<OddRecording> = Vec::new();
         for (at, part) in parts.iter().enumerate() {
-            let worst = calibration
-                .axes
-                .iter()
-                .enumerate()
-                .filter_map(|(axis, name)| {
-                    let times = |of: &Vec<(f64, f64)>| of[axis].0 / of[axis].1;
-                    let (error, others) = errors[at][axis];
-                    let mut most: Vec<f64> = errors.iter().map(times).collect();
-                    most.sort_by(f64::total_cmp);
-                    let is_odd = error > TIMES * others
-                        && error > TIMES_OF_MOST * most[most.len() / 2] * others
-                        && error > MATTERS * calibration.full_scale[axis];
-                    is_odd.then_some((error / others, *name, error, others))
-                });
+            let worst = calibration.axes.iter().enumerate().filter_map(|(axis, name)| {
+                let times = |of: &Vec<(f64, f64)>| of[axis].0 / of[axis].1;
+                let (error, others) = errors[at][axis];
+                let mut most: Vec<f64> = errors.iter().map(times).collect();
+                most.sort_by(f64::total_cmp);
+                let is_odd = error > TIMES * others
+                    && error > TIMES_OF_MOST * most[most.len() / 2] * others
+                    && error > MATTERS * calibration.full_scale[axis];
+                is_odd.then_some((error / others, *name, error, others))
+            });
             let Some((_, axis, error, others)) = worst.max_by(|a, b| a.0.total_cmp(&b.0)) else {
                 continue;
             };
@@ -68,12 +64,7 @@ impl Dataset {
             let known = Information::of(&rest, &columns);
             let is_known = |own: Information| own.leverage(part) <= part.n_samples() as f64;
             if known.is_some_and(is_known) {
-                found.push(OddRecording {
-                    recording: self.name_of_part(at),
-                    axis,
-                    error,
-                    others,
-                });
+                found.push(OddRecording { recording: self.name_of_part(at), axis, error, others });
             }
         }
         found
@@ -116,12 +107,8 @@ mod tests {
             let t = 0.05 * f64::from(k) + f64::from(name.as_bytes()[0]);
             let [x, y, z] = [(0.9 * t).sin(), (1.3 * t).cos(), (0.7 * t + 1.0).sin()]
                 .map(|load| 10.0 * factor * load);
-            for (a, b, c) in [
-                (1.0, 0.3, 0.5),
-                (-0.5, 1.0, 0.5),
-                (-0.5, -1.0, 0.5),
-                (0.1, 0.2, 1.0),
-            ] {
+            for (a, b, c) in [(1.0, 0.3, 0.5), (-0.5, 1.0, 0.5), (-0.5, -1.0, 0.5), (0.1, 0.2, 1.0)]
+            {
                 gauges.push(a * x + b * y + c * z + 0.05 * random.normal());
             }
             loads.extend([cos * x - sin * y, sin * x + cos * y, z]);
@@ -137,10 +124,8 @@ mod tests {
         for recording in recordings {
             set.push(Entry::new(recording, Role::Train)).unwrap();
         }
-        let settings = FitSettings {
-            features: FeatureSettings::present(),
-            ..FitSettings::default()
-        };
+        let settings =
+            FitSettings { features: FeatureSettings::present(), ..FitSettings::default() };
         let request = Request::fit(Arc::new(set), settings);
         let analysis = analyse(&request, &Progress::default()).unwrap();
         analysis.calibration.quality.odd.clone()
@@ -150,20 +135,12 @@ mod tests {
     fn a_recording_of_another_mounting_is_named_and_none_of_one() {
         let good = |name: &str| recording(name, 0.0, 1.0);
         assert_eq!(odd(["a", "b", "c", "d"].map(good).to_vec()), []);
-        let found = odd(vec![
-            good("a"),
-            good("b"),
-            recording("c", 20.0, 1.0),
-            good("d"),
-        ]);
+        let found = odd(vec![good("a"), good("b"), recording("c", 20.0, 1.0), good("d")]);
         assert_eq!(found.len(), 1, "{found:?}");
         assert_eq!(found[0].recording, "c");
         assert!(found[0].error > 4.0 * found[0].others);
         // Larger loads are predicted as well; with two nobody can say which is wrong.
-        assert_eq!(
-            odd(vec![good("a"), good("b"), recording("c", 0.0, 3.0)]),
-            []
-        );
+        assert_eq!(odd(vec![good("a"), good("b"), recording("c", 0.0, 3.0)]), []);
         assert_eq!(odd(vec![good("a"), recording("b", 20.0, 1.0)]), []);
     }
 }

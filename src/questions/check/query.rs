@@ -66,10 +66,7 @@ pub fn sufficiency(
     if request.recordings.entries().is_empty() {
         return Err(AnalysisError::NoRecordings);
     }
-    let fitted = Request {
-        calibration: None,
-        ..request.clone()
-    };
+    let fitted = Request { calibration: None, ..request.clone() };
     let data = fitted.datasets.get(&fitted.key(), progress)?;
     let mut calibration = data.blank_calibration(&fitted.settings)?;
     let past = data.past(&calibration, progress)?;
@@ -82,16 +79,13 @@ pub fn sufficiency(
 
     let coverage = data.coverage(&calibration.axes);
     let training = in_role(&data.entries, Role::Train);
-    let loads = training
-        .iter()
-        .flat_map(|own| own.loads().chunks_exact(calibration.axes.len()));
+    let loads = training.iter().flat_map(|own| own.loads().chunks_exact(calibration.axes.len()));
     let spread = LoadSpread::of(loads, &coverage.trained);
     let axes = reaches(&calibration, coverage, &spread, by_load.as_deref());
     let information = Information::of(&sums.train, &design.all());
     let of_recordings = data.entries.iter().zip(&sums.of_recordings);
-    let of_recordings = of_recordings
-        .filter(|(entry, _)| entry.role == Role::Train)
-        .map(|(entry, pieces)| {
+    let of_recordings =
+        of_recordings.filter(|(entry, _)| entry.role == Role::Train).map(|(entry, pieces)| {
             let mut whole = NormalEquations::new(sums.train.n_features(), sums.train.n_targets());
             pieces.iter().for_each(|piece| whole.add(piece));
             Part {
@@ -106,21 +100,13 @@ pub fn sufficiency(
     let (faults, share) = faulty(&fitted, progress)?;
     if share > 0.0 {
         let more = faults.len().saturating_sub(FAULTY);
-        let more = if more > 0 {
-            format!("; and {more} more")
-        } else {
-            String::new()
-        };
+        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
         let text = format!(
             "{} of the training samples are not to be trusted ({}{more}): leave such samples out, load less, or take a smaller gain",
             percent(share),
             faults[..faults.len().min(FAULTY)].join("; ")
         );
-        reasons.push(Reason {
-            about: "faults",
-            verdict: faults_verdict(share),
-            text,
-        });
+        reasons.push(Reason { about: "faults", verdict: faults_verdict(share), text });
     }
     if fitted.settings.regressor != Regressor::Linear {
         let text = "all this is of the linear model on these features; what a network or a kernel learns beside it has more freedom \
@@ -140,10 +126,7 @@ pub fn sufficiency(
         n_cases: coverage.cases.len(),
         hanging,
     });
-    let free = fit
-        .shares
-        .iter()
-        .filter_map(|shares| free_coefficients(&sums.train, shares));
+    let free = fit.shares.iter().filter_map(|shares| free_coefficients(&sums.train, shares));
     let found = Sufficiency {
         verdict: Verdict::Enough,
         summary: String::new(),
@@ -164,11 +147,7 @@ pub fn sufficiency(
         next_note,
         cases: coverage.cases.loads().map(<[f64]>::to_vec).collect(),
     };
-    let how = calibration
-        .quality
-        .cross_validation
-        .as_ref()
-        .map(ToString::to_string);
+    let how = calibration.quality.cross_validation.as_ref().map(ToString::to_string);
     Ok(found.judged(&spread, how.as_deref()))
 }
 
@@ -198,11 +177,7 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
                 return None;
             }
         };
-        Some(Reason {
-            about,
-            verdict,
-            text: caution.to_string(),
-        })
+        Some(Reason { about, verdict, text: caution.to_string() })
     });
     said.collect()
 }
@@ -221,11 +196,7 @@ fn faulty(request: &Request, progress: &Progress) -> Result<(Vec<String>, f64), 
         let own = &entry.recording;
         (spoiled, n) = (spoiled + found.n_samples(), n + own.n_samples());
         if !found.found.is_empty() {
-            words.push(format!(
-                "{}: {}",
-                own.name(),
-                found.in_words(own).join(", ")
-            ));
+            words.push(format!("{}: {}", own.name(), found.in_words(own).join(", ")));
         }
     }
     Ok((words, spoiled as f64 / n.max(1) as f64))
@@ -241,10 +212,8 @@ fn reaches(
     let of = |errors: &Option<Vec<f64>>, at: usize| errors.as_ref().map(|errors| errors[at]);
     let axes = calibration.axes.iter().enumerate().map(|(at, axis)| {
         let (low, high) = coverage.trained[at];
-        let (full_scale, rated) = (
-            calibration.full_scale[at],
-            calibration.rated.get(at) == Some(&true),
-        );
+        let (full_scale, rated) =
+            (calibration.full_scale[at], calibration.rated.get(at) == Some(&true));
         let (up, down) = (high.max(0.0), (-low).max(0.0));
         let region = match rated {
             false => (low, high),
@@ -300,32 +269,22 @@ fn undetermined(
     let mut say = |what: &str, gone: Vec<&usize>| {
         let listed: Vec<&str> = gone.iter().take(NAMED).map(|at| &*names[**at]).collect();
         let more = gone.len().saturating_sub(NAMED);
-        let more = if more > 0 {
-            format!(" and {more} more")
-        } else {
-            String::new()
-        };
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         if !listed.is_empty() {
             found.push(format!("{what}: {}{more}", listed.join(", ")));
         }
     };
     say("never changes", gone.iter().filter(still).collect());
-    say(
-        "never differs from the present",
-        gone.iter().filter(no_past).collect(),
-    );
+    say("never differs from the present", gone.iter().filter(no_past).collect());
     let Some(own) = information else {
         return found;
     };
     let greatest = own.squares.last().copied().unwrap_or(0.0);
     let directions = own.squares.iter().zip(&own.directions);
-    for (square, direction) in directions
-        .take_while(|(square, _)| **square < HARDLY * greatest)
-        .take(NAMED)
+    for (square, direction) in
+        directions.take_while(|(square, _)| **square < HARDLY * greatest).take(NAMED)
     {
-        let largest = direction
-            .iter()
-            .fold(0.0_f64, |most, part| most.max(part.abs()));
+        let largest = direction.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
         let mut parts: Vec<(usize, f64)> = direction.iter().copied().enumerate().collect();
         parts.retain(|(_, part)| part.abs() > PART * largest);
         // Parts that are alike stay in the order of their features.
@@ -337,11 +296,8 @@ fn undetermined(
             .map(|(at, part)| format!("{:+.2} {}", sign * part, names[own.columns[*at]]));
         let terms: Vec<String> = terms.collect();
         let more = if parts.len() > 5 { " …" } else { "" };
-        let how = if *square < 1e-11 * greatest {
-            "is not determined"
-        } else {
-            "is hardly determined"
-        };
+        let how =
+            if *square < 1e-11 * greatest { "is not determined" } else { "is hardly determined" };
         found.push(format!("{how}: {}{more}", terms.join(" ")));
     }
     found
@@ -354,24 +310,14 @@ impl Dataset {
         let tested = tested
             .filter_map(|(axis, outside)| Some(OutsideOf::new("test", true, *axis, (*outside)?)));
         let mut found: Vec<OutsideOf> = tested.collect();
-        let of_training = self
-            .entries
-            .iter()
-            .zip(&self.groups.of)
-            .filter(|(entry, _)| entry.role == Role::Train);
+        let of_training =
+            self.entries.iter().zip(&self.groups.of).filter(|(entry, _)| entry.role == Role::Train);
         let of_training: Vec<usize> = of_training.map(|(_, group)| *group).collect();
         if are_left_out_whole(&of_training) {
             for (group, axis, outside) in outside_of_others(&self.entries, axes, &self.groups.of) {
-                let first = self
-                    .groups
-                    .of
-                    .iter()
-                    .position(|own| *own == group)
-                    .unwrap_or(0);
-                let name = self
-                    .groups
-                    .name_of(first)
-                    .unwrap_or(self.entries[first].recording.name());
+                let first = self.groups.of.iter().position(|own| *own == group).unwrap_or(0);
+                let name =
+                    self.groups.name_of(first).unwrap_or(self.entries[first].recording.name());
                 found.push(OutsideOf::new(name, false, axis, outside));
             }
         }
@@ -391,33 +337,23 @@ impl Dataset {
         let design = calibration.design();
         let cases = &self.coverage(&calibration.axes).cases;
         let (n_cases, p) = (cases.len(), design.n_columns());
-        let has_past = calibration
-            .columns()
-            .iter()
-            .any(|column| matches!(column, Column::Past { .. }));
+        let has_past =
+            calibration.columns().iter().any(|column| matches!(column, Column::Past { .. }));
         let cost = n_cases as f64
             * ((p as f64).powi(3) + train.n_samples() as f64 * calibration.axes.len() as f64);
         if has_past || n_cases < 3 || cost > LEAVING_OUT {
             return None;
         }
         let mut parts = vec![NormalEquations::new(p, calibration.axes.len()); n_cases];
-        for (at, entry) in self
-            .entries
-            .iter()
-            .enumerate()
-            .filter(|(_, entry)| entry.role == Role::Train)
+        for (at, entry) in
+            self.entries.iter().enumerate().filter(|(_, entry)| entry.role == Role::Train)
         {
             let pieces = runs(&entry.recording, |load| cases.nearest(load).unwrap_or(0));
             if pieces.len() * train.stride() * (p + calibration.axes.len()) > KEPT {
                 return None;
             }
-            let sums = recording_sums(
-                &design,
-                self.present_loads(at),
-                &past[at],
-                &pieces,
-                progress,
-            );
+            let sums =
+                recording_sums(&design, self.present_loads(at), &past[at], &pieces, progress);
             for (piece, sums) in pieces.iter().zip(&sums) {
                 parts[piece.fold].add(sums);
             }
@@ -442,16 +378,11 @@ impl Dataset {
 /// A recording cut where its load becomes another case, by whose number the pieces go.
 fn runs(recording: &Recording, case: impl Fn(&[f64]) -> usize) -> Vec<Piece> {
     let mut pieces: Vec<Piece> = Vec::new();
-    let loads = recording
-        .loads()
-        .chunks_exact(recording.axes().len().max(1));
+    let loads = recording.loads().chunks_exact(recording.axes().len().max(1));
     for (k, fold) in loads.map(case).enumerate() {
         match pieces.last_mut().filter(|last| last.fold == fold) {
             Some(last) => last.samples.end = k + 1,
-            None => pieces.push(Piece {
-                samples: k..k + 1,
-                fold,
-            }),
+            None => pieces.push(Piece { samples: k..k + 1, fold }),
         }
     }
     pieces
@@ -472,16 +403,10 @@ struct Proposing<'a> {
 fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
     let columns = on.calibration.columns();
     let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
-    let memoryless: Vec<usize> = on
-        .design
-        .all()
-        .into_iter()
-        .filter(|at| !is_past(at))
-        .collect();
-    let (Some(sensitivity), Some(information)) = (
-        Sensitivity::of(on.training),
-        Information::of(on.sums, &memoryless),
-    ) else {
+    let memoryless: Vec<usize> = on.design.all().into_iter().filter(|at| !is_past(at)).collect();
+    let (Some(sensitivity), Some(information)) =
+        (Sensitivity::of(on.training), Information::of(on.sums, &memoryless))
+    else {
         return (
             Vec::new(),
             "No load moves, so nothing says what another one would show.".to_owned(),
@@ -531,12 +456,7 @@ fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
     if memoryless.len() < columns.len() {
         note.push_str(" Features with a memory are left aside: what they show depends on how a load is reached.");
     }
-    if on
-        .axes
-        .iter()
-        .zip(&sensitivity.moves)
-        .any(|(axis, moves)| *moves && !axis.rated)
-    {
+    if on.axes.iter().zip(&sensitivity.moves).any(|(axis, moves)| *moves && !axis.rated) {
         note.push_str(" Where no rated load is entered, loads stay within those that there are.");
     }
     if on.hanging.is_some() && !loads.is_empty() {
@@ -563,10 +483,7 @@ fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
 
 /// Each axis that moves to the ends of its region and halfway, alone and by twos.
 fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
-    let none: Vec<f64> = axes
-        .iter()
-        .map(|own| 0.0_f64.clamp(own.region.0, own.region.1))
-        .collect();
+    let none: Vec<f64> = axes.iter().map(|own| 0.0_f64.clamp(own.region.0, own.region.1)).collect();
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
     let levels = |axis: usize| {
         let (low, high) = axes[axis].region;
@@ -596,28 +513,17 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
 /// beyond the largest load of an axis.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
-    let ways = steps.into_iter().flat_map(|x| {
-        steps
-            .into_iter()
-            .flat_map(move |y| steps.map(|z| [x, y, z]))
-    });
-    let ways: Vec<[f64; 3]> = ways
-        .filter(|way| way.iter().any(|part| *part != 0.0))
-        .collect();
+    let ways = steps
+        .into_iter()
+        .flat_map(|x| steps.into_iter().flat_map(move |y| steps.map(|z| [x, y, z])));
+    let ways: Vec<[f64; 3]> = ways.filter(|way| way.iter().any(|part| *part != 0.0)).collect();
     let axis_ways = |way: &&[f64; 3]| way.iter().filter(|part| **part != 0.0).count() == 1;
     let mut centres = vec![[0.0; 3]];
     for arm in hanging.arms.iter().filter(|arm| **arm != 0.0) {
-        centres.extend(
-            ways.iter()
-                .filter(axis_ways)
-                .map(|way| way.map(|part| part * arm)),
-        );
+        centres.extend(ways.iter().filter(axis_ways).map(|way| way.map(|part| part * arm)));
     }
     let named = |way: &[f64; 3]| {
-        let parts = way
-            .iter()
-            .zip(["x", "y", "z"])
-            .filter(|(part, _)| **part != 0.0);
+        let parts = way.iter().zip(["x", "y", "z"]).filter(|(part, _)| **part != 0.0);
         parts
             .map(|(part, name)| format!("{}{name}", if *part > 0.0 { "+" } else { "−" }))
             .collect::<String>()
@@ -628,10 +534,7 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
             for way in &ways {
                 let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
                 let pull = way.map(|part| STANDARD_GRAVITY * part / length);
-                let weight = Weight {
-                    mass_kg: *mass,
-                    centre_m: *centre,
-                };
+                let weight = Weight { mass_kg: *mass, centre_m: *centre };
                 let wrench = load_of_pull(&UPRIGHT, &weight, pull);
                 let load: Vec<f64> = axes.iter().map(|own| wrench[own.axis as usize]).collect();
                 let limit = |own: &AxisReach| match own.rated {
@@ -655,10 +558,7 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
                             }))
                         ),
                     };
-                    loads.push((
-                        load,
-                        Some(format!("{mass} kg{arm}, down is {}", named(way))),
-                    ));
+                    loads.push((load, Some(format!("{mass} kg{arm}, down is {}", named(way)))));
                 }
             }
         }
@@ -681,9 +581,8 @@ mod tests {
     fn poses(n: usize, held: usize, per_recording: usize) -> Arc<RecordingSet> {
         let mut random = Random::new(3, &[2]);
         let mut set = RecordingSet::default();
-        let loads: Vec<[f64; 3]> = (0..n)
-            .map(|_| [(); 3].map(|()| 10.0 * random.normal()))
-            .collect();
+        let loads: Vec<[f64; 3]> =
+            (0..n).map(|_| [(); 3].map(|()| 10.0 * random.normal())).collect();
         for (at, loads) in loads.chunks(per_recording).enumerate() {
             let loads: Vec<[f64; 3]> = loads.iter().flat_map(|load| vec![*load; held]).collect();
             let gauges = loads.iter().flat_map(|[x, y, z]| {
@@ -704,8 +603,7 @@ mod tests {
                 vec![Axis::Fx, Axis::Fy, Axis::Fz],
                 loads.as_flattened().to_vec(),
             );
-            set.push(Entry::new(recording.unwrap(), Role::Train))
-                .unwrap();
+            set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
         }
         Arc::new(set)
     }
@@ -726,10 +624,7 @@ mod tests {
     }
 
     fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<&'static str> {
-        let of = found
-            .reasons
-            .iter()
-            .filter(|reason| reason.verdict == verdict);
+        let of = found.reasons.iter().filter(|reason| reason.verdict == verdict);
         of.map(|reason| reason.about).collect()
     }
 
@@ -740,10 +635,7 @@ mod tests {
             let set = poses(40, 5, 1);
             let found = of(Arc::clone(&set), quadratic(ridge));
             let request = Request::fit(set, quadratic(ridge));
-            let quality = &analyse(&request, &Progress::default())
-                .unwrap()
-                .calibration
-                .quality;
+            let quality = &analyse(&request, &Progress::default()).unwrap().calibration.quality;
             let by_recording = quality.compensated.cv_rmse.as_ref().unwrap();
             assert_eq!(found.load_cases, 40);
             for (own, expected) in found.axes.iter().zip(by_recording) {
@@ -760,20 +652,12 @@ mod tests {
             (few.verdict, few.coefficients, few.load_cases),
             (Verdict::Insufficient, 15, 16)
         );
-        assert!(
-            abouts(&few, Verdict::Insufficient).contains(&"load_cases"),
-            "{:#?}",
-            few.reasons
-        );
+        assert!(abouts(&few, Verdict::Insufficient).contains(&"load_cases"), "{:#?}", few.reasons);
         let many = of(poses(200, 20, 50), quadratic(0.0));
         assert_eq!(many.verdict, Verdict::Enough, "{:#?}", many.reasons);
         assert!(abouts(&many, Verdict::Doubtful).is_empty());
         let shrunk = of(poses(16, 20, 4), quadratic(1.0));
-        assert!(
-            shrunk.free_coefficients < 13.0,
-            "{}",
-            shrunk.free_coefficients
-        );
+        assert!(shrunk.free_coefficients < 13.0, "{}", shrunk.free_coefficients);
     }
 
     /// Each pose once, without times: some pose is always the largest.
@@ -812,10 +696,7 @@ mod tests {
         };
         assert_eq!(of_tables(None), [""; 0]);
         let told = of_tables(Some([0.0, 0.0, 90.0]));
-        assert!(
-            told.len() == 2 && told.iter().all(|text| text.contains("pose 0")),
-            "{told:?}"
-        );
+        assert!(told.len() == 2 && told.iter().all(|text| text.contains("pose 0")), "{told:?}");
     }
 
     #[test]
@@ -846,32 +727,17 @@ mod tests {
 
     #[test]
     fn what_is_proposed_is_within_the_loads_or_hangs() {
-        let rated = FitSettings {
-            full_scale: vec![Some(20.0); 3],
-            ..quadratic(0.0)
-        };
+        let rated = FitSettings { full_scale: vec![Some(20.0); 3], ..quadratic(0.0) };
         let request = Request::fit(poses(40, 5, 10), rated);
         let free = sufficiency(&request, None, &Progress::default()).unwrap();
         assert_eq!(free.next.len(), PROPOSED);
+        assert!(free.next.iter().all(|own| own.load.iter().all(|load| load.abs() <= 20.0)));
         assert!(
-            free.next
-                .iter()
-                .all(|own| own.load.iter().all(|load| load.abs() <= 20.0))
+            free.next.is_sorted_by(|a, b| a.gain >= b.gain && a.variance_left >= b.variance_left)
         );
-        assert!(
-            free.next
-                .is_sorted_by(|a, b| a.gain >= b.gain && a.variance_left >= b.variance_left)
-        );
-        let hanging = HangingMass {
-            masses: vec![1.5, 30.0],
-            arms: vec![0.1],
-        };
+        let hanging = HangingMass { masses: vec![1.5, 30.0], arms: vec![0.1] };
         let hung = sufficiency(&request, Some(&hanging), &Progress::default()).unwrap();
-        assert!(
-            !hung.next_note.contains("load nothing on"),
-            "{}",
-            hung.next_note
-        );
+        assert!(!hung.next_note.contains("load nothing on"), "{}", hung.next_note);
         for own in &hung.next {
             let force = own.load.iter().map(|load| load * load).sum::<f64>().sqrt();
             assert!(
@@ -896,8 +762,7 @@ mod tests {
                     (0..n).flat_map(loads).collect(),
                 );
                 let mut set = RecordingSet::default();
-                set.push(Entry::new(recording.unwrap(), Role::Train))
-                    .unwrap();
+                set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
                 of(Arc::new(set), FitSettings::default())
             };
         let noise = |k: usize, of: u64| Random::new(9, &[k as u64, of]).normal();
@@ -920,14 +785,10 @@ mod tests {
         assert_eq!(worst(&hung), ["correlation"], "{:#?}", hung.reasons);
         assert_eq!(hung.pairs[0].correlation, Some(1.0));
         assert!(hung.pairs[0].covered.unwrap() < 0.01);
-        let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| {
-            [load(k), load(k + 40)]
-        });
+        let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| [load(k), load(k + 40)]);
         assert_eq!(dead.undetermined[0], "never changes: S2");
         assert!(
-            dead.undetermined
-                .iter()
-                .any(|own| own.contains("0.71 S1 -0.71 S3")),
+            dead.undetermined.iter().any(|own| own.contains("0.71 S1 -0.71 S3")),
             "{:?}",
             dead.undetermined
         );
@@ -940,10 +801,7 @@ mod tests {
     #[test]
     fn the_built_in_sensor_has_enough() {
         let set = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-        let settings = FitSettings {
-            decimation: 10,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { decimation: 10, ..FitSettings::default() };
         let found = of(set, settings);
         assert_eq!(found.verdict, Verdict::Enough, "{:#?}", found.reasons);
         let all: f64 = found.leverage.iter().map(|own| own.leverage).sum();

@@ -20,18 +20,8 @@ fn share(share: f64) -> Cell {
 
 /// All tables that say something, in the order in which they are read.
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
-    let tables = [
-        reached(of),
-        errors(of),
-        pairs(of),
-        leverage(of),
-        outside(of),
-        next(of),
-    ];
-    tables
-        .into_iter()
-        .filter(|table| !table.rows.is_empty())
-        .collect()
+    let tables = [reached(of), errors(of), pairs(of), leverage(of), outside(of), next(of)];
+    tables.into_iter().filter(|table| !table.rows.is_empty()).collect()
 }
 
 fn reached(of: &Sufficiency) -> Table {
@@ -58,12 +48,7 @@ fn reached(of: &Sufficiency) -> Table {
         ..Column::words("which is")
     });
     columns.extend(["from, of it", "to, of it"].map(Column::numbers));
-    Table {
-        title: "Training loads".to_owned(),
-        columns,
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    Table { title: "Training loads".to_owned(), columns, rows: rows.collect(), ..Table::default() }
 }
 
 fn errors(of: &Sufficiency) -> Table {
@@ -100,26 +85,19 @@ fn errors(of: &Sufficiency) -> Table {
         ),
         ("× fit", "Over the error of the fit"),
     ];
-    columns.extend(heads.map(|(name, about)| Column {
-        about: about.to_owned(),
-        ..Column::numbers(name)
-    }));
-    Table {
-        title: "Errors".to_owned(),
-        columns,
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    columns.extend(
+        heads.map(|(name, about)| Column { about: about.to_owned(), ..Column::numbers(name) }),
+    );
+    Table { title: "Errors".to_owned(), columns, rows: rows.collect(), ..Table::default() }
 }
 
 fn pairs(of: &Sufficiency) -> Table {
     let rows = of.pairs.iter().map(|own| {
         let [a, b] = own.axes.map(|axis| axis.symbol());
         let why = "one of them does not move";
-        let correlation = own.correlation.map_or_else(
-            || Cell::missing("–", why),
-            |r| Cell::number(r, format!("{r:+.2}")),
-        );
+        let correlation = own
+            .correlation
+            .map_or_else(|| Cell::missing("–", why), |r| Cell::number(r, format!("{r:+.2}")));
         let covered = own.covered.map_or_else(|| Cell::missing("–", why), share);
         vec![words(format!("{a}, {b}")), correlation, covered]
     });
@@ -130,11 +108,7 @@ fn pairs(of: &Sufficiency) -> Table {
     };
     Table {
         title: "Pairs of axes".to_owned(),
-        columns: vec![
-            Column::words("Axes"),
-            Column::numbers("correlation"),
-            covered,
-        ],
+        columns: vec![Column::words("Axes"), Column::numbers("correlation"), covered],
         rows: rows.collect(),
         ..Table::default()
     }
@@ -152,34 +126,19 @@ fn leverage(of: &Sufficiency) -> Table {
     });
     let heads = [
         ("of the samples", "Its share of the training samples"),
-        (
-            "of the leverage",
-            "Its share of what determines the coefficients",
-        ),
-        (
-            "leverage",
-            "The trace of (ΣG)⁻¹ G: over all recordings it adds up to the rank",
-        ),
+        ("of the leverage", "Its share of what determines the coefficients"),
+        ("leverage", "The trace of (ΣG)⁻¹ G: over all recordings it adds up to the rank"),
     ];
     let mut columns = vec![Column::words("Recording")];
-    columns.extend(heads.map(|(name, about)| Column {
-        about: about.to_owned(),
-        ..Column::numbers(name)
-    }));
+    columns.extend(
+        heads.map(|(name, about)| Column { about: about.to_owned(), ..Column::numbers(name) }),
+    );
     let more = of.leverage.len().saturating_sub(LISTED);
     Table {
         title: "What rests on each recording".to_owned(),
         columns,
-        rows: if of.leverage.len() > 1 {
-            rows.collect()
-        } else {
-            Vec::new()
-        },
-        note: if more > 0 {
-            format!("And {more} more.")
-        } else {
-            String::new()
-        },
+        rows: if of.leverage.len() > 1 { rows.collect() } else { Vec::new() },
+        note: if more > 0 { format!("And {more} more.") } else { String::new() },
     }
 }
 
@@ -206,11 +165,7 @@ fn outside(of: &Sufficiency) -> Table {
         title: "Loads outside those of the others".to_owned(),
         columns,
         rows: rows.collect(),
-        note: if more > 0 {
-            format!("And {more} more.")
-        } else {
-            String::new()
-        },
+        note: if more > 0 { format!("And {more} more.") } else { String::new() },
     }
 }
 
@@ -259,10 +214,7 @@ pub fn pair_figure(
     let (dx, dy) = (half(&x_scale), half(&y_scale));
     let cross = |load: &Vec<f64>| {
         let (x, y) = (load[a], load[b]);
-        [
-            vec![[x - dx, y], [x + dx, y]],
-            vec![[x, y - dy], [x, y + dy]],
-        ]
+        [vec![[x - dx, y], [x + dx, y]], vec![[x, y - dy], [x, y + dy]]]
     };
     let ((x0, x1), (y0, y1)) = (across.region, up.region);
     let rated = match across.rated && up.rated {
@@ -271,22 +223,12 @@ pub fn pair_figure(
     };
     let frame = vec![[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]];
     Some(Figure {
-        title: format!(
-            "Training loads on {} and {}",
-            across.axis.symbol(),
-            up.axis.symbol()
-        ),
+        title: format!("Training loads on {} and {}", across.axis.symbol(), up.axis.symbol()),
         across: x_scale,
         up: y_scale,
         lines: vec![
-            Line {
-                width: 1.0,
-                ..Line::new(rated, guide, [frame])
-            },
-            Line {
-                width: 1.0,
-                ..Line::new("Load cases", ink, of.cases.iter().flat_map(cross))
-            },
+            Line { width: 1.0, ..Line::new(rated, guide, [frame]) },
+            Line { width: 1.0, ..Line::new("Load cases", ink, of.cases.iter().flat_map(cross)) },
         ],
         ..Figure::default()
     })

@@ -74,11 +74,7 @@ impl Factory {
         let column = self.column(axis)?;
         let offset = self.offsets[column];
         let values = self.loads[recording].iter().skip(column);
-        Some(
-            values
-                .step_by(self.axes.len())
-                .map(move |load| load + offset),
-        )
+        Some(values.step_by(self.axes.len()).map(move |load| load + offset))
     }
 
     /// The sum of the errors on one axis, that of their squares, and how many there are.
@@ -144,9 +140,7 @@ mod tests {
             let n = 60;
             let times: Vec<f64> = (0..n).map(|k| f64::from(k) / 10.0).collect();
             let load = |t: f64, axis: usize| (t * (1.0 + axis as f64)).sin() + 0.2 * axis as f64;
-            let gauges = times
-                .iter()
-                .flat_map(|t| (0..6).map(move |g| 0.5 * load(*t, g) + 3.0));
+            let gauges = times.iter().flat_map(|t| (0..6).map(move |g| 0.5 * load(*t, g) + 3.0));
             let loads = times.iter().flat_map(|t| [load(*t, 2), load(*t, 3)]);
             let names = (1..=6).map(|g| format!("gauge {g}")).collect();
             let (gauges, loads) = (gauges.collect(), loads.collect());
@@ -216,9 +210,6 @@ mod tests {
             ..Request::fit(set(), FitSettings::default())
         };
         let refused = analyse(&request, &Progress::default()).unwrap_err();
-        assert!(matches!(
-            refused,
-            AnalysisError::Calibration(CalibrationError::Gauges { .. })
-        ));
+        assert!(matches!(refused, AnalysisError::Calibration(CalibrationError::Gauges { .. })));
     }
 }

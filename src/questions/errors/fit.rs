@@ -51,10 +51,9 @@ impl Dataset {
             .iter()
             .map(|entry| match entry.role {
                 Role::Train => training_pieces.next().expect("one list per recording"),
-                Role::Test | Role::Off => vec![Piece {
-                    samples: 0..entry.recording.n_samples(),
-                    fold: 0,
-                }],
+                Role::Test | Role::Off => {
+                    vec![Piece { samples: 0..entry.recording.n_samples(), fold: 0 }]
+                }
             })
             .collect()
     }
@@ -77,11 +76,7 @@ impl Dataset {
         let training = entries.filter(|(entry, _)| entry.role == Role::Train);
         let folds = training.flat_map(|(_, pieces)| pieces.into_iter().map(|piece| piece.fold));
         let parts = folds.max().map_or(0, |last| last + 1);
-        CrossValidation {
-            by: by.to_owned(),
-            groups: parts,
-            parts,
-        }
+        CrossValidation { by: by.to_owned(), groups: parts, parts }
     }
 
     /// The one pass; not all of it once somebody has asked to stop.
@@ -104,12 +99,7 @@ impl Dataset {
                 }
             }
         }
-        Sums {
-            of_recordings,
-            train,
-            test,
-            parts,
-        }
+        Sums { of_recordings, train, test, parts }
     }
 
     /// One list per recording, one entry per piece. Where only thresholds have changed since the last ones, only what the look-backs
@@ -142,9 +132,7 @@ impl Dataset {
             });
             moved.collect()
         };
-        let sums: Vec<Vec<_>> = (self.entries.par_iter().enumerate())
-            .map(of_recording)
-            .collect();
+        let sums: Vec<Vec<_>> = (self.entries.par_iter().enumerate()).map(of_recording).collect();
         let bytes: usize = sums.iter().flatten().map(NormalEquations::size_bytes).sum();
         if known.is_none() && bytes <= MOST_KEPT_BYTES && !progress.is_cancelled() {
             let look_backs = design.look_backs();
@@ -162,11 +150,7 @@ impl Dataset {
         &self,
         sums: &[Vec<NormalEquations>],
     ) -> Option<Vec<NormalEquations>> {
-        let training = self
-            .entries
-            .iter()
-            .zip(sums)
-            .filter(|(entry, _)| entry.role == Role::Train);
+        let training = self.entries.iter().zip(sums).filter(|(entry, _)| entry.role == Role::Train);
         let whole: Vec<NormalEquations> = training
             .filter_map(|(_, pieces)| {
                 let (first, others) = pieces.split_first()?;
@@ -201,12 +185,7 @@ impl Dataset {
     ) -> LinearFit {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
-        let Sums {
-            of_recordings,
-            train,
-            test,
-            parts,
-        } = sums;
+        let Sums { of_recordings, train, test, parts } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
         // Only an automatic ridge asks for them: every slider step comes by here.
@@ -214,24 +193,11 @@ impl Dataset {
             RidgeChoice::Strength(_) => None,
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
         };
-        let terms = |used| Terms {
-            used,
-            kinds: &kinds,
-            known: &known,
-        };
-        let left_out = |parts, used| LeftOut {
-            total: train,
-            parts,
-            terms: terms(used),
-        };
+        let terms = |used| Terms { used, kinds: &kinds, known: &known };
+        let left_out = |parts, used| LeftOut { total: train, parts, terms: terms(used) };
         let left_out_all = left_out(parts, &all);
         let chooses = left_out(whole.as_deref().unwrap_or(parts), &all);
-        let Chosen {
-            strengths,
-            by_block,
-            shares,
-            squares,
-        } = match ridge {
+        let Chosen { strengths, by_block, shares, squares } = match ridge {
             RidgeChoice::ByBlock => {
                 let blocks = design.blocks().into_iter();
                 let groups: Vec<_> = blocks.map(|(_, columns)| columns).collect();
@@ -300,11 +266,7 @@ impl Dataset {
                 Some((before, metrics::rmse(&whole, &found.coefficients)?))
             })
             .collect();
-        LinearFit {
-            errors,
-            shares,
-            left_out: left_out_squares,
-        }
+        LinearFit { errors, shares, left_out: left_out_squares }
     }
 }
 
@@ -345,9 +307,7 @@ impl Chosen {
             |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
         let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
             let groups = blocks.iter().map(group_of);
-            groups
-                .map(|group| own[group.expect("a block is in a group")])
-                .collect()
+            groups.map(|group| own[group.expect("a block is in a group")]).collect()
         };
         let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
         let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
@@ -419,18 +379,9 @@ mod tests {
     ) -> Arc<Calibration> {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
-            let role = if is_tested(at) {
-                Role::Test
-            } else {
-                Role::Train
-            };
+            let role = if is_tested(at) { Role::Test } else { Role::Train };
             let recording = Arc::clone(recording);
-            set.push(Entry {
-                recording,
-                role,
-                group: groups[at].map(str::to_owned),
-            })
-            .unwrap();
+            set.push(Entry { recording, role, group: groups[at].map(str::to_owned) }).unwrap();
         }
         let settings = FitSettings {
             features: FeatureSettings {
@@ -450,9 +401,8 @@ mod tests {
         let mut squares = [0.0; 2];
         for (at, recording) in recordings.iter().enumerate() {
             let quality = &fitted(&recordings, Some(at)).quality;
-            for (square, scores) in squares
-                .iter_mut()
-                .zip([&quality.conventional, &quality.compensated])
+            for (square, scores) in
+                squares.iter_mut().zip([&quality.conventional, &quality.compensated])
             {
                 let rmse = scores.test_rmse.as_ref().unwrap()[0];
                 *square += rmse * rmse * recording.n_samples() as f64;
@@ -460,10 +410,7 @@ mod tests {
         }
         let n: usize = lengths.iter().sum();
         let quality = &whole.quality;
-        for (square, scores) in squares
-            .iter()
-            .zip([&quality.conventional, &quality.compensated])
-        {
+        for (square, scores) in squares.iter().zip([&quality.conventional, &quality.compensated]) {
             let explicit = (square / n as f64).sqrt();
             let cross_validated = scores.cv_rmse.as_ref().unwrap()[0];
             assert!(
@@ -501,15 +448,9 @@ mod tests {
             let explicit = (squares / 275.0).sqrt();
             let quality = &whole.quality;
             let cross_validated = quality.compensated.cv_rmse.as_ref().unwrap()[0];
-            assert!(
-                (cross_validated / explicit - 1.0).abs() < 1e-8,
-                "{groups:?}"
-            );
-            let expected = CrossValidation {
-                by: "group".to_owned(),
-                groups: names.len(),
-                parts: names.len(),
-            };
+            assert!((cross_validated / explicit - 1.0).abs() < 1e-8, "{groups:?}");
+            let expected =
+                CrossValidation { by: "group".to_owned(), groups: names.len(), parts: names.len() };
             assert_eq!(quality.cross_validation, Some(expected));
         }
     }
@@ -522,9 +463,6 @@ mod tests {
         assert_eq!(thin.quality.compensated.cv_rmse, None);
         assert!(thin.quality.conventional.cv_rmse.is_some());
         assert!(thin.why_not_left_out().is_some());
-        assert_eq!(
-            fitted(&recordings(&[30, 30, 30], &[0]), None).undetermined(),
-            None
-        );
+        assert_eq!(fitted(&recordings(&[30, 30, 30], &[0]), None).undetermined(), None);
     }
 }

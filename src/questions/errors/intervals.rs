@@ -16,15 +16,9 @@ pub fn intervals_within<'a>(
         let times = recording.times().iter().step_by(decimation.max(1));
         let before = times.clone().take_while(|time| **time < from_secs).count();
         let until = times.take_while(|time| **time <= to_secs).count();
-        Interval {
-            recording,
-            decimation,
-            samples: before..until.max(before),
-        }
+        Interval { recording, decimation, samples: before..until.max(before) }
     });
-    intervals
-        .filter(|interval| !interval.samples.is_empty())
-        .collect()
+    intervals.filter(|interval| !interval.samples.is_empty()).collect()
 }
 
 /// The samples that the trace panes show: all, or those within an interval of the traces' time.
@@ -37,15 +31,9 @@ pub fn intervals_on_screen<'a>(
     let shown = traces.on_screen(visible).into_iter();
     let intervals = shown.filter_map(|(recording, samples)| {
         let entry = recordings.entries().get(recording)?;
-        Some(Interval {
-            recording: &entry.recording,
-            decimation,
-            samples,
-        })
+        Some(Interval { recording: &entry.recording, decimation, samples })
     });
-    intervals
-        .filter(|interval| !interval.samples.is_empty())
-        .collect()
+    intervals.filter(|interval| !interval.samples.is_empty()).collect()
 }
 
 #[cfg(test)]

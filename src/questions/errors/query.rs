@@ -162,10 +162,7 @@ impl Analyst {
         progress: &Progress,
     ) -> Option<Analysis> {
         let view = request.view.within(data.entries.len());
-        let fixed = self
-            .fixed_traces
-            .as_ref()
-            .filter(|own| own.view() == view)?;
+        let fixed = self.fixed_traces.as_ref().filter(|own| own.view() == view)?;
         if data.kept_loads().is_some() || request.calibration.is_some() {
             return None;
         }
@@ -273,14 +270,8 @@ mod tests {
     use crate::scoring::Series;
 
     fn request(features: FeatureSettings) -> Request {
-        let settings = FitSettings {
-            features,
-            ..FitSettings::default()
-        };
-        Request {
-            view: View::All,
-            ..Request::fit(Arc::new(simulated::recordings(5)), settings)
-        }
+        let settings = FitSettings { features, ..FitSettings::default() };
+        Request { view: View::All, ..Request::fit(Arc::new(simulated::recordings(5)), settings) }
     }
 
     /// As of more samples than are kept.
@@ -306,9 +297,7 @@ mod tests {
             ..FeatureSettings::present()
         };
         let creeping = FeatureSettings {
-            blocks: Blocks::default()
-                .with(&Creep, &[4.0])
-                .with(&Polynomial, &[2.0]),
+            blocks: Blocks::default().with(&Creep, &[4.0]).with(&Polynomial, &[2.0]),
             ..FeatureSettings::default()
         };
         for features in [two, creeping] {
@@ -368,20 +357,14 @@ mod tests {
             let quality = &of.calibration.quality;
             quality.compensated.test_rmse.clone().unwrap()
         };
-        let all = rmse(&preview)
-            .into_iter()
-            .zip(rmse(&exact))
-            .zip(rmse(&before));
+        let all = rmse(&preview).into_iter().zip(rmse(&exact)).zip(rmse(&before));
         for ((preview, exact), before) in all {
             let moved = (exact - before).abs();
             let off = (preview - exact).abs();
             assert!(off < 0.02 * exact + 0.5 * moved, "{preview} for {exact}");
         }
         let (shown, traces) = (&preview.traces, &exact.traces);
-        assert!(
-            Arc::ptr_eq(&shown.times, &traces.times),
-            "what is zoomed into stays"
-        );
+        assert!(Arc::ptr_eq(&shown.times, &traces.times), "what is zoomed into stays");
         let n = shown.times.len();
         for (shown, traces) in shown.axes.iter().zip(&traces.axes) {
             assert!(Arc::ptr_eq(&shown.conventional, &traces.conventional));

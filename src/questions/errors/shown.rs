@@ -53,9 +53,7 @@ pub fn errors(
 
 fn missing(calibration: &Calibration, set: ScoreSet) -> String {
     let reason = match set {
-        ScoreSet::LeftOut => calibration
-            .why_not_left_out()
-            .unwrap_or("nothing was left out"),
+        ScoreSet::LeftOut => calibration.why_not_left_out().unwrap_or("nothing was left out"),
         ScoreSet::Test => "no recording is in the test role",
         ScoreSet::Train => "no recording is in the train role",
     };
@@ -95,19 +93,13 @@ mod tests {
     #[test]
     fn the_copied_table_holds_what_the_pane_shows() {
         let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-        let settings = FitSettings {
-            decimation: 20,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { decimation: 20, ..FitSettings::default() };
         let request = Request::fit(recordings, settings);
         let calibration = analyse(&request, &Progress::default()).unwrap().calibration;
         let table = |set| errors(&calibration, None, set, Shown::Units).unwrap();
         let tables = ScoreSet::ALL.map(|set| (set.title().to_owned(), table(set)));
         let text = Table::beside("RMSE", tables).tab_separated();
-        let rows: Vec<Vec<&str>> = text
-            .lines()
-            .map(|line| line.split('\t').collect())
-            .collect();
+        let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split('\t').collect()).collect();
         assert_eq!((rows.len(), rows[0].len()), (7, 10));
         assert_eq!((rows[0][5], rows[3][0]), ("Test Comp.", "Fz [N]"));
         let test = calibration.quality.compensated.test_rmse.as_ref().unwrap();
@@ -118,10 +110,7 @@ mod tests {
     #[test]
     fn what_was_not_scored_has_a_reason() {
         let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
-        let settings = FitSettings {
-            decimation: 50,
-            ..FitSettings::default()
-        };
+        let settings = FitSettings { decimation: 50, ..FitSettings::default() };
         let request = Request::fit(recordings, settings);
         let mut calibration =
             (*analyse(&request, &Progress::default()).unwrap().calibration).clone();

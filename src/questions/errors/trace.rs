@@ -17,20 +17,12 @@ pub enum Trace {
 
 impl Trace {
     /// All, in the order in which they are drawn: the later over the earlier.
-    pub const ALL: [Self; 4] = [
-        Self::Calculated,
-        Self::Factory,
-        Self::Conventional,
-        Self::Compensated,
-    ];
+    pub const ALL: [Self; 4] =
+        [Self::Calculated, Self::Factory, Self::Conventional, Self::Compensated];
 
     /// All, in the order in which they are listed.
-    pub const LISTED: [Self; 4] = [
-        Self::Calculated,
-        Self::Conventional,
-        Self::Compensated,
-        Self::Factory,
-    ];
+    pub const LISTED: [Self; 4] =
+        [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
     /// The paper's abbreviation.
     pub fn label(self) -> &'static str {

@@ -169,8 +169,7 @@ impl Made {
             match &self.past {
                 Some(past) => {
                     let past = &past[self.segments[at].recording];
-                    self.calibration
-                        .compensated_loads_of(&self.design, recording, past, own, rows);
+                    self.calibration.compensated_loads_of(&self.design, recording, past, own, rows);
                 }
                 None => {
                     let width = recording.n_gauges();

@@ -110,9 +110,7 @@ impl TraceSet {
 
     /// The segment that sample `k` belongs to.
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
-        let at = self
-            .segments
-            .partition_point(|segment| segment.samples.end <= k);
+        let at = self.segments.partition_point(|segment| segment.samples.end <= k);
         self.segments.get(at)
     }
 
@@ -204,11 +202,7 @@ struct FixedAxis {
 
 /// Takes the next trace where there is one.
 fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
-    series
-        .by_ref()
-        .take(usize::from(is_there))
-        .next()
-        .map(Arc::new)
+    series.by_ref().take(usize::from(is_there)).next().map(Arc::new)
 }
 
 impl FixedTraces {
@@ -340,11 +334,7 @@ impl FixedTraces {
             };
             Some([edge(-2.0), edge(2.0)])
         };
-        let bands: Vec<_> = loads
-            .iter()
-            .enumerate()
-            .map(|(at, load)| band(at, load))
-            .collect();
+        let bands: Vec<_> = loads.iter().enumerate().map(|(at, load)| band(at, load)).collect();
         let mut all = Vec::new();
         for (load, fixed) in loads.into_iter().zip(&self.axes) {
             all.push(Arc::clone(&load));
@@ -381,9 +371,7 @@ impl FixedTraces {
         let runs: Vec<(usize, usize)> = (0..n)
             .step_by(each)
             .map(|k| {
-                let at = self
-                    .segments
-                    .partition_point(|segment| segment.samples.end <= k);
+                let at = self.segments.partition_point(|segment| segment.samples.end <= k);
                 (at, (k - self.segments[at].samples.start) / each)
             })
             .collect();
@@ -418,21 +406,17 @@ impl FixedTraces {
         past: &Arc<Vec<Past>>,
         each: usize,
     ) -> TraceSet {
-        let axes = self
-            .axes
-            .iter()
-            .zip(moving)
-            .map(|(fixed, moving)| AxisTraces {
-                axis: fixed.axis,
-                calculated: fixed.calculated.clone(),
-                conventional: Arc::clone(&fixed.conventional),
-                conventional_error: fixed.conventional_error.clone(),
-                compensated: moving.compensated,
-                compensated_error: moving.error,
-                factory: fixed.factory.clone(),
-                factory_error: fixed.factory_error.clone(),
-                band: moving.band,
-            });
+        let axes = self.axes.iter().zip(moving).map(|(fixed, moving)| AxisTraces {
+            axis: fixed.axis,
+            calculated: fixed.calculated.clone(),
+            conventional: Arc::clone(&fixed.conventional),
+            conventional_error: fixed.conventional_error.clone(),
+            compensated: moving.compensated,
+            compensated_error: moving.error,
+            factory: fixed.factory.clone(),
+            factory_error: fixed.factory_error.clone(),
+            band: moving.band,
+        });
         let thresholds = calibration.features.look_backs.first().copied();
         TraceSet {
             view: self.view,
@@ -467,12 +451,7 @@ fn tables(
     of: &dyn Fn(Vec<Column>) -> Arc<dyn Values>,
 ) -> Vec<Arc<dyn Values>> {
     (0..n_axes)
-        .map(|column| {
-            of(tables
-                .clone()
-                .map(|table| (table, column, n_axes))
-                .collect())
-        })
+        .map(|column| of(tables.clone().map(|table| (table, column, n_axes)).collect()))
         .collect()
 }
 
@@ -483,16 +462,9 @@ fn made(
     calibration: &Calibration,
     past: Option<&Arc<Vec<Past>>>,
 ) -> Vec<Arc<dyn Values>> {
-    let recordings = segments
-        .iter()
-        .map(|segment| &data.entries[segment.recording].recording);
+    let recordings = segments.iter().map(|segment| &data.entries[segment.recording].recording);
     let recordings = recordings.map(Arc::clone).collect();
-    let made = Arc::new(Made::new(
-        segments,
-        recordings,
-        calibration,
-        past.map(Arc::clone),
-    ));
+    let made = Arc::new(Made::new(segments, recordings, calibration, past.map(Arc::clone)));
     let axes = (0..calibration.axes.len()).map(|axis| {
         let made = Arc::clone(&made);
         Arc::new(MadeAxis { made, axis }) as Arc<dyn Values>
@@ -542,9 +514,7 @@ fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> A
         let mut from = 0;
         let is_own = |at: &usize| own[*at] as usize == *at;
         while let Some(start) = (from..own.len()).find(is_own) {
-            let end = (start..own.len())
-                .find(|at| !is_own(at))
-                .unwrap_or(own.len());
+            let end = (start..own.len()).find(|at| !is_own(at)).unwrap_or(own.len());
             intervals.push(over(start)..over(end));
             from = end;
         }

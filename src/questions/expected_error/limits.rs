@@ -125,10 +125,7 @@ impl Checked {
             (None, reason) => format!("not known ({})", reason.as_deref().unwrap_or_default()),
         };
         let (figure, axis) = (self.figure.name(), self.axis.symbol());
-        format!(
-            "{figure} of {axis} is {value}, at most {}",
-            number(self.limit)
-        )
+        format!("{figure} of {axis} is {value}, at most {}", number(self.limit))
     }
 }
 
@@ -175,10 +172,7 @@ impl Limits {
     /// # Errors
     /// [`LimitsError`] if it cannot be read, or has a figure that is not known.
     pub fn read(path: &Path) -> Result<Self, LimitsError> {
-        let wrong = |reason: String| LimitsError {
-            path: path.display().to_string(),
-            reason,
-        };
+        let wrong = |reason: String| LimitsError { path: path.display().to_string(), reason };
         let text = read_small(path, "a list of limits", BYTES_LIMIT)
             .map_err(|error| wrong(error.to_string()))?;
         let text = String::from_utf8(text).map_err(|_| wrong("not in UTF-8".to_owned()))?;
@@ -210,9 +204,7 @@ impl Limits {
 
     /// Returns true if loops have to be measured for these limits.
     pub fn ask_for_loops(&self) -> bool {
-        self.0
-            .iter()
-            .any(|(figure, ..)| *figure == Limited::LoopWidth)
+        self.0.iter().any(|(figure, ..)| *figure == Limited::LoopWidth)
     }
 
     /// Returns the outcome of each limit on each axis that it is for.
@@ -285,10 +277,7 @@ mod tests {
             metrology: Err("no cycle"),
         };
         let checked = Limits::from_toml(text).unwrap().check(&measured);
-        checked
-            .iter()
-            .map(|own| (own.in_words(), own.pass))
-            .collect()
+        checked.iter().map(|own| (own.in_words(), own.pass)).collect()
     }
 
     #[test]
@@ -308,20 +297,13 @@ mod tests {
         );
         assert_eq!(
             verdicts("expected_error = { Fx = 1 }"),
-            [told(
-                "expected error of Fx is 1.000 % FS, at most 1.000 % FS",
-                true
-            )]
+            [told("expected error of Fx is 1.000 % FS, at most 1.000 % FS", true)]
         );
     }
 
     #[test]
     fn a_figure_that_is_not_known_does_not_pass() {
-        for text in [
-            "loop_width = 5",
-            "expected_error = { Mz = 100 }",
-            "rmse = { Fz = 100 }",
-        ] {
+        for text in ["loop_width = 5", "expected_error = { Mz = 100 }", "rmse = { Fz = 100 }"] {
             for (told, pass) in verdicts(text) {
                 assert!(!pass && told.contains("is not known ("), "{told}");
             }
@@ -332,10 +314,7 @@ mod tests {
     fn a_misspelt_figure_is_refused_with_the_known_ones() {
         let wrong = |text: &str| Limits::from_toml(text).unwrap_err();
         let misspelt = wrong("rms = 1");
-        assert!(
-            misspelt.contains("rms") && misspelt.contains("expected_error"),
-            "{misspelt}"
-        );
+        assert!(misspelt.contains("rms") && misspelt.contains("expected_error"), "{misspelt}");
         assert!(wrong("rmse = \"small\"").contains("\"0.2 N\""));
         assert!(wrong("rmse = nan").contains("neither a number"));
         assert!(wrong("rmse = { Fq = 1 }").contains("did not match"));

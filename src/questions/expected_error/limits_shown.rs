@@ -28,10 +28,5 @@ pub fn limits_table(checked: &[Checked]) -> Table {
             Cell::words(if own.pass { "pass" } else { "FAIL" }),
         ]
     });
-    Table {
-        title: "Limits".to_owned(),
-        columns,
-        rows: rows.collect(),
-        note: String::new(),
-    }
+    Table { title: "Limits".to_owned(), columns, rows: rows.collect(), note: String::new() }
 }

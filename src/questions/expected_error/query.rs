@@ -31,14 +31,9 @@ pub fn expected_error(
         return Ok(Ok(known.clone()));
     }
     if !fitted {
-        return Ok(Err(
-            "the calibration was not fitted to these recordings".to_owned()
-        ));
+        return Ok(Err("the calibration was not fitted to these recordings".to_owned()));
     }
-    let key = Key {
-        calibration: None,
-        ..request.key()
-    };
+    let key = Key { calibration: None, ..request.key() };
     let data = request.datasets.get(&key, progress)?;
     let past = data.past(calibration, progress)?;
     let left_out = data.left_out_errors(calibration, &past, progress);
@@ -73,28 +68,16 @@ impl Dataset {
             |entry: &Entry| entry.role == Role::Test && *entry.recording.axes() == calibration.axes;
         let step = self.step_of(is_test);
         let mut tested = HeldOutErrors::new(calibration.axes.len());
-        for (entry, past) in self
-            .entries
-            .iter()
-            .zip(past)
-            .filter(|(entry, _)| is_test(entry))
-        {
+        for (entry, past) in self.entries.iter().zip(past).filter(|(entry, _)| is_test(entry)) {
             let loads = calibration.compensated_loads(&entry.recording, past);
             tested.add(
-                loads
-                    .iter()
-                    .zip(entry.recording.loads())
-                    .map(|(own, known)| own - known),
+                loads.iter().zip(entry.recording.loads()).map(|(own, known)| own - known),
                 step,
             );
             tested.n_groups += 1;
         }
-        let axes: Vec<(Axis, f64)> = calibration
-            .axes
-            .iter()
-            .copied()
-            .zip(calibration.full_scale.iter().copied())
-            .collect();
+        let axes: Vec<(Axis, f64)> =
+            calibration.axes.iter().copied().zip(calibration.full_scale.iter().copied()).collect();
         let evidence = Evidence {
             entries: &self.entries,
             axes: &axes,
@@ -122,15 +105,10 @@ impl Dataset {
         }
         let n_axes = calibration.axes.len();
         let sums = self.sums(&calibration.design(), past, n_axes, progress);
-        let fits = self
-            .fits_left_out(calibration, &sums)
-            .map_err(|why| why.to_string())?;
+        let fits = self.fits_left_out(calibration, &sums).map_err(|why| why.to_string())?;
         let is_trained = |entry: &Entry| entry.role == Role::Train;
         let step = self.step_of(is_trained);
-        let mut errors = HeldOutErrors {
-            n_groups: groups.groups,
-            ..HeldOutErrors::new(n_axes)
-        };
+        let mut errors = HeldOutErrors { n_groups: groups.groups, ..HeldOutErrors::new(n_axes) };
         let mut own = calibration.clone();
         for ((entry, pieces), past) in self.entries.iter().zip(self.pieces()).zip(past) {
             if !is_trained(entry) || progress.is_cancelled() {
@@ -140,10 +118,7 @@ impl Dataset {
             own.compensated = Some(fits.maps[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
             errors.add(
-                loads
-                    .iter()
-                    .zip(entry.recording.loads())
-                    .map(|(own, known)| own - known),
+                loads.iter().zip(entry.recording.loads()).map(|(own, known)| own - known),
                 step,
             );
         }

@@ -39,10 +39,7 @@ pub struct HeldOutErrors {
 impl HeldOutErrors {
     /// Returns no errors yet on this number of axes.
     pub fn new(n_axes: usize) -> Self {
-        Self {
-            sizes: vec![Vec::new(); n_axes],
-            ..Self::default()
-        }
+        Self { sizes: vec![Vec::new(); n_axes], ..Self::default() }
     }
 
     /// Adds every `step`-th of these errors, `n × n_axes` row-major.
@@ -83,13 +80,7 @@ impl Evidence<'_> {
     /// # Errors
     /// A clause that names what is missing.
     pub fn weighed(self) -> Result<ExpectedError, String> {
-        let Evidence {
-            entries,
-            axes,
-            grouped_by,
-            left_out,
-            mut tested,
-        } = self;
+        let Evidence { entries, axes, grouped_by, left_out, mut tested } = self;
         let mut left_out = match left_out {
             Ok(own) if own.n_groups < MIN_GROUPS => Err(format!(
                 "{} were left out, and {MIN_GROUPS} are needed",
@@ -113,9 +104,7 @@ impl Evidence<'_> {
         let of_axis = |(at, (axis, full_scale)): (usize, &(Axis, f64))| {
             let same_unit = axes.iter().zip(&spans);
             let same_unit = same_unit.filter(|((own, _), _)| own.is_force() == axis.is_force());
-            let most = same_unit
-                .map(|(_, span)| *span)
-                .fold(2.0 * full_scale, f64::max);
+            let most = same_unit.map(|(_, span)| *span).fold(2.0 * full_scale, f64::max);
             let is_known = spans[at] > STANDS_STILL * most;
             let figure =
                 |values: &Option<Vec<f64>>| Some(values.as_ref()?[at]).filter(|_| is_known);
@@ -126,17 +115,13 @@ impl Evidence<'_> {
                 unit: axis.unit().to_owned(),
                 range: ranges[at],
                 value,
-                percent_fs: value
-                    .filter(|_| *full_scale > 0.0)
-                    .map(|own| 100.0 * own / full_scale),
+                percent_fs: value.filter(|_| *full_scale > 0.0).map(|own| 100.0 * own / full_scale),
                 cross_validation,
                 test,
             }
         };
-        let held_out = |own: &HeldOutErrors| HeldOut {
-            groups: own.n_groups,
-            samples: own.n_samples,
-        };
+        let held_out =
+            |own: &HeldOutErrors| HeldOut { groups: own.n_groups, samples: own.n_samples };
         Ok(ExpectedError {
             axes: axes.iter().enumerate().map(of_axis).collect(),
             cross_validation: left_out.as_ref().ok().map(held_out),
@@ -178,9 +163,7 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: &str) ->
     if !["mounting", "mount", "setup", "rotation", "position"].contains(&grouped_by) {
         missing.push("another mounting".to_owned());
     }
-    let mut days: Vec<_> = used(entries)
-        .map(|own| own.dated().map(|own| own.day))
-        .collect();
+    let mut days: Vec<_> = used(entries).map(|own| own.dated().map(|own| own.day)).collect();
     days.sort();
     days.dedup();
     if days.iter().flatten().count() < 2 {
@@ -195,17 +178,13 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: &str) ->
 
 /// Returns true if more than one axis is loaded in hardly any of the loaded samples.
 pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
-    let largest: Vec<f64> = ranges(entries, n_axes)
-        .iter()
-        .map(|(low, high)| low.abs().max(high.abs()))
-        .collect();
+    let largest: Vec<f64> =
+        ranges(entries, n_axes).iter().map(|(low, high)| low.abs().max(high.abs())).collect();
     let (mut loaded, mut combined) = (0_u64, 0_u64);
     for recording in used(entries) {
         for load in recording.loads().chunks_exact(n_axes) {
             let n = load.iter().zip(&largest);
-            let n = n
-                .filter(|(load, largest)| load.abs() > LOADED * **largest)
-                .count();
+            let n = n.filter(|(load, largest)| load.abs() > LOADED * **largest).count();
             loaded += u64::from(n > 0);
             combined += u64::from(n > 1);
         }
@@ -284,12 +263,7 @@ mod tests {
     }
 
     fn path(at: f64) -> impl Fn(f64) -> [f64; 2] {
-        move |share| {
-            [
-                10.0 * (7.0 * share + at).sin(),
-                10.0 * (5.0 * share + 2.0 * at).cos(),
-            ]
-        }
+        move |share| [10.0 * (7.0 * share + at).sin(), 10.0 * (5.0 * share + 2.0 * at).cos()]
     }
 
     /// Of the sizes 0.01, 0.02 … 1.00 in each of both, 95 lie within 0.95; the test recordings' are half as large.
@@ -301,10 +275,7 @@ mod tests {
         let tested = errors(1, sizes.map(|size| size / 2.0));
         let found = weighed(&entries, left_out, tested).unwrap();
         let fx = &found.axes[0];
-        assert_eq!(
-            (fx.cross_validation, fx.test, fx.value),
-            (Some(0.95), Some(0.475), Some(0.95))
-        );
+        assert_eq!((fx.cross_validation, fx.test, fx.value), (Some(0.95), Some(0.475), Some(0.95)));
         assert_eq!(fx.percent_fs, Some(9.5));
         assert_eq!(found.of_axis(Axis::Fy), Ok(1.9));
         let held_out = found.cross_validation.as_ref().unwrap();
@@ -324,35 +295,19 @@ mod tests {
             };
             weighed(&entries, errors(2, std::iter::once(9.0)), tested)
         };
-        assert!(
-            of(2)
-                .unwrap_err()
-                .contains("2 groups were left out, and 3 are needed")
-        );
+        assert!(of(2).unwrap_err().contains("2 groups were left out, and 3 are needed"));
         let found = of(3).unwrap();
-        assert_eq!(
-            (found.axes[0].cross_validation, found.axes[0].value),
-            (None, Some(1.0))
-        );
+        assert_eq!((found.axes[0].cross_validation, found.axes[0].value), (None, Some(1.0)));
     }
 
     #[test]
     fn an_axis_that_stands_still_has_no_figure() {
         let still = |share: f64| [10.0 * (7.0 * share).sin(), 0.01 * share];
         let entries = [entry("r", still)];
-        let found = weighed(
-            &entries,
-            errors(3, std::iter::once(0.1)),
-            HeldOutErrors::new(2),
-        );
+        let found = weighed(&entries, errors(3, std::iter::once(0.1)), HeldOutErrors::new(2));
         let found = found.unwrap();
         assert!(found.axes[0].value.is_some() && found.axes[1].value.is_none());
-        assert!(
-            found
-                .of_axis(Axis::Fy)
-                .unwrap_err()
-                .contains("Fy hardly moves")
-        );
+        assert!(found.of_axis(Axis::Fy).unwrap_err().contains("Fy hardly moves"));
     }
 
     /// Both ways: recordings that do what is named, and some that do not.
@@ -363,9 +318,8 @@ mod tests {
             false => [0.0, 10.0 * (12.0 * share).sin()],
         };
         let free: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
-        let repeated: Vec<Entry> = (0..3)
-            .map(|at| entry("r", path(0.001 * f64::from(at))))
-            .collect();
+        let repeated: Vec<Entry> =
+            (0..3).map(|at| entry("r", path(0.001 * f64::from(at)))).collect();
         let separate: Vec<Entry> = vec![entry("r", one_at_a_time), entry("r", path(0.0))];
         let alone = [entry("r", one_at_a_time)];
         let said = |entries: &[Entry], grouped_by: &str| not_covered(entries, 2, grouped_by);

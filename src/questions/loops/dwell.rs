@@ -76,23 +76,17 @@ pub(crate) fn picture(
     let (column, _) = column_of(calibration, question.axis)?;
     let runs = source.runs();
     if runs.iter().any(|run| run.is_static) {
-        return Err(Reason::NoTimes {
-            axis: question.axis,
-        }
-        .into());
+        return Err(Reason::NoTimes { axis: question.axis }.into());
     }
     let found = dwells(&runs, &source.rules(measuring))?;
-    let last = found.len().checked_sub(1).ok_or(LookError::NoDwell {
-        secs: measuring.hold_secs,
-    })?;
+    let last =
+        found.len().checked_sub(1).ok_or(LookError::NoDwell { secs: measuring.hold_secs })?;
     let chosen = question.rest.unwrap_or_else(|| longest(&found)).min(last);
     let curve = curve(source, &found[chosen], question, column);
     Ok(DwellPlot {
         question: question.clone(),
         hold_secs: measuring.hold_secs,
-        levels: (found.iter())
-            .map(|rest| rest.level.get(column).copied().flatten())
-            .collect(),
+        levels: (found.iter()).map(|rest| rest.level.get(column).copied().flatten()).collect(),
         dwells: found,
         chosen,
         curve,
@@ -117,23 +111,15 @@ fn curve(
     column: usize,
 ) -> Result<DwellCurve, Reason> {
     let axis = question.axis;
-    let part = Part {
-        recording: rest.place.recording,
-        samples: rest.place.samples.clone(),
-    };
+    let part = Part { recording: rest.place.recording, samples: rest.place.samples.clone() };
     let missing = Reason::NoReference { axis };
     let loads = source.loads(&part, axis).ok_or(missing.clone())?;
     let recording = source.recording(part.recording).ok_or(missing.clone())?;
     let times = &recording.times()[part.samples.clone()];
     let mut errors = Vec::new();
     for output in Output::ALL {
-        let mut values = source
-            .output(&part, column, output)
-            .ok_or(missing.clone())?;
-        values
-            .iter_mut()
-            .zip(&loads)
-            .for_each(|(value, load)| *value -= load);
+        let mut values = source.output(&part, column, output).ok_or(missing.clone())?;
+        values.iter_mut().zip(&loads).for_each(|(value, load)| *value -= load);
         check_numbers(axis, recording.name(), &values)?;
         errors.push(values);
     }
@@ -155,17 +141,12 @@ fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOu
     let column_secs = (to - from) / question.pixels[0].max(1.0);
     let mut points = Vec::new();
     let series = Series::new(errors.into());
-    series.draw(&since, start..end.max(start), column_secs, |time, value| {
-        points.push([time, value])
-    });
+    series
+        .draw(&since, start..end.max(start), column_secs, |time, value| points.push([time, value]));
     let drift = Drift::of(times, errors);
     let fit = drift.iter().flat_map(|drift| {
         let step = drift.duration_secs / (FIT_POINTS - 1) as f64;
         (0..FIT_POINTS).map(move |at| [step * at as f64, drift.at(step * at as f64)])
     });
-    DwellOutput {
-        points,
-        fit: fit.collect(),
-        drift,
-    }
+    DwellOutput { points, fit: fit.collect(), drift }
 }

@@ -93,9 +93,7 @@ impl<'a> LoopView<'a> {
     /// Those of all curves that have it.
     pub(crate) fn found(&self) -> Vec<(Option<Output>, &'a LoopFigures)> {
         let found = self.shown.iter();
-        found
-            .filter_map(|curve| Some((curve.output, self.figures(curve).ok()?)))
-            .collect()
+        found.filter_map(|curve| Some((curve.output, self.figures(curve).ok()?))).collect()
     }
 
     /// The unit of what goes up.
@@ -156,11 +154,7 @@ impl<'a> LoopView<'a> {
                 let strokes = curve.drawn.strokes.iter();
                 let strokes = strokes.filter(|stroke| stroke.rising == rising);
                 let pieces = strokes.map(|stroke| &stroke.points[..]);
-                Line {
-                    opacity,
-                    width: 1.0,
-                    ..Line::new("", inks.of(curve.output), pieces)
-                }
+                Line { opacity, width: 1.0, ..Line::new("", inks.of(curve.output), pieces) }
             })
         });
         let found = self.found();
@@ -188,11 +182,7 @@ impl<'a> LoopView<'a> {
                 .flat_map(|curve| clouds(&curve.drawn, inks.of(curve.output), inks.text))
                 .collect(),
             arrows: arrows.collect(),
-            lines: one_to_one
-                .into_iter()
-                .chain(branches)
-                .chain(loops)
-                .collect(),
+            lines: one_to_one.into_iter().chain(branches).chain(loops).collect(),
             ..Figure::default()
         }
     }
@@ -277,17 +267,10 @@ fn name(output: Option<Output>) -> &'static str {
 fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     let middle = branch.len() / 2;
     let around = (branch.len() / ARROW_SHARE).max(1);
-    let (before, after) = (
-        branch.get(middle.checked_sub(around)?)?,
-        branch.get(middle + around)?,
-    );
+    let (before, after) = (branch.get(middle.checked_sub(around)?)?, branch.get(middle + around)?);
     Some(Arrow {
         at: branch[middle],
-        way: if rising {
-            [*before, *after]
-        } else {
-            [*after, *before]
-        },
+        way: if rising { [*before, *after] } else { [*after, *before] },
         color,
     })
 }

@@ -12,15 +12,9 @@ pub(crate) const MARGIN: f64 = 0.04;
 /// A frame around these ranges with a margin; never empty.
 pub(crate) fn frame_around(loads: (f64, f64), outputs: (f64, f64)) -> Frame {
     let wider = |(low, high): (f64, f64)| {
-        let margin = if high > low {
-            MARGIN * (high - low)
-        } else {
-            0.1 * f64::max(high.abs(), 1e-3)
-        };
+        let margin =
+            if high > low { MARGIN * (high - low) } else { 0.1 * f64::max(high.abs(), 1e-3) };
         (low - margin, high + margin)
     };
-    Frame {
-        loads: wider(loads),
-        outputs: wider(outputs),
-    }
+    Frame { loads: wider(loads), outputs: wider(outputs) }
 }

@@ -114,12 +114,7 @@ impl LoopFigures {
         range_share: f64,
         others: [Option<Loop>; 2],
     ) -> Option<Self> {
-        let measures = [
-            Loop::largest_width,
-            Loop::mean_width,
-            Loop::area,
-            Loop::work,
-        ];
+        let measures = [Loop::largest_width, Loop::mean_width, Loop::area, Loop::work];
         let figures = measures.map(|measure| measure(&shape));
         if !figures.iter().all(|figure| figure.is_finite()) {
             return None;
@@ -165,16 +160,13 @@ pub(crate) fn picture(
 ) -> Result<LoopPlot, LookError> {
     let axis = question.axis;
     let (column, full_scale) = column_of(&source.calibration, axis)?;
-    let (parts, loads): (Vec<&Part>, Columns) = (parts.iter())
-        .filter_map(|part| Some((part, source.loads(part, axis)?)))
-        .unzip();
+    let (parts, loads): (Vec<&Part>, Columns) =
+        (parts.iter()).filter_map(|part| Some((part, source.loads(part, axis)?))).unzip();
     if parts.is_empty() {
         return Err(Reason::NoReference { axis }.into());
     }
     let is_static = |part: &&Part| {
-        source
-            .recording(part.recording)
-            .is_some_and(|recording| recording.is_static())
+        source.recording(part.recording).is_some_and(|recording| recording.is_static())
     };
     if parts.iter().any(is_static) {
         return Err(Reason::NoTimes { axis }.into());
@@ -225,9 +217,7 @@ pub(crate) fn picture(
             Up::Load | Up::Error => full_scale,
         },
         n_samples: loads.iter().map(Vec::len).sum(),
-        parts: (parts.iter())
-            .map(|part| (part.recording, part.samples.clone()))
-            .collect(),
+        parts: (parts.iter()).map(|part| (part.recording, part.samples.clone())).collect(),
         n_cycles: cycles.loops.cycles().len(),
         cycles: (cycles.loops.cycles().iter())
             .map(|cycle| {
@@ -259,11 +249,7 @@ impl Cycles {
         let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
         let enough = loops.mean_cycles(range);
         let mean = enough.map_err(|few| Reason::few_cycles(axis, few));
-        Self {
-            mean: largest.clone().and(mean),
-            largest,
-            loops,
-        }
+        Self { mean: largest.clone().and(mean), largest, loops }
     }
 }
 
@@ -286,10 +272,7 @@ fn columns(
         let mut columns = all(&|part| source.output(part, column, output))?;
         if question.up == Up::Error {
             for (values, loads) in columns.iter_mut().zip(loads) {
-                values
-                    .iter_mut()
-                    .zip(loads)
-                    .for_each(|(value, load)| *value -= load);
+                values.iter_mut().zip(loads).for_each(|(value, load)| *value -= load);
             }
         }
         Ok((Some(output), columns))
@@ -299,9 +282,7 @@ fn columns(
 
 fn check(source: &Source, parts: &[&Part], axis: Axis, columns: &Columns) -> Result<(), Reason> {
     for (part, values) in parts.iter().zip(columns) {
-        let name = source
-            .recording(part.recording)
-            .map_or("", |own| own.name());
+        let name = source.recording(part.recording).map_or("", |own| own.name());
         check_numbers(axis, name, values)?;
     }
     Ok(())
@@ -367,10 +348,9 @@ pub(crate) fn drawn(
                 let strokes = lines.into_iter().map(|points| Stroke { rising, points });
                 drawn.strokes.extend(strokes);
             }
-            Outline::Density(density) => drawn.clouds.push(Cloud {
-                rising,
-                density: Arc::new(density),
-            }),
+            Outline::Density(density) => {
+                drawn.clouds.push(Cloud { rising, density: Arc::new(density) })
+            }
         }
     }
     progress.check().map(|()| drawn)

@@ -135,10 +135,8 @@ pub(crate) fn table_of(
     progress: &Progress,
 ) -> Result<Look, LookError> {
     let entries = request.recordings.entries().iter().enumerate();
-    let chosen: Vec<usize> = entries
-        .filter(|(_, entry)| question.of.includes(entry.role))
-        .map(|(at, _)| at)
-        .collect();
+    let chosen: Vec<usize> =
+        entries.filter(|(_, entry)| question.of.includes(entry.role)).map(|(at, _)| at).collect();
     if chosen.is_empty() {
         return Err(LookError::NoRecordings);
     }

@@ -63,13 +63,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         None => ("% FS", "% FS²", "In percent of full scale"),
     };
     let described = [
-        (
-            "Largest width",
-            "Largest |falling − rising| at equal load",
-            unit,
-            share,
-            of.output_scale,
-        ),
+        ("Largest width", "Largest |falling − rising| at equal load", unit, share, of.output_scale),
         (
             "Mean width",
             "Mean |falling − rising| over the range of loads",
@@ -102,10 +96,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
     let mut rows = Vec::new();
     for (at, (name, about, unit, share, scale)) in described.into_iter().enumerate() {
         let values = || loops.iter().map(|one| one.figures[at].0);
-        let mut row = vec![
-            Cell::words(name).about(about),
-            Cell::words(unit).about(about),
-        ];
+        let mut row = vec![Cell::words(name).about(about), Cell::words(unit).about(about)];
         row.extend(values().map(|value| Cell::digits(Some(value), 4)));
         if let [before, after] = loops {
             let [before, after] = [before, after].map(|one| one.figures[at].0);
@@ -122,10 +113,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         }));
         row.extend(is_compared.then(|| Cell::words("")));
         rows.push(row);
-        let mut row = vec![
-            Cell::words("½, 2 × band").about(MOVES),
-            Cell::words("%").about(MOVES),
-        ];
+        let mut row = vec![Cell::words("½, 2 × band").about(MOVES), Cell::words("%").about(MOVES)];
         row.extend(loops.iter().map(|one| {
             let (value, basis) = &one.figures[at];
             Cell::words(moves(*value, basis).trim_end_matches(" %")).about(MOVES)
@@ -133,11 +121,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         row.extend(is_compared.then(|| Cell::words("")));
         rows.push(row);
     }
-    Table {
-        columns,
-        rows,
-        ..Table::default()
-    }
+    Table { columns, rows, ..Table::default() }
 }
 
 /// The exponential that each load's error follows over one dwell; `None` where no time passes.
@@ -145,9 +129,7 @@ pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
     let row = |name: String, about: &str, cell: &dyn Fn(&Drift) -> Cell| {
         let cells = drifts.iter();
         let cells = cells.map(|(_, drift)| drift.map_or_else(Cell::none, cell));
-        std::iter::once(Cell::words(name).about(about))
-            .chain(cells)
-            .collect()
+        std::iter::once(Cell::words(name).about(about)).chain(cells).collect()
     };
     let reasons = drifts.iter().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;
@@ -189,16 +171,9 @@ mod tests {
     /// Full scale 20 N: a width of 1 N is 5 %, an area of 8 N² 2 % of its square.
     #[test]
     fn figures_stand_in_units_in_percent_and_as_a_change() {
-        let of = LoopScale {
-            axis: Axis::Fz,
-            full_scale: 20.0,
-            gauge_unit: None,
-            output_scale: 20.0,
-        };
-        let basis = Basis {
-            dead_band_halved: Some(1.1),
-            ..Basis::new(3, 0.5)
-        };
+        let of =
+            LoopScale { axis: Axis::Fz, full_scale: 20.0, gauge_unit: None, output_scale: 20.0 };
+        let basis = Basis { dead_band_halved: Some(1.1), ..Basis::new(3, 0.5) };
         let measures = |trace, figures: [f64; 4]| LoopMeasures {
             trace,
             figures: figures.map(|figure| (figure, basis)),
@@ -209,24 +184,16 @@ mod tests {
         ];
         let shown = |table: &Table| -> Vec<Vec<String>> {
             let rows = table.rows.iter();
-            rows.map(|row| row.iter().map(|cell| cell.text.clone()).collect())
-                .collect()
+            rows.map(|row| row.iter().map(|cell| cell.text.clone()).collect()).collect()
         };
         let rows = shown(&loop_figures(&both, of));
-        assert_eq!(
-            rows[0],
-            ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]
-        );
+        assert_eq!(rows[0], ["Largest width", "N", "1.000", "0.5000", "-50.0 %"]);
         assert_eq!(rows[1], ["", "% FS", "5.00", "2.50", ""]);
         assert_eq!(rows[2], ["½, 2 × band", "%", "+10.0, –", "+120.0, –", ""]);
         assert_eq!(rows[6], ["Area", "N²", "8.000", "2.000", "-75.0 %"]);
         assert_eq!(rows[7], ["", "% FS²", "2.00", "0.500", ""]);
         assert_eq!(rows[9], ["Dissipated work", "N²", "8.000", "-2.000", "–"]);
-        let gauge = LoopScale {
-            gauge_unit: Some("ohm"),
-            output_scale: 0.0,
-            ..of
-        };
+        let gauge = LoopScale { gauge_unit: Some("ohm"), output_scale: 0.0, ..of };
         let rows = shown(&loop_figures(&[measures(None, [1.0; 4])], gauge));
         assert_eq!(rows[0], ["Largest width", "ohm", "1.000"]);
         assert_eq!(rows[1], ["", "%", "–"]);

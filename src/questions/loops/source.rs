@@ -85,10 +85,7 @@ impl Source {
         request: &LookRequest,
         progress: &Progress,
     ) -> Result<Vec<Part>, LookError> {
-        let whole = |recording: usize| Part {
-            recording,
-            samples: 0..usize::MAX,
-        };
+        let whole = |recording: usize| Part { recording, samples: 0..usize::MAX };
         let wanted = match span {
             Span::All => (0..self.recordings.len()).map(whole).collect(),
             Span::One(recording) => vec![whole(recording)],
@@ -122,9 +119,8 @@ impl Source {
         recordings: impl Iterator<Item = usize>,
         progress: &Progress,
     ) -> Result<(), LookError> {
-        let missing: Vec<usize> = recordings
-            .filter(|at| self.applied.get(*at).is_some_and(Option::is_none))
-            .collect();
+        let missing: Vec<usize> =
+            recordings.filter(|at| self.applied.get(*at).is_some_and(Option::is_none)).collect();
         progress.add_total(missing.len() as u64);
         let made = (missing.par_iter())
             .map(|at| {
@@ -132,10 +128,7 @@ impl Source {
                 let applied = self.calibration.apply(&self.recordings[*at])?;
                 progress.advance(1);
                 // Which past sample it was plays no part here.
-                Ok(AppliedLoads {
-                    past: Vec::new(),
-                    ..applied
-                })
+                Ok(AppliedLoads { past: Vec::new(), ..applied })
             })
             .collect::<Result<Vec<_>, LookError>>()?;
         for (at, applied) in missing.into_iter().zip(made) {
@@ -160,10 +153,7 @@ impl Source {
 
     /// A recording with its loads, where they were made.
     pub(crate) fn run(&self, at: usize) -> Option<Run<'_>> {
-        Some(Run::new(
-            self.recordings.get(at)?,
-            self.applied.get(at)?.as_ref()?,
-        ))
+        Some(Run::new(self.recordings.get(at)?, self.applied.get(at)?.as_ref()?))
     }
 
     /// All recordings whose loads were made.
@@ -176,12 +166,7 @@ impl Source {
     pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
         let recording = self.recordings.get(part.recording)?;
         let at = recording.axes().iter().position(|own| *own == axis)?;
-        Some(column(
-            recording.loads(),
-            recording.axes().len(),
-            at,
-            &part.samples,
-        ))
+        Some(column(recording.loads(), recording.axes().len(), at, &part.samples))
     }
 
     /// A gauge channel; `None` where there is none of that number.

@@ -24,9 +24,8 @@ const RADIUS: f64 = 0.5;
 
 /// A load that goes up and down between ±10 at 20 Hz, one gauge that follows it with play, another that follows at once.
 fn with_play(name: &str, axes: Vec<Axis>) -> Recording {
-    let loads: Vec<f64> = (0..2000)
-        .map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin())
-        .collect();
+    let loads: Vec<f64> =
+        (0..2000).map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin()).collect();
     let mut play = 0.0_f64;
     let gauges = loads.iter().flat_map(|load| {
         play = play.clamp(load - RADIUS, load + RADIUS);
@@ -53,10 +52,8 @@ fn set(recordings: Vec<Recording>) -> Arc<RecordingSet> {
 }
 
 fn analysed(recordings: &Arc<RecordingSet>) -> Analysis {
-    let request = Request {
-        view: View::All,
-        ..Request::fit(Arc::clone(recordings), FitSettings::default())
-    };
+    let request =
+        Request { view: View::All, ..Request::fit(Arc::clone(recordings), FitSettings::default()) };
     analyse(&request, &Progress::default()).unwrap()
 }
 
@@ -77,22 +74,13 @@ fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
 fn behind(dead_band: f64, request: LookRequest) -> LookRequest {
     let dead_bands = vec![Some(dead_band)];
     LookRequest {
-        measuring: MetrologySettings {
-            dead_bands,
-            ..MetrologySettings::default()
-        },
+        measuring: MetrologySettings { dead_bands, ..MetrologySettings::default() },
         ..request
     }
 }
 
 fn loops(up: Up, span: Span) -> LoopQuestion {
-    LoopQuestion {
-        axis: Axis::Fz,
-        up,
-        span,
-        frame: None,
-        pixels: [400.0, 300.0],
-    }
+    LoopQuestion { axis: Axis::Fz, up, span, frame: None, pixels: [400.0, 300.0] }
 }
 
 fn look(request: &LookRequest) -> Result<Look, LookError> {
@@ -113,10 +101,7 @@ fn points(strokes: &[Stroke]) -> usize {
 
 /// Points of lines, and cells that are touched where samples are too dense for lines.
 fn n_drawn(drawn: &picture::Drawn) -> usize {
-    let touched = drawn
-        .clouds
-        .iter()
-        .map(|cloud| cloud.density.touched().count());
+    let touched = drawn.clouds.iter().map(|cloud| cloud.density.touched().count());
     points(&drawn.strokes) + touched.sum::<usize>()
 }
 
@@ -126,13 +111,8 @@ fn n_drawn(drawn: &picture::Drawn) -> usize {
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
-    let picture = picture(&request(
-        &recordings,
-        Question::Loops(loops(Up::Gauge(0), Span::All)),
-    ));
-    let [curve] = &picture.curves[..] else {
-        panic!("one gauge is one curve")
-    };
+    let picture = picture(&request(&recordings, Question::Loops(loops(Up::Gauge(0), Span::All))));
+    let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
     for figures in [&curve.mean, &curve.largest] {
         let figures = figures.as_ref().unwrap();
         assert!((figures.largest_width - 2.0 * RADIUS).abs() < 0.01);
@@ -163,16 +143,11 @@ fn very_many_branches_are_all_drawn_in_few_points() {
     let recordings = set(vec![recording.unwrap()]);
     let mut question = loops(Up::Gauge(0), Span::All);
     for zoomed in [false, true] {
-        let frame = Frame {
-            loads: (4.0, 4.1),
-            outputs: (0.5, 0.6),
-        };
+        let frame = Frame { loads: (4.0, 4.1), outputs: (0.5, 0.6) };
         question.frame = zoomed.then_some(frame);
         let asked = request(&recordings, Question::Loops(question.clone()));
         let picture = picture(&behind(0.0, asked));
-        let [curve] = &picture.curves[..] else {
-            panic!("one gauge is one curve")
-        };
+        let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
         assert!(picture.n_cycles > 15_000, "{}", picture.n_cycles);
         if zoomed {
             // A hundredth of the picture is few enough lines.
@@ -207,14 +182,8 @@ fn conventional_and_compensated_stand_side_by_side_and_errors_are_less_the_load(
 
 #[test]
 fn only_what_is_on_screen_is_looked_at() {
-    let recordings = set(vec![
-        with_play("a", vec![Axis::Fz]),
-        with_play("b", vec![Axis::Fz]),
-    ]);
-    let mut request = request(
-        &recordings,
-        Question::Loops(loops(Up::Error, Span::Visible)),
-    );
+    let recordings = set(vec![with_play("a", vec![Axis::Fz]), with_play("b", vec![Axis::Fz])]);
+    let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::Visible)));
     assert_eq!(picture(&request).n_samples, 4000);
     request.visible = Some((50.0, 110.0));
     let part = picture(&request);
@@ -239,10 +208,7 @@ fn a_dead_band_above_the_load_leaves_a_sentence_and_a_line_to_see() {
 
 #[test]
 fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
-    let recordings = set(vec![
-        with_play("a", vec![Axis::Fz]),
-        with_play("bare", Vec::new()),
-    ]);
+    let recordings = set(vec![with_play("a", vec![Axis::Fz]), with_play("bare", Vec::new())]);
     let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::One(1))));
     let axis = Axis::Fz;
     let missing = LookError::Reason(Reason::NoReference { axis });
@@ -262,9 +228,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
         Channel::Load(LoadKind::Output(Output::Compensated), axis),
     ] {
         request.question = Question::Cross(cross(up));
-        let Ok(Look::Cross(found)) = look(&request) else {
-            panic!("no picture of {up:?}")
-        };
+        let Ok(Look::Cross(found)) = look(&request) else { panic!("no picture of {up:?}") };
         assert_eq!(found.n_samples, 2000);
         assert!(n_drawn(&found.drawn) > 100);
     }
@@ -277,16 +241,8 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
 fn a_rest_shows_its_drift_and_time_constant() {
     let n = 1200;
     let times: Vec<f64> = (0..n).map(|k| 0.05 * f64::from(k)).collect();
-    let loads: Vec<f64> = times
-        .iter()
-        .map(|t| {
-            if *t < 30.0 {
-                (t * 0.7).sin() * 4.0
-            } else {
-                4.0
-            }
-        })
-        .collect();
+    let loads: Vec<f64> =
+        times.iter().map(|t| if *t < 30.0 { (t * 0.7).sin() * 4.0 } else { 4.0 }).collect();
     let gauges = times.iter().zip(&loads).map(|(t, load)| {
         let since = (t - 30.0).max(0.0);
         load + 0.5 * (1.0 - (-since / 5.0).exp())
@@ -308,9 +264,7 @@ fn a_rest_shows_its_drift_and_time_constant() {
         pixels: [400.0, 300.0],
     });
     let mut request = request(&recordings, question);
-    let Ok(Look::Dwells(found)) = look(&request) else {
-        panic!("no rest")
-    };
+    let Ok(Look::Dwells(found)) = look(&request) else { panic!("no rest") };
     assert_eq!((found.dwells.len(), found.chosen), (1, 0));
     assert_eq!(found.levels, [Some(4.0)]);
     let curve = found.curve.unwrap();
@@ -318,10 +272,7 @@ fn a_rest_shows_its_drift_and_time_constant() {
     assert!((tau - 5.0).abs() < 0.3, "{tau}");
     assert_eq!(curve.outputs[0].fit.len(), 200);
     request.measuring.hold_secs = 100.0;
-    assert_eq!(
-        look(&request).unwrap_err(),
-        LookError::NoDwell { secs: 100.0 }
-    );
+    assert_eq!(look(&request).unwrap_err(), LookError::NoDwell { secs: 100.0 });
 }
 
 #[test]
@@ -329,9 +280,7 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
     let question = |of| Question::Table(TableQuestion { of });
     let mut request = request(&recordings, question(TableOf::Train));
-    let Ok(Look::Table(table)) = look(&request) else {
-        panic!("no table")
-    };
+    let Ok(Look::Table(table)) = look(&request) else { panic!("no table") };
     assert_eq!((table.n_recordings, table.n_samples), (1, 2000));
     request.question = question(TableOf::Test);
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
@@ -347,9 +296,7 @@ fn a_figure_of_loops_says_which_way_they_go() {
         let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
         let figure = view.figure(&Inks::PRINT, None);
         let arrows = figure.arrows.iter();
-        let rise: Vec<bool> = arrows
-            .map(|arrow| arrow.way[1][0] > arrow.way[0][0])
-            .collect();
+        let rise: Vec<bool> = arrows.map(|arrow| arrow.way[1][0] > arrow.way[0][0]).collect();
         assert_eq!(rise, [true, false, true, false]);
         let guides = figure.lines.iter().filter(|line| line.dash == Some(DOTTED));
         assert_eq!(guides.count(), n_guides);
@@ -389,14 +336,9 @@ fn whatever_is_looked_at_the_dead_band_is_the_same() {
     );
     let recordings = set(vec![large, small.unwrap()]);
     let expected = 0.05 * 20.0;
-    let mut request = request(
-        &recordings,
-        Question::Table(TableQuestion { of: TableOf::All }),
-    );
+    let mut request = request(&recordings, Question::Table(TableQuestion { of: TableOf::All }));
     request.decimation = 10;
-    let Ok(Look::Table(table)) = look(&request) else {
-        panic!("no table")
-    };
+    let Ok(Look::Table(table)) = look(&request) else { panic!("no table") };
     assert_eq!(table.dead_bands, [expected]);
     for span in [Span::All, Span::One(1), Span::Of(TableOf::Train)] {
         request.question = Question::Loops(loops(Up::Error, span));
@@ -422,10 +364,7 @@ fn a_cancelled_look_says_so() {
 /// A slow triangle with noise, drifting, in twenty million samples: everything measured is within a pixel of something drawn, and
 /// everything drawn within a pixel of something measured. In a debug build it takes half a minute.
 #[test]
-#[cfg_attr(
-    debug_assertions,
-    ignore = "slow without optimisation: `cargo test --release` runs it"
-)]
+#[cfg_attr(debug_assertions, ignore = "slow without optimisation: `cargo test --release` runs it")]
 fn twenty_million_samples_are_drawn_to_the_pixel() {
     let n = 20_000_000;
     let noise = |k: usize| ((k.wrapping_mul(2_654_435_761)) % 65_536) as f64 / 65_536.0 - 0.5;
@@ -446,9 +385,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     let recordings = set(vec![recording.unwrap()]);
     let question = Question::Loops(loops(Up::Gauge(0), Span::All));
     let picture = picture(&request(&recordings, question));
-    let [curve] = &picture.curves[..] else {
-        panic!("one gauge is one curve")
-    };
+    let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
     assert_eq!((picture.n_full_cycles, curve.drawn.clouds.len()), (100, 2));
     let Frame { loads, outputs } = picture.whole;
     let [n_across, n_up] = curve.drawn.clouds[0].density.cells;
@@ -458,14 +395,9 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     let mut measured = vec![false; n_across * n_up];
     let mut last = None;
     for k in 0..n {
-        let at = [
-            place(load(k), loads, n_across),
-            place(gauge(k), outputs, n_up),
-        ];
+        let at = [place(load(k), loads, n_across), place(gauge(k), outputs, n_up)];
         let from = last.replace(at).unwrap_or(at);
-        let steps = (2.5 * (at[0] - from[0]).hypot(at[1] - from[1]))
-            .ceil()
-            .max(1.0);
+        let steps = (2.5 * (at[0] - from[0]).hypot(at[1] - from[1])).ceil().max(1.0);
         for step in 0..=steps as usize {
             let share = step as f64 / steps;
             let [column, row] = [0, 1].map(|i| (from[i] + share * (at[i] - from[i])) as usize);
@@ -481,8 +413,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
         let (column, row) = (at % n_across, at / n_across);
         let rows = row.saturating_sub(1)..=(row + 1).min(n_up - 1);
         let columns = column.saturating_sub(1)..=(column + 1).min(n_across - 1);
-        rows.into_iter()
-            .any(|row| columns.clone().any(|column| cells[row * n_across + column]))
+        rows.into_iter().any(|row| columns.clone().any(|column| cells[row * n_across + column]))
     };
     for at in 0..measured.len() {
         assert!(!measured[at] || is_near(&drawn, at), "cell {at} is missing");

@@ -23,25 +23,18 @@ pub(crate) fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> 
     loads.sort_by(f64::total_cmp);
     loads.dedup();
     if loads.len() < FEWEST_LOADS {
-        return Err(Reason::TooFewLoads {
-            axis: view.axis,
-            found: loads.len(),
-        });
+        return Err(Reason::TooFewLoads { axis: view.axis, found: loads.len() });
     }
     let n = points.len() as f64;
-    let (x0, y0) = points.iter().fold((0.0, 0.0), |(x, y), point| {
-        (x + point.0 / n, y + point.1 / n)
-    });
+    let (x0, y0) =
+        points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / n, y + point.1 / n));
     let xx: f64 = points.iter().map(|(x, _)| (x - x0).powi(2)).sum();
     let xy: f64 = points.iter().map(|(x, y)| (x - x0) * (y - y0)).sum();
     let deviation = |(x, y): &(f64, f64)| y - y0 - xy / xx * (x - x0);
-    let largest = points.iter().map(deviation).fold(0.0_f64, |largest, own| {
-        if own.abs() > largest.abs() {
-            own
-        } else {
-            largest
-        }
-    });
+    let largest = points
+        .iter()
+        .map(deviation)
+        .fold(0.0_f64, |largest, own| if own.abs() > largest.abs() { own } else { largest });
     Ok(Found::everywhere(largest.abs()))
 }
 
@@ -65,15 +58,11 @@ fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
     let measured = view.measured;
     let columns = &measured.runs[0].loads;
     let known = || columns.iter().filter_map(Option::as_deref);
-    let axes = columns
-        .iter()
-        .zip(measured.axes)
-        .filter(|(own, _)| own.is_some());
+    let axes = columns.iter().zip(measured.axes).filter(|(own, _)| own.is_some());
     let axes: Vec<_> = axes.map(|(_, axis)| *axis).collect();
     let n_rows = known().next().map_or(0, <[f64]>::len);
-    let loads: Vec<f64> = (0..n_rows)
-        .flat_map(|row| known().map(move |column| column[row]))
-        .collect();
+    let loads: Vec<f64> =
+        (0..n_rows).flat_map(|row| known().map(move |column| column[row])).collect();
     let of = load_cases(&loads, &axes);
     let mut rows = vec![Vec::new(); of.iter().max().map_or(0, |last| last + 1)];
     for (row, case) in of.into_iter().enumerate() {

@@ -41,11 +41,7 @@ impl Sums {
         let mean = self.mean();
         let variance = (self.squares / self.n - mean * mean).max(0.0);
         let standard_error = (variance / (self.n - 1.0)).sqrt();
-        if mean.abs() > STANDARD_ERRORS * standard_error {
-            mean
-        } else {
-            0.0
-        }
+        if mean.abs() > STANDARD_ERRORS * standard_error { mean } else { 0.0 }
     }
 }
 
@@ -81,11 +77,7 @@ fn samples<'a>(
         .filter(|(axis, _)| *axis != loaded)
         .map(|(axis, full_scale)| (axis, share * full_scale))
         .collect();
-    let is_alone = |k: &usize| {
-        others
-            .iter()
-            .all(|(axis, most)| loads[*axis][*k].abs() <= *most)
-    };
+    let is_alone = |k: &usize| others.iter().all(|(axis, most)| loads[*axis][*k].abs() <= *most);
     let found = (0..run.times.len()).filter(is_alone).collect();
     Some((loads, found))
 }
@@ -120,11 +112,7 @@ fn alone(measured: &Measured<'_>, loaded: usize) -> Alone {
                 let points = samples.iter().map(|k| (loads[loaded][*k], error(*k)));
                 points.collect::<Vec<_>>()
             };
-            let points: Vec<_> = runs
-                .iter()
-                .map(points)
-                .filter(|own| !own.is_empty())
-                .collect();
+            let points: Vec<_> = runs.iter().map(points).filter(|own| !own.is_empty()).collect();
             let Some(slope) = slope(&points, present) else {
                 continue;
             };
@@ -151,9 +139,7 @@ fn slope(runs: &[Vec<(f64, f64)>], apart: f64) -> Option<f64> {
 
 fn means(points: &[(f64, f64)]) -> (f64, f64) {
     let n = points.len() as f64;
-    let sums = points
-        .iter()
-        .fold((0.0, 0.0), |sums, (x, y)| (sums.0 + x, sums.1 + y));
+    let sums = points.iter().fold((0.0, 0.0), |sums, (x, y)| (sums.0 + x, sums.1 + y));
     (sums.0 / n, sums.1 / n)
 }
 

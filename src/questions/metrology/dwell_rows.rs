@@ -33,8 +33,7 @@ impl<'a> DwellRows<'a> {
         [
             self.zero_return(output),
             self.drift(&self.loaded_hold, output).map(size),
-            self.drift(&self.loaded_hold, output)
-                .and_then(time_constant),
+            self.drift(&self.loaded_hold, output).and_then(time_constant),
             self.drift(&self.recovery, output).map(size),
         ]
     }
@@ -45,17 +44,10 @@ impl<'a> DwellRows<'a> {
         let returned = |(run, before, after): &(&AxisRun<'_>, &Hold, &Hold)| {
             let size = mean_error(run, output, beginning(run, after, secs))
                 - mean_error(run, output, end(run, before, secs));
-            Found::at(
-                size,
-                Some(run.place(before.samples.start..after.samples.end)),
-            )
+            Found::at(size, Some(run.place(before.samples.start..after.samples.end)))
         };
         let largest = pairs.iter().map(returned).reduce(|largest, other| {
-            if other.size.abs() > largest.size.abs() {
-                other
-            } else {
-                largest
-            }
+            if other.size.abs() > largest.size.abs() { other } else { largest }
         });
         Ok(largest.expect("there is a pair, or a reason why not"))
     }
@@ -85,8 +77,7 @@ fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)
     let least = view.loaded_from()?;
     let holds = view.runs.iter().flat_map(|run| {
         let own = view.measured.holds[run.index].iter();
-        own.filter(move |hold| mean_load(run, hold).abs() >= least)
-            .map(move |hold| (run, hold))
+        own.filter(move |hold| mean_load(run, hold).abs() >= least).map(move |hold| (run, hold))
     });
     let settings = view.measured.settings;
     longest(holds).ok_or(Reason::NoHold {
@@ -121,40 +112,27 @@ fn recovery<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
     check_zero(view)?;
     let after_a_load = view.runs.iter().flat_map(|run| {
         let mut since = 0;
-        dwells_at_zero(view, run)
-            .into_iter()
-            .filter_map(move |rest| {
-                let loaded = run.reaches(least, since..rest.samples.start);
-                since = rest.samples.end;
-                loaded.then_some((run, rest))
-            })
+        dwells_at_zero(view, run).into_iter().filter_map(move |rest| {
+            let loaded = run.reaches(least, since..rest.samples.start);
+            since = rest.samples.end;
+            loaded.then_some((run, rest))
+        })
     });
-    longest(after_a_load).ok_or(Reason::NoRecovery {
-        axis: view.axis,
-        share: view.measured.settings.loaded_share,
-    })
+    longest(after_a_load)
+        .ok_or(Reason::NoRecovery { axis: view.axis, share: view.measured.settings.loaded_share })
 }
 
 /// The holds in which every axis of the run is near zero.
 fn dwells_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     let measured = view.measured;
     let holds = measured.holds[run.index].iter();
-    holds
-        .filter(|hold| measured.is_at_zero(run.index, hold))
-        .collect()
+    holds.filter(|hold| measured.is_at_zero(run.index, hold)).collect()
 }
 
 fn check_zero(view: &AxisView<'_>) -> Result<()> {
     let settings = view.measured.settings;
-    if view
-        .runs
-        .iter()
-        .all(|run| dwells_at_zero(view, run).is_empty())
-    {
-        return Err(Reason::NoZero {
-            share: settings.zero_share,
-            secs: settings.hold_secs,
-        });
+    if view.runs.iter().all(|run| dwells_at_zero(view, run).is_empty()) {
+        return Err(Reason::NoZero { share: settings.zero_share, secs: settings.hold_secs });
     }
     Ok(())
 }
@@ -165,13 +143,7 @@ fn longest<'a>(
     let secs = |(run, hold): &(&AxisRun<'_>, &Hold)| {
         run.run.times[hold.samples.end - 1] - run.run.times[hold.samples.start]
     };
-    holds.reduce(|longest, other| {
-        if secs(&other) > secs(&longest) {
-            other
-        } else {
-            longest
-        }
-    })
+    holds.reduce(|longest, other| if secs(&other) > secs(&longest) { other } else { longest })
 }
 
 fn mean_load(run: &AxisRun<'_>, hold: &Hold) -> f64 {

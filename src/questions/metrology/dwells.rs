@@ -23,22 +23,18 @@ pub struct Dwell {
 /// As [`table_by`](crate::questions::metrology::table_by).
 pub fn dwells(runs: &[Run<'_>], rules: &Rules<'_>) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
-    let of_runs = measured
-        .holds
-        .iter()
-        .enumerate()
-        .flat_map(|(index, holds)| {
-            let (measured, run) = (&measured, &measured.runs[index]);
-            holds.iter().map(move |hold| {
-                let mut levels = hold.level.iter().copied();
-                Dwell {
-                    place: run.place(index, hold.samples.clone()),
-                    level: (run.loads.iter())
-                        .map(|loads| loads.as_ref().and_then(|_| levels.next()))
-                        .collect(),
-                    at_zero: measured.is_at_zero(index, hold),
-                }
-            })
-        });
+    let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {
+        let (measured, run) = (&measured, &measured.runs[index]);
+        holds.iter().map(move |hold| {
+            let mut levels = hold.level.iter().copied();
+            Dwell {
+                place: run.place(index, hold.samples.clone()),
+                level: (run.loads.iter())
+                    .map(|loads| loads.as_ref().and_then(|_| levels.next()))
+                    .collect(),
+                at_zero: measured.is_at_zero(index, hold),
+            }
+        })
+    });
     Ok(of_runs.collect())
 }

@@ -27,9 +27,5 @@ pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> [Result<Found
     let rmse = root_mean(&[squares], n as u64).map_or(f64::NAN, |rmse| rmse[0]);
     let covered = quantile(&mut sizes, COVERED).unwrap_or(f64::NAN);
     let place = place.map(|(run, k)| run.place(k..k + 1));
-    [
-        Ok(Found::everywhere(rmse)),
-        Ok(Found::at(largest, place)),
-        Ok(Found::everywhere(covered)),
-    ]
+    [Ok(Found::everywhere(rmse)), Ok(Found::at(largest, place)), Ok(Found::everywhere(covered))]
 }

@@ -94,12 +94,7 @@ pub struct Basis {
 impl Basis {
     /// Before it is known what other dead bands would give.
     pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
-        Self {
-            n_cycles,
-            range_share,
-            dead_band_halved: None,
-            dead_band_doubled: None,
-        }
+        Self { n_cycles, range_share, dead_band_halved: None, dead_band_doubled: None }
     }
 }
 
@@ -142,11 +137,7 @@ pub enum Note {
         "{} reaches {} {}, beyond its full scale of {} {}; enter the rated load",
         .axis.symbol(), significant(*.reaches, 4), .axis.unit(), significant(*.full_scale, 4), .axis.unit()
     )]
-    BeyondFullScale {
-        axis: Axis,
-        reaches: f64,
-        full_scale: f64,
-    },
+    BeyondFullScale { axis: Axis, reaches: f64, full_scale: f64 },
     #[error("{} has no full scale, so nothing of it is in percent; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
@@ -201,10 +192,7 @@ impl Metrology {
         let first = self.crosstalk_rows().next().map(|(axis, _)| axis);
         let rows = self.rows.iter();
         rows.filter_map(move |row| {
-            let is_again = row
-                .quantity
-                .crosstalk_from()
-                .is_some_and(|from| Some(from) != first);
+            let is_again = row.quantity.crosstalk_from().is_some_and(|from| Some(from) != first);
             let name = row.quantity.general_name().unwrap_or(&row.definition.name);
             (!is_again).then_some((name, &row.definition))
         })
@@ -228,11 +216,7 @@ impl Found {
     }
 
     pub(crate) fn at(size: f64, place: Option<Place>) -> Self {
-        Self {
-            size,
-            place,
-            basis: None,
-        }
+        Self { size, place, basis: None }
     }
 }
 

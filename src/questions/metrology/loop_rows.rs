@@ -39,12 +39,7 @@ impl<'a> LoopRows<'a> {
             let enough = loops.mean_cycles(range);
             enough.map_err(|few| Reason::few_cycles(axis, few))
         });
-        Self {
-            view,
-            loops,
-            largest,
-            mean_cycles,
-        }
+        Self { view, loops, largest, mean_cycles }
     }
 
     /// Hysteresis, largest and mean width of the mean loop, terminal and best-fit nonlinearity, combined error,
@@ -76,11 +71,7 @@ impl<'a> LoopRows<'a> {
     /// A figure of so many cycles over these loads.
     fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: (f64, f64)) -> Found {
         let range_share = self.share(loads.0, loads.1);
-        Found {
-            size,
-            place,
-            basis: Some(Basis::new(n_cycles, range_share)),
-        }
+        Found { size, place, basis: Some(Basis::new(n_cycles, range_share)) }
     }
 
     fn run(&self, recording: usize) -> &AxisRun<'a> {
@@ -158,10 +149,7 @@ impl<'a> LoopRows<'a> {
         let (rising, falling) = (on(cycle.rising()), on(cycle.falling()));
         let line = self.enough(&rising, Line::through_ends)?;
         let common = cycle.low()..=cycle.high();
-        let falling = falling
-            .averages()
-            .iter()
-            .filter(|(load, _)| common.contains(load));
+        let falling = falling.averages().iter().filter(|(load, _)| common.contains(load));
         let size = line.largest_deviation(rising.averages().iter().chain(falling));
         Ok(self.of_cycle(size, cycle))
     }
@@ -170,9 +158,7 @@ impl<'a> LoopRows<'a> {
     fn enough(&self, curve: &Curve, line: fn(&Curve) -> Option<Line>) -> Result<Line> {
         let found = curve.averages().len();
         let axis = self.view.axis;
-        line(curve)
-            .filter(|_| found >= FEWEST_AVERAGES)
-            .ok_or(Reason::TooFewLoads { axis, found })
+        line(curve).filter(|_| found >= FEWEST_AVERAGES).ok_or(Reason::TooFewLoads { axis, found })
     }
 
     /// The largest difference at equal load between branches that go the same way, of cycles that repeat.
@@ -201,25 +187,12 @@ impl<'a> LoopRows<'a> {
                     continue;
                 }
                 let spread = |way| spread(way, run.loads, &run.outputs[output]);
-                let size = ways
-                    .iter()
-                    .filter_map(|way| spread(way))
-                    .fold(0.0, f64::max);
+                let size = ways.iter().filter_map(|way| spread(way)).fold(0.0, f64::max);
                 let samples = samples_of(repeated);
-                let low = repeated
-                    .iter()
-                    .map(|one| one.low)
-                    .fold(f64::INFINITY, f64::min);
-                let high = repeated
-                    .iter()
-                    .map(|one| one.high)
-                    .fold(f64::NEG_INFINITY, f64::max);
-                let found = self.found(
-                    size,
-                    Some(run.place(samples)),
-                    repeated.len() / 2,
-                    (low, high),
-                );
+                let low = repeated.iter().map(|one| one.low).fold(f64::INFINITY, f64::min);
+                let high = repeated.iter().map(|one| one.high).fold(f64::NEG_INFINITY, f64::max);
+                let found =
+                    self.found(size, Some(run.place(samples)), repeated.len() / 2, (low, high));
                 if worst.as_ref().is_none_or(|worst| found.size > worst.size) {
                     worst = Some(found);
                 }
@@ -231,19 +204,12 @@ impl<'a> LoopRows<'a> {
     /// Another axis whose load differs, at equal load of this one, between branches that go the same way.
     fn differs(&self, run: &AxisRun<'_>, ways: &[Vec<&Branch>; 2]) -> Option<Axis> {
         let measured = self.view.measured;
-        let axes = measured
-            .axes
-            .iter()
-            .zip(measured.full_scale)
-            .zip(&run.run.loads);
+        let axes = measured.axes.iter().zip(measured.full_scale).zip(&run.run.loads);
         axes.filter(|((axis, full_scale), _)| **axis != self.view.axis && **full_scale > 0.0)
             .find_map(|((axis, full_scale), loads)| {
                 let loads = loads.as_ref()?;
                 let spread = |way| spread(way, run.loads, loads);
-                let apart = ways
-                    .iter()
-                    .filter_map(|way| spread(way))
-                    .fold(0.0, f64::max);
+                let apart = ways.iter().filter_map(|way| spread(way)).fold(0.0, f64::max);
                 (apart > ALIKE * full_scale).then_some(*axis)
             })
     }
@@ -301,26 +267,18 @@ fn samples_of(branches: &[Branch]) -> Range<usize> {
 /// have.
 fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
     let all = branches.iter();
-    let low = all
-        .clone()
-        .map(|one| one.low)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let high = all
-        .clone()
-        .map(|one| one.high)
-        .fold(f64::INFINITY, f64::min);
+    let low = all.clone().map(|one| one.low).fold(f64::NEG_INFINITY, f64::max);
+    let high = all.clone().map(|one| one.high).fold(f64::INFINITY, f64::min);
     if branches.len() < 2 || low >= high {
         return None;
     }
-    let curves: Vec<Curve> = all
-        .map(|branch| Curve::of(branch, loads, outputs))
-        .collect();
+    let curves: Vec<Curve> = all.map(|branch| Curve::of(branch, loads, outputs)).collect();
     let apart = even_loads(low, high).map(|load| {
         let outputs = curves.iter().map(|curve| curve.at(load));
-        let (least, greatest) = outputs.fold(
-            (f64::INFINITY, f64::NEG_INFINITY),
-            |(least, greatest), output| (least.min(output), greatest.max(output)),
-        );
+        let (least, greatest) = outputs
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), output| {
+                (least.min(output), greatest.max(output))
+            });
         greatest - least
     });
     Some(apart.fold(0.0, f64::max))
@@ -338,11 +296,7 @@ impl Line {
     /// From the least load to the greatest.
     fn through_ends(curve: &Curve) -> Option<Self> {
         let [(x0, y0), (x1, y1)] = curve.ends()?;
-        Some(Self {
-            load: x0,
-            output: y0,
-            slope: (y1 - y0) / (x1 - x0),
-        })
+        Some(Self { load: x0, output: y0, slope: (y1 - y0) / (x1 - x0) })
     }
 
     /// By least squares through the averages, each counting alike.
@@ -353,11 +307,7 @@ impl Line {
         let output = points.iter().map(|(_, y)| y).sum::<f64>() / n;
         let xx: f64 = points.iter().map(|(x, _)| (x - load).powi(2)).sum();
         let xy: f64 = points.iter().map(|(x, y)| (x - load) * (y - output)).sum();
-        (xx > 0.0).then(|| Self {
-            load,
-            output,
-            slope: xy / xx,
-        })
+        (xx > 0.0).then(|| Self { load, output, slope: xy / xx })
     }
 
     fn largest_deviation<'b>(&self, points: impl Iterator<Item = &'b (f64, f64)>) -> f64 {

@@ -55,13 +55,7 @@ impl<'a> Columns<'a> {
             times: run.times,
             loads: axes
                 .iter()
-                .map(|axis| {
-                    Some(column(
-                        run.reference,
-                        run.reference_axes.len(),
-                        position(axis)?,
-                    ))
-                })
+                .map(|axis| Some(column(run.reference, run.reference_axes.len(), position(axis)?)))
                 .collect(),
             outputs: [run.conventional, run.compensated],
         })
@@ -89,12 +83,7 @@ impl<'a> Columns<'a> {
 }
 
 fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
-    values
-        .iter()
-        .skip(at)
-        .step_by(width.max(1))
-        .copied()
-        .collect()
+    values.iter().skip(at).step_by(width.max(1)).copied().collect()
 }
 
 /// All runs, with what is derived once for all rows.
@@ -112,40 +101,26 @@ pub(crate) struct Measured<'a> {
 
 impl<'a> Measured<'a> {
     pub(crate) fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
-        let Rules {
-            axes,
-            full_scale,
-            settings,
-            ..
-        } = *rules;
+        let Rules { axes, full_scale, settings, .. } = *rules;
         settings.validate(axes.len())?;
         check_per_axis("full scale", "full scales", full_scale, axes.len())?;
-        let runs = (runs.par_iter())
-            .map(|run| Columns::of(run, axes))
-            .collect::<Result<Vec<_>, _>>()?;
+        let runs =
+            (runs.par_iter()).map(|run| Columns::of(run, axes)).collect::<Result<Vec<_>, _>>()?;
         let all = 0..axes.len();
         let dead_bands = all.clone().map(|at| rules.dead_band(at)).collect();
         let still: Vec<f64> = all.map(|at| rules.still(at)).collect();
         let holds = (runs.par_iter())
             .map(|run| {
                 let known = run.loads.iter().zip(&still);
-                let (loads, bands): (Vec<&[f64]>, Vec<f64>) = known
-                    .filter_map(|(loads, band)| Some((loads.as_deref()?, *band)))
-                    .unzip();
+                let (loads, bands): (Vec<&[f64]>, Vec<f64>) =
+                    known.filter_map(|(loads, band)| Some((loads.as_deref()?, *band))).unzip();
                 if loads.is_empty() || run.is_static {
                     return Vec::new();
                 }
                 holds(run.times, &loads, &bands, settings.hold_secs)
             })
             .collect();
-        Ok(Self {
-            axes,
-            full_scale,
-            settings,
-            runs,
-            dead_bands,
-            holds,
-        })
+        Ok(Self { axes, full_scale, settings, runs, dead_bands, holds })
     }
 
     /// Whether every axis of the run that has a reference is near zero in this hold.
@@ -203,11 +178,7 @@ pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Resu
     match values.iter().position(|value| !usable(value)) {
         None => Ok(()),
         Some(sample) if values[sample].is_finite() => Err(Reason::Overflow { axis }),
-        Some(sample) => Err(Reason::NotFinite {
-            axis,
-            recording: recording.to_owned(),
-            sample,
-        }),
+        Some(sample) => Err(Reason::NotFinite { axis, recording: recording.to_owned(), sample }),
     }
 }
 
@@ -235,10 +206,7 @@ impl AxisRun<'_> {
     /// Output less load, sample by sample.
     pub(crate) fn errors(&self, output: usize, samples: Range<usize>) -> impl Iterator<Item = f64> {
         let outputs = &self.outputs[output][samples.clone()];
-        outputs
-            .iter()
-            .zip(&self.loads[samples])
-            .map(|(output, load)| output - load)
+        outputs.iter().zip(&self.loads[samples]).map(|(output, load)| output - load)
     }
 
     pub(crate) fn place(&self, samples: Range<usize>) -> Place {

@@ -59,10 +59,8 @@ pub struct Definition {
 impl Definition {
     /// How it is computed, whose definition that follows, and what a free-running recording does not meet: a sentence each.
     pub fn sentences(&self) -> Vec<String> {
-        let mut sentences = vec![
-            format!("{}.", self.definition),
-            format!("Source: {}.", self.source),
-        ];
+        let mut sentences =
+            vec![format!("{}.", self.definition), format!("Source: {}.", self.source)];
         if !self.free_running.is_empty() {
             sentences.push(format!("Free-running: {}.", self.free_running));
         }
@@ -87,12 +85,7 @@ impl Quantity {
         let crosstalk = axes.iter().map(|axis| Crosstalk(*axis));
         let crosstalk = crosstalk.chain(axes.iter().map(|axis| CrosstalkDeviation(*axis)));
         let errors = [Rmse, LargestError, Error95];
-        loops
-            .into_iter()
-            .chain(dwells)
-            .chain(crosstalk)
-            .chain(errors)
-            .collect()
+        loops.into_iter().chain(dwells).chain(crosstalk).chain(errors).collect()
     }
 
     /// The axis that is loaded while the others are read, for crosstalk.
@@ -137,13 +130,7 @@ impl Quantity {
             Self::LargestError => LARGEST_ERROR,
             Self::Error95 => ERROR_95,
         };
-        Definition {
-            id: id.to_owned(),
-            name: name.to_owned(),
-            definition,
-            source,
-            free_running,
-        }
+        Definition { id: id.to_owned(), name: name.to_owned(), definition, source, free_running }
     }
 }
 

@@ -14,12 +14,7 @@ pub enum Reason {
         "{} stays between {} and {} {}, within the dead band of {} {}; load it further, or choose a smaller dead band",
         .axis.symbol(), short(*.low), short(*.high), .axis.unit(), short(*.dead_band), .axis.unit()
     )]
-    ConstantLoad {
-        axis: Axis,
-        low: f64,
-        high: f64,
-        dead_band: f64,
-    },
+    ConstantLoad { axis: Axis, low: f64, high: f64, dead_band: f64 },
     #[error(
         "the recordings are load cases without times, so {} has no loop, no dwell and no creep; record it over time, with a column t",
         .axis.symbol()
@@ -44,11 +39,7 @@ pub enum Reason {
         .axis.symbol(), if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
-    FewCycles {
-        axis: Axis,
-        count: usize,
-        share: f64,
-    },
+    FewCycles { axis: Axis, count: usize, share: f64 },
     #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle in one run", .axis.symbol())]
     TooFewCycles { axis: Axis },
     #[error("no cycle of {} is repeated: none turns at the same loads as the one before; repeat the cycle in one run", .axis.symbol())]
@@ -90,22 +81,14 @@ pub enum Reason {
         "no interval in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
         .axis.symbol(), short(100.0 * .loaded_share), short(100.0 * .alone_share)
     )]
-    NeverAlone {
-        axis: Axis,
-        loaded_share: f64,
-        alone_share: f64,
-    },
+    NeverAlone { axis: Axis, loaded_share: f64, alone_share: f64 },
     #[error(
         "{} alone is loaded at about the same load only, so there is no slope; unload it in the same recording",
         .axis.symbol()
     )]
     NotLinear { axis: Axis },
     #[error("{recording}: the load or the output of {} is not a finite number in sample {sample}", .axis.symbol())]
-    NotFinite {
-        axis: Axis,
-        recording: String,
-        sample: usize,
-    },
+    NotFinite { axis: Axis, recording: String, sample: usize },
     #[error("the numbers of {} are too large to compute with", .axis.symbol())]
     Overflow { axis: Axis },
 }
@@ -150,12 +133,7 @@ impl Reason {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);
         match ways.next() {
-            None => Self::ConstantLoad {
-                axis,
-                low: range.0,
-                high: range.1,
-                dead_band,
-            },
+            None => Self::ConstantLoad { axis, low: range.0, high: range.1, dead_band },
             Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
             Some(_) => Self::NoCycle { axis },
         }
@@ -166,10 +144,7 @@ impl Reason {
 fn short(value: f64) -> String {
     let digits = significant(value, 3);
     if digits.contains('.') && !digits.contains('e') {
-        digits
-            .trim_end_matches('0')
-            .trim_end_matches('.')
-            .to_owned()
+        digits.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
         digits
     }

@@ -112,28 +112,15 @@ pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
     #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]
-    Count {
-        what: &'static str,
-        given: usize,
-        axes: usize,
-    },
+    Count { what: &'static str, given: usize, axes: usize },
     #[error("the {what} of axis {position} is {value}; it must be a number from zero up")]
-    PerAxis {
-        what: &'static str,
-        position: usize,
-        value: f64,
-    },
+    PerAxis { what: &'static str, position: usize, value: f64 },
     #[error("the shortest hold is {value} s; it must be a number above zero")]
     HoldSecs { value: f64 },
     #[error("{what} is {value}; it must be a share of full scale, between 0 and 1")]
     Share { what: &'static str, value: f64 },
     #[error("{recording}: {what} holds {actual} numbers where {expected} are needed")]
-    Shape {
-        recording: String,
-        what: &'static str,
-        expected: usize,
-        actual: usize,
-    },
+    Shape { recording: String, what: &'static str, expected: usize, actual: usize },
 }
 
 impl MetrologySettings {
@@ -143,11 +130,7 @@ impl MetrologySettings {
     /// [`MetrologyError`] with the first choice that is out of range.
     pub fn validate(&self, n_axes: usize) -> Result<(), MetrologyError> {
         if !self.dead_bands.is_empty() {
-            let chosen: Vec<f64> = self
-                .dead_bands
-                .iter()
-                .map(|band| band.unwrap_or(0.0))
-                .collect();
+            let chosen: Vec<f64> = self.dead_bands.iter().map(|band| band.unwrap_or(0.0)).collect();
             check_per_axis("dead band", "dead bands", &chosen, n_axes)?;
         }
         if !(self.hold_secs > 0.0 && self.hold_secs.is_finite()) {
@@ -176,22 +159,11 @@ pub(crate) fn check_per_axis(
     n_axes: usize,
 ) -> Result<(), MetrologyError> {
     if values.len() != n_axes {
-        return Err(MetrologyError::Count {
-            what: plural,
-            given: values.len(),
-            axes: n_axes,
-        });
+        return Err(MetrologyError::Count { what: plural, given: values.len(), axes: n_axes });
     }
-    match values
-        .iter()
-        .position(|value| !(*value >= 0.0 && value.is_finite()))
-    {
+    match values.iter().position(|value| !(*value >= 0.0 && value.is_finite())) {
         None => Ok(()),
-        Some(at) => Err(MetrologyError::PerAxis {
-            what,
-            position: at + 1,
-            value: values[at],
-        }),
+        Some(at) => Err(MetrologyError::PerAxis { what, position: at + 1, value: values[at] }),
     }
 }
 

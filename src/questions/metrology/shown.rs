@@ -21,12 +21,10 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
             about: "How many cycles the figure rests on, and which share of all loads they have in common".to_owned(),
             ..Column::words("cycles")
         });
-        columns.extend(
-            [Trace::Conventional, Trace::Compensated].map(|trace| Column {
-                about: MOVES.to_owned(),
-                ..Column::words(format!("{} at ½, 2 × dead band", trace.label()))
-            }),
-        );
+        columns.extend([Trace::Conventional, Trace::Compensated].map(|trace| Column {
+            about: MOVES.to_owned(),
+            ..Column::words(format!("{} at ½, 2 × dead band", trace.label()))
+        }));
     }
     Table {
         title: format!(
@@ -36,10 +34,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
             significant(metrology.full_scale[at], 4),
             significant(metrology.dead_bands[at], 3)
         ),
-        rows: metrology
-            .own_rows()
-            .map(|row| axis_row(row, at, shown, columns.len()))
-            .collect(),
+        rows: metrology.own_rows().map(|row| axis_row(row, at, shown, columns.len())).collect(),
         columns,
         ..Table::default()
     }
@@ -81,11 +76,7 @@ fn basis_cells(figures: [&Figure; 2]) -> [Cell; 3] {
         let value = figure.as_ref().ok()?;
         Some((value.value, value.basis?))
     });
-    let cycles = known
-        .iter()
-        .flatten()
-        .next()
-        .map(|(_, basis)| cycles(basis));
+    let cycles = known.iter().flatten().next().map(|(_, basis)| cycles(basis));
     let moves =
         known.map(|one| one.map_or_else(String::new, |(value, basis)| moves(value, &basis)));
     let [before, after] = moves;
@@ -191,10 +182,8 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
             (Trace::Compensated, |cell| &cell.compensated),
         ];
         for (trace, figure) in outputs {
-            let mut cells = vec![
-                name.clone(),
-                Cell::words(trace.label()).about(trace.explanation()),
-            ];
+            let mut cells =
+                vec![name.clone(), Cell::words(trace.label()).about(trace.explanation())];
             cells.extend(row.cells.iter().flat_map(|cell| match figure(cell) {
                 // That the loaded axis is the loaded one is no news.
                 Err(reason @ Reason::LoadedAxis { .. }) => {
@@ -215,15 +204,10 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
 
 /// Why no axis but the loaded one has a figure, if it is the same for all.
 fn shared_reason(row: &Row) -> Option<&Reason> {
-    let figures = row
-        .cells
-        .iter()
-        .flat_map(|cell| [&cell.conventional, &cell.compensated]);
+    let figures = row.cells.iter().flat_map(|cell| [&cell.conventional, &cell.compensated]);
     let mut others = figures.filter(|figure| !matches!(figure, Err(Reason::LoadedAxis { .. })));
     let reason = others.next()?.as_ref().err()?;
-    others
-        .all(|other| other.as_ref().err() == Some(reason))
-        .then_some(reason)
+    others.all(|other| other.as_ref().err() == Some(reason)).then_some(reason)
 }
 
 /// One row per quantity and axis, for a file: conventional beside compensated, each in the axis' unit and in % of full
@@ -259,10 +243,7 @@ fn figure_record(
     let known = |value: Option<f64>| value.map_or_else(Cell::none, number);
     let named = |(name, cell): (&str, Cell)| (name.to_owned(), cell);
     let words = |(name, text): (&str, &str)| (name.to_owned(), Cell::words(text));
-    let outputs = [
-        ("conventional", &cell.conventional),
-        ("compensated", &cell.compensated),
-    ];
+    let outputs = [("conventional", &cell.conventional), ("compensated", &cell.compensated)];
     let about = &row.definition;
     let mut record = Vec::new();
     record.extend(
@@ -283,10 +264,7 @@ fn figure_record(
         let reason = figure.as_ref().err().map(Reason::to_string);
         let of_output = [
             ("", known(value.map(|value| value.value))),
-            (
-                "_percent_fs",
-                known(value.and_then(|value| value.percent_fs)),
-            ),
+            ("_percent_fs", known(value.and_then(|value| value.percent_fs))),
             ("_place", Cell::words(place.unwrap_or_default())),
             ("_reason", Cell::words(reason.unwrap_or_default())),
         ];
@@ -306,14 +284,8 @@ fn figure_record(
         let of_output = [
             ("cycles", basis.map(|own| own.n_cycles as f64)),
             ("range_share", basis.map(|own| own.range_share)),
-            (
-                "dead_band_halved",
-                basis.and_then(|own| own.dead_band_halved),
-            ),
-            (
-                "dead_band_doubled",
-                basis.and_then(|own| own.dead_band_doubled),
-            ),
+            ("dead_band_halved", basis.and_then(|own| own.dead_band_halved)),
+            ("dead_band_doubled", basis.and_then(|own| own.dead_band_doubled)),
         ];
         record.extend(of_output.map(|(what, value)| (format!("{output}_{what}"), known(value))));
     }
@@ -330,9 +302,8 @@ mod tests {
     /// Fx of 10 N full scale and Mx of none; Conv. is 1 off and Comp. 0.5, everywhere.
     fn measured() -> Metrology {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();
-        let loads = times
-            .iter()
-            .flat_map(|time| [(10.0 * time.sin()).round(), (8.0 * time.cos()).round()]);
+        let loads =
+            times.iter().flat_map(|time| [(10.0 * time.sin()).round(), (8.0 * time.cos()).round()]);
         let reference: Vec<f64> = loads.collect();
         let off = |by: f64| reference.iter().map(|load| load + by).collect::<Vec<_>>();
         let axes = [Axis::Fx, Axis::Mx];

@@ -56,20 +56,12 @@ pub fn table_by(
                     figures.map(|all| finished(all[row].clone(), quantity, axes[axis], scale));
                 Cell {
                     axis: axes[axis],
-                    unit: if quantity.is_time() {
-                        "s"
-                    } else {
-                        axes[axis].unit()
-                    },
+                    unit: if quantity.is_time() { "s" } else { axes[axis].unit() },
                     conventional,
                     compensated,
                 }
             });
-            Row {
-                quantity,
-                definition: quantity.definition(),
-                cells: cells.collect(),
-            }
+            Row { quantity, definition: quantity.definition(), cells: cells.collect() }
         })
         .collect();
     Ok(Metrology {
@@ -114,10 +106,7 @@ impl AxisFigures {
             let all = [&halved, &doubled].map(|other| other.figures(output));
             let mut of_loops = loops.figures(output);
             for (at, found) in of_loops.iter_mut().enumerate() {
-                if let Ok(Found {
-                    basis: Some(basis), ..
-                }) = found
-                {
+                if let Ok(Found { basis: Some(basis), .. }) = found {
                     let [halved, doubled] =
                         [0, 1].map(|other| all[other][at].as_ref().ok().map(|found| found.size));
                     (basis.dead_band_halved, basis.dead_band_doubled) = (halved, doubled);
@@ -134,10 +123,7 @@ impl AxisFigures {
                 .chain(error_figures(&view, output))
                 .collect()
         };
-        Self {
-            outputs: std::array::from_fn(figures),
-            cycle_share: loops.share_of_range(),
-        }
+        Self { outputs: std::array::from_fn(figures), cycle_share: loops.share_of_range() }
     }
 }
 
@@ -165,17 +151,14 @@ impl AxisFigures {
                     };
                     crosstalk((loaded.unwrap_or(0), axis), response, output)
                 }
-                Quantity::Rmse | Quantity::LargestError | Quantity::Error95 => errors
-                    .next()
-                    .unwrap_or(Err(Reason::NoTimes { axis: view.axis })),
+                Quantity::Rmse | Quantity::LargestError | Quantity::Error95 => {
+                    errors.next().unwrap_or(Err(Reason::NoTimes { axis: view.axis }))
+                }
                 _ => Err(Reason::NoTimes { axis: view.axis }),
             };
             rows.map(figure).collect()
         };
-        Self {
-            outputs: std::array::from_fn(figures),
-            cycle_share: None,
-        }
+        Self { outputs: std::array::from_fn(figures), cycle_share: None }
     }
 }
 
@@ -193,10 +176,7 @@ impl<'a> LoadCases<'a> {
     fn of(runs: &[Run<'a>]) -> Option<Self> {
         let with_reference = || runs.iter().filter(|run| !run.reference_axes.is_empty());
         let is_static = runs.iter().any(|run| run.is_static);
-        let axes = with_reference()
-            .next()
-            .filter(|_| is_static)?
-            .reference_axes;
+        let axes = with_reference().next().filter(|_| is_static)?.reference_axes;
         let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
             let own = with_reference().filter(|run| run.reference_axes == axes);
             own.flat_map(values).copied().collect()
@@ -230,11 +210,7 @@ pub(crate) fn finished(
     axis: Axis,
     full_scale: f64,
 ) -> Figure {
-    let Found {
-        size,
-        place,
-        mut basis,
-    } = found?;
+    let Found { size, place, mut basis } = found?;
     let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * size / full_scale);
     if !size.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
@@ -244,12 +220,7 @@ pub(crate) fn finished(
             *other = other.filter(|size| size.is_finite());
         }
     }
-    Ok(Value {
-        value: size,
-        percent_fs,
-        place,
-        basis,
-    })
+    Ok(Value { value: size, percent_fs, place, basis })
 }
 
 pub(crate) fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Note> {
@@ -259,10 +230,7 @@ pub(crate) fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Not
     let missing = (count > 0).then_some(Note::WithoutReference { count, all });
     let of_axes = (by_axis.iter().enumerate()).flat_map(|(at, figures)| {
         let small = figures.cycle_share.filter(|share| *share < SMALL);
-        let small = small.map(|share| Note::SmallCycle {
-            axis: measured.axes[at],
-            share,
-        });
+        let small = small.map(|share| Note::SmallCycle { axis: measured.axes[at], share });
         full_scale_note(measured, at).into_iter().chain(small)
     });
     missing.into_iter().chain(of_axes).collect()
@@ -273,16 +241,7 @@ pub(crate) fn full_scale_note(measured: &Measured<'_>, at: usize) -> Option<Note
     if full_scale == 0.0 {
         return Some(Note::NoFullScale { axis });
     }
-    let loads = measured
-        .runs
-        .iter()
-        .filter_map(|run| run.loads[at].as_ref());
-    let reaches = loads
-        .flatten()
-        .fold(0.0_f64, |reaches, load| reaches.max(load.abs()));
-    (reaches > BEYOND * full_scale).then_some(Note::BeyondFullScale {
-        axis,
-        reaches,
-        full_scale,
-    })
+    let loads = measured.runs.iter().filter_map(|run| run.loads[at].as_ref());
+    let reaches = loads.flatten().fold(0.0_f64, |reaches, load| reaches.max(load.abs()));
+    (reaches > BEYOND * full_scale).then_some(Note::BeyondFullScale { axis, reaches, full_scale })
 }

@@ -52,12 +52,7 @@ fn table(
     full_scale: &[f64],
     settings: &MetrologySettings,
 ) -> std::result::Result<Metrology, MetrologyError> {
-    let rules = Rules {
-        axes,
-        full_scale,
-        settings,
-        extents: &extents(runs, axes),
-    };
+    let rules = Rules { axes, full_scale, settings, extents: &extents(runs, axes) };
     table_by(runs, &rules)
 }
 
@@ -129,34 +124,19 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
     for quantity in [Quantity::Hysteresis, Quantity::MeanLoopHysteresis] {
         let cell = fz(&table, quantity);
         assert_near(value(&cell.conventional), 0.6, 0.01);
-        assert_near(
-            cell.conventional.as_ref().unwrap().percent_fs.unwrap(),
-            6.0,
-            0.01,
-        );
+        assert_near(cell.conventional.as_ref().unwrap().percent_fs.unwrap(), 6.0, 0.01);
         assert!(value(&cell.compensated) < 1e-12);
     }
     // The parallelogram's area, 4 r (A − r), over the range 2 A.
     let mean_width = 4.0 * 0.3 * 9.7 / 20.0;
-    assert_near(
-        value(&fz(&table, Quantity::MeanWidth).conventional),
-        mean_width,
-        0.01,
-    );
+    assert_near(value(&fz(&table, Quantity::MeanWidth).conventional), mean_width, 0.01);
     assert!(value(&fz(&table, Quantity::Repeatability).conventional) < 1e-9);
-    let place = fz(&table, Quantity::Hysteresis)
-        .conventional
-        .clone()
-        .unwrap()
-        .place
-        .unwrap();
+    let place = fz(&table, Quantity::Hysteresis).conventional.clone().unwrap().place.unwrap();
     assert_eq!((place.name.as_str(), place.samples), ("one", 0..2001));
     assert_eq!((place.from_secs, place.to_secs), (0.0, 100.0));
-    for (quantity, n_cycles) in [
-        (Quantity::Hysteresis, 1),
-        (Quantity::MeanLoopHysteresis, 3),
-        (Quantity::Repeatability, 3),
-    ] {
+    for (quantity, n_cycles) in
+        [(Quantity::Hysteresis, 1), (Quantity::MeanLoopHysteresis, 3), (Quantity::Repeatability, 3)]
+    {
         let figure = fz(&table, quantity).conventional.clone().unwrap();
         let basis = figure.basis.unwrap();
         assert_eq!((basis.n_cycles, basis.range_share), (n_cycles, 1.0));
@@ -181,10 +161,7 @@ fn nonlinearity_of_a_parabola_is_known() {
     assert_near(of(Quantity::BestFitNonlinearity), 0.04 / 6.0, 0.01);
     assert_near(of(Quantity::CombinedError), 0.02, 0.01);
     assert_near(of(Quantity::Hysteresis), 0.01, 0.01);
-    assert_eq!(
-        reason(&table, Quantity::Repeatability),
-        Reason::TooFewCycles { axis: Axis::Fz }
-    );
+    assert_eq!(reason(&table, Quantity::Repeatability), Reason::TooFewCycles { axis: Axis::Fz });
 }
 
 /// Three cycles, each 0.05 above the one before: 0.1 between the first and the last.
@@ -238,10 +215,7 @@ fn creep_of_a_first_order_element_is_known() {
     assert!(value(&of(Quantity::CreepRecovery).conventional) < -0.27);
     assert!(value(&of(Quantity::Creep).compensated).abs() < 1e-12);
     let still = of(Quantity::CreepTime).compensated.clone();
-    assert!(matches!(
-        still,
-        Err(Reason::NoTimeConstant(NoTimeConstant::BelowNoise { .. }))
-    ));
+    assert!(matches!(still, Err(Reason::NoTimeConstant(NoTimeConstant::BelowNoise { .. }))));
 }
 
 #[test]
@@ -250,11 +224,7 @@ fn rests_are_found_with_their_levels() {
     let one = One::new(load.clone(), load);
     let axes = [Axis::Fx, Axis::Fz];
     let both: Vec<f64> = one.load.iter().flat_map(|x| [0.0, *x]).collect();
-    let run = Run {
-        conventional: &both,
-        compensated: &both,
-        ..one.run()
-    };
+    let run = Run { conventional: &both, compensated: &both, ..one.run() };
     let rules = Rules {
         axes: &axes,
         full_scale: &[1.0, 10.0],
@@ -262,17 +232,10 @@ fn rests_are_found_with_their_levels() {
         extents: &extents(&[run], &axes),
     };
     let found = dwells(&[run], &rules).unwrap();
-    let seen: Vec<_> = found
-        .iter()
-        .map(|rest| (rest.at_zero, rest.level[0]))
-        .collect();
+    let seen: Vec<_> = found.iter().map(|rest| (rest.at_zero, rest.level[0])).collect();
     assert_eq!(seen, [(true, None), (false, None), (true, None)]);
     assert_near(found[1].level[1].unwrap(), 10.0, 1e-3);
-    assert_near(
-        found[1].place.to_secs - found[1].place.from_secs,
-        120.0,
-        1e-3,
-    );
+    assert_near(found[1].place.to_secs - found[1].place.from_secs, 120.0, 1e-3);
 }
 
 /// The zero is 0.2 higher from the middle of the hold on.
@@ -284,11 +247,7 @@ fn zero_return_is_what_the_zero_has_moved_by() {
     let table = One::new(load, output).table(10.0);
     let cell = fz(&table, Quantity::ZeroReturn);
     assert_near(value(&cell.conventional), 0.2, 1e-9);
-    assert_near(
-        cell.conventional.as_ref().unwrap().percent_fs.unwrap(),
-        2.0,
-        1e-9,
-    );
+    assert_near(cell.conventional.as_ref().unwrap().percent_fs.unwrap(), 2.0, 1e-9);
 }
 
 /// Errors 0.01, 0.02 … 1: the largest is 1, 95 % of them are at most 0.95, and `Σ k² = n (n + 1) (2n + 1) / 6`.
@@ -302,15 +261,8 @@ fn error_figures_of_known_errors() {
     let of = |quantity| value(&fz(&table, quantity).conventional);
     assert_near(of(Quantity::LargestError), 1.0, 1e-12);
     assert_near(of(Quantity::Error95), 0.95, 1e-12);
-    assert_near(
-        of(Quantity::Rmse),
-        (101.0 * 201.0 / 6.0_f64).sqrt() / 100.0,
-        1e-12,
-    );
-    let largest = fz(&table, Quantity::LargestError)
-        .conventional
-        .clone()
-        .unwrap();
+    assert_near(of(Quantity::Rmse), (101.0 * 201.0 / 6.0_f64).sqrt() / 100.0, 1e-12);
+    let largest = fz(&table, Quantity::LargestError).conventional.clone().unwrap();
     assert_near(largest.percent_fs.unwrap(), 20.0, 1e-12);
     assert_eq!(largest.place.unwrap().samples, 99..100);
 }
@@ -322,10 +274,8 @@ fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
     let n = alone.len();
     let mut reference: Vec<f64> = alone.iter().flat_map(|x| [*x, 0.0]).collect();
     reference.extend(alone.iter().flat_map(|x| [*x, 0.5 * x]));
-    let conventional: Vec<f64> = reference
-        .chunks(2)
-        .flat_map(|x| [x[0], x[1] + 0.02 * x[0]])
-        .collect();
+    let conventional: Vec<f64> =
+        reference.chunks(2).flat_map(|x| [x[0], x[1] + 0.02 * x[0]]).collect();
     let times: Vec<f64> = (0..2 * n).map(|k| k as f64).collect();
     let axes = [Axis::Fx, Axis::Fy];
     let run = Run {
@@ -341,23 +291,12 @@ fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
     let cell = |from, axis| table.cell(Quantity::Crosstalk(from), axis).unwrap();
     let onto_fy = cell(Axis::Fx, Axis::Fy);
     assert_near(value(&onto_fy.conventional), 0.2, 1e-9);
-    assert_near(
-        onto_fy.conventional.as_ref().unwrap().percent_fs.unwrap(),
-        4.0,
-        1e-9,
-    );
+    assert_near(onto_fy.conventional.as_ref().unwrap().percent_fs.unwrap(), 4.0, 1e-9);
     assert_eq!(value(&onto_fy.compensated), 0.0);
     let loaded = Reason::LoadedAxis { axis: Axis::Fx };
     assert_eq!(cell(Axis::Fx, Axis::Fx).conventional, Err(loaded));
-    let sentence = cell(Axis::Fy, Axis::Fx)
-        .conventional
-        .clone()
-        .unwrap_err()
-        .to_string();
-    assert!(
-        sentence.starts_with("no interval in which Fy alone is loaded"),
-        "{sentence}"
-    );
+    let sentence = cell(Axis::Fy, Axis::Fx).conventional.clone().unwrap_err().to_string();
+    assert!(sentence.starts_with("no interval in which Fy alone is loaded"), "{sentence}");
 }
 
 #[test]
@@ -374,50 +313,28 @@ fn what_the_data_cannot_give_says_why() {
         CombinedError,
         Repeatability,
     ] {
-        assert!(
-            matches!(reason(&constant, quantity), Reason::ConstantLoad { .. }),
-            "{quantity:?}"
-        );
+        assert!(matches!(reason(&constant, quantity), Reason::ConstantLoad { .. }), "{quantity:?}");
     }
     assert!(matches!(reason(&constant, Creep), Reason::NoHold { .. }));
     let rising = of(path(&[0.0, 10.0], 100));
-    assert_eq!(
-        reason(&rising, Hysteresis),
-        Reason::OneBranch { axis, rises: true }
-    );
+    assert_eq!(reason(&rising, Hysteresis), Reason::OneBranch { axis, rises: true });
     assert!(value(&fz(&rising, TerminalNonlinearity).conventional) < 1e-12);
     assert!(matches!(reason(&rising, ZeroReturn), Reason::NoZero { .. }));
     assert_eq!(reason(&rising, Crosstalk(axis)), Reason::OnlyAxis { axis });
     let falling = of(path(&[10.0, 0.0], 100));
-    assert_eq!(
-        reason(&falling, TerminalNonlinearity),
-        Reason::NoRisingBranch { axis }
-    );
+    assert_eq!(reason(&falling, TerminalNonlinearity), Reason::NoRisingBranch { axis });
     let short = of(vec![0.0, 10.0, 0.0]);
-    assert!(matches!(
-        reason(&short, BestFitNonlinearity),
-        Reason::TooFewLoads { found: 2, .. }
-    ));
+    assert!(matches!(reason(&short, BestFitNonlinearity), Reason::TooFewLoads { found: 2, .. }));
     let unloaded = of([held(), held()].concat().iter().map(|x| 0.04 * x).collect());
-    assert!(matches!(
-        reason(&unloaded, ZeroReturn),
-        Reason::NoReturn { .. }
-    ));
-    assert!(matches!(
-        reason(&unloaded, CreepRecovery),
-        Reason::NoRecovery { .. }
-    ));
+    assert!(matches!(reason(&unloaded, ZeroReturn), Reason::NoReturn { .. }));
+    assert!(matches!(reason(&unloaded, CreepRecovery), Reason::NoRecovery { .. }));
 }
 
 #[test]
 fn without_a_reference_every_figure_says_so() {
     let load = path(&[0.0, 10.0, 0.0], 100);
     let one = One::new(load.clone(), load);
-    let bare = Run {
-        reference_axes: &[],
-        reference: &[],
-        ..one.run()
-    };
+    let bare = Run { reference_axes: &[], reference: &[], ..one.run() };
     let empty = table_of(&[], &[Axis::Fz], &[1.0]);
     for table in [table_of(&[bare], &[Axis::Fz], &[10.0]), empty] {
         for row in &table.rows {
@@ -427,10 +344,7 @@ fn without_a_reference_every_figure_says_so() {
     }
     let beside = table_of(&[bare, one.run()], &[Axis::Fz], &[10.0]);
     assert_eq!(beside.notes, [Note::WithoutReference { count: 1, all: 2 }]);
-    let hysteresis = fz(&beside, Quantity::Hysteresis)
-        .conventional
-        .clone()
-        .unwrap();
+    let hysteresis = fz(&beside, Quantity::Hysteresis).conventional.clone().unwrap();
     assert_eq!(hysteresis.place.unwrap().recording, 1);
 }
 
@@ -443,18 +357,12 @@ fn a_number_that_is_not_finite_is_named_and_never_a_figure() {
         let table = one.table(10.0);
         for row in &table.rows {
             let reason = row.cells[0].compensated.clone().unwrap_err();
-            assert!(
-                matches!(reason, Reason::NotFinite { sample: 7, .. }),
-                "{reason}"
-            );
+            assert!(matches!(reason, Reason::NotFinite { sample: 7, .. }), "{reason}");
         }
     }
     let load = path(&[0.0, 1e308, -1e308, 1e308], 100);
     let table = One::new(load.clone(), load).table(1e-3);
-    assert_eq!(
-        reason(&table, Quantity::Rmse),
-        Reason::Overflow { axis: Axis::Fz }
-    );
+    assert_eq!(reason(&table, Quantity::Rmse), Reason::Overflow { axis: Axis::Fz });
 }
 
 #[test]
@@ -469,11 +377,7 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
         );
         for output in ["conventional", "compensated"] {
             let figure = &row["cells"][0][output];
-            assert_ne!(
-                figure["value"].is_null(),
-                figure["reason"].is_null(),
-                "{figure}"
-            );
+            assert_ne!(figure["value"].is_null(), figure["reason"].is_null(), "{figure}");
         }
     }
     assert_eq!(json["axes"], serde_json::json!(["Fz"]));
@@ -485,20 +389,13 @@ fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
     let table = One::new(load.clone(), load.clone()).table(5.0);
     assert!(matches!(
         table.notes[..],
-        [Note::BeyondFullScale {
-            reaches: 10.0,
-            full_scale: 5.0,
-            ..
-        }]
+        [Note::BeyondFullScale { reaches: 10.0, full_scale: 5.0, .. }]
     ));
     let table = One::new(load.clone(), load).table(0.0);
     assert_eq!(table.notes, [Note::NoFullScale { axis: Axis::Fz }]);
     let rmse = fz(&table, Quantity::Rmse).conventional.clone().unwrap();
     assert_eq!(rmse.percent_fs, None);
-    assert_eq!(
-        reason(&table, Quantity::Creep),
-        Reason::NoFullScale { axis: Axis::Fz }
-    );
+    assert_eq!(reason(&table, Quantity::Creep), Reason::NoFullScale { axis: Axis::Fz });
 }
 
 /// Up, down by 3 and up again on the way, and down: behind a small dead band the 3 are a cycle of their own, and the large
@@ -508,10 +405,8 @@ fn a_chosen_dead_band_decides_how_small_a_cycle_is_counted() {
     let load = path(&[0.0, 10.0, 7.0, 10.0, 0.0], 100);
     let one = One::new(load.clone(), load);
     for dead_band in [4.0, 1.0] {
-        let settings = MetrologySettings {
-            dead_bands: vec![Some(dead_band)],
-            ..MetrologySettings::default()
-        };
+        let settings =
+            MetrologySettings { dead_bands: vec![Some(dead_band)], ..MetrologySettings::default() };
         let table = table(&[one.run()], &[Axis::Fz], &[10.0], &settings).unwrap();
         assert_eq!(table.dead_bands, [dead_band]);
         let hysteresis = fz(&table, Quantity::Hysteresis).conventional.clone();
@@ -556,21 +451,12 @@ fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
 fn noise_and_offset_are_no_crosstalk() {
     let table = bench(3e-4, [0.0; 2]);
     for (from, axis) in [(Axis::Fx, Axis::Fy), (Axis::Fy, Axis::Fx)] {
-        for (quantity, most) in [
-            (Quantity::Crosstalk(from), 0.005),
-            (Quantity::CrosstalkDeviation(from), 0.01),
-        ] {
-            let found = table
-                .cell(quantity, axis)
-                .unwrap()
-                .conventional
-                .clone()
-                .unwrap();
+        for (quantity, most) in
+            [(Quantity::Crosstalk(from), 0.005), (Quantity::CrosstalkDeviation(from), 0.01)]
+        {
+            let found = table.cell(quantity, axis).unwrap().conventional.clone().unwrap();
             let percent = found.percent_fs.unwrap();
-            assert!(
-                percent.abs() < most,
-                "{quantity:?}: {percent} % of full scale"
-            );
+            assert!(percent.abs() < most, "{quantity:?}: {percent} % of full scale");
         }
     }
 }
@@ -595,34 +481,24 @@ fn repeatability_is_only_of_cycles_that_repeat() {
     let free = path(&[0.0, 10.0, 1.5, 8.5, -1.0, 9.5, 0.5], 100);
     let table = One::new(free.clone(), free).table(10.0);
     let axis = Axis::Fz;
-    assert_eq!(
-        reason(&table, Quantity::Repeatability),
-        Reason::NotRepeated { axis }
-    );
+    assert_eq!(reason(&table, Quantity::Repeatability), Reason::NotRepeated { axis });
 
     // A rest and a way to the first turn belong to no cycle that repeats, whatever the output does there.
     let late = path(&[0.0, 5.0, -5.0, 5.0, -5.0, 5.0, -5.0, 0.0], 100);
     let off = |(k, load): (usize, &f64)| if k < 100 { load + 3.0 } else { *load };
     let output = late.iter().enumerate().map(off).collect();
     let table = One::new(late, output).table(5.0);
-    let found = fz(&table, Quantity::Repeatability)
-        .conventional
-        .clone()
-        .unwrap();
+    let found = fz(&table, Quantity::Repeatability).conventional.clone().unwrap();
     assert!(found.value < 1e-9, "{found:?}");
     // Small cycles are alike by chance.
     let small = path(&[0.0, 10.0, 2.0, 8.0, 2.0, 8.0, 2.0, 8.0, 0.0], 100);
     let table = One::new(small.clone(), small).table(10.0);
-    assert_eq!(
-        reason(&table, Quantity::Repeatability),
-        Reason::NotRepeated { axis }
-    );
+    assert_eq!(reason(&table, Quantity::Repeatability), Reason::NotRepeated { axis });
 
     let cycles = path(&[0.0, 10.0, 0.0, 10.0, 0.0, 10.0, 0.0], 100);
     let one = One::new(cycles.clone(), cycles);
-    let both: Vec<f64> = (one.load.iter().enumerate())
-        .flat_map(|(k, load)| [*load, 0.01 * k as f64])
-        .collect();
+    let both: Vec<f64> =
+        (one.load.iter().enumerate()).flat_map(|(k, load)| [*load, 0.01 * k as f64]).collect();
     let run = Run {
         reference_axes: &[Axis::Fz, Axis::Mx],
         reference: &both,
@@ -633,10 +509,7 @@ fn repeatability_is_only_of_cycles_that_repeat() {
     let axes = [Axis::Fz, Axis::Mx];
     let table = table_of(&[run], &axes, &[10.0, 6.0]);
     let other = Axis::Mx;
-    assert_eq!(
-        reason(&table, Quantity::Repeatability),
-        Reason::OthersDiffer { axis, other }
-    );
+    assert_eq!(reason(&table, Quantity::Repeatability), Reason::OthersDiffer { axis, other });
     let with_leave = table_of(&[run], &axes, &[10.0, 600.0]);
     assert!(value(&fz(&with_leave, Quantity::Repeatability).conventional) < 1e-9);
 }
@@ -647,25 +520,9 @@ fn what_does_not_fit_together_is_refused() {
     let one = One::new(load.clone(), load);
     let settings = MetrologySettings::default();
     let of = |run: Run<'_>, full_scale: &[f64]| table(&[run], &[Axis::Fz], full_scale, &settings);
-    assert!(matches!(
-        of(one.run(), &[]),
-        Err(MetrologyError::Count { .. })
-    ));
-    assert!(matches!(
-        of(one.run(), &[f64::NAN]),
-        Err(MetrologyError::PerAxis { position: 1, .. })
-    ));
-    let short = Run {
-        compensated: &one.compensated[1..],
-        ..one.run()
-    };
+    assert!(matches!(of(one.run(), &[]), Err(MetrologyError::Count { .. })));
+    assert!(matches!(of(one.run(), &[f64::NAN]), Err(MetrologyError::PerAxis { position: 1, .. })));
+    let short = Run { compensated: &one.compensated[1..], ..one.run() };
     let refused = of(short, &[1.0]);
-    assert!(matches!(
-        refused,
-        Err(MetrologyError::Shape {
-            expected: 10,
-            actual: 9,
-            ..
-        })
-    ));
+    assert!(matches!(refused, Err(MetrologyError::Shape { expected: 10, actual: 9, .. })));
 }

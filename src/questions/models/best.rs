@@ -61,12 +61,7 @@ const fn linear(
     look_back: bool,
     blocks: &'static [&'static dyn Block],
 ) -> Recipe {
-    Recipe {
-        name,
-        look_back,
-        blocks,
-        regressor: Regressor::Linear,
-    }
+    Recipe { name, look_back, blocks, regressor: Regressor::Linear }
 }
 
 const fn learned(
@@ -74,12 +69,7 @@ const fn learned(
     blocks: &'static [&'static dyn Block],
     regressor: Regressor,
 ) -> Recipe {
-    Recipe {
-        name,
-        look_back: false,
-        blocks,
-        regressor,
-    }
+    Recipe { name, look_back: false, blocks, regressor }
 }
 
 /// What is tried, cheap ones first.
@@ -94,24 +84,12 @@ pub const RECIPES: &[Recipe] = &[
     linear("Creep + polynomial", false, &[&Creep, &Polynomial]),
     linear("Play + polynomial", false, &[&Play, &Polynomial]),
     linear("Play + creep", false, &[&Play, &Creep]),
-    linear(
-        "Play + creep + polynomial",
-        false,
-        &[&Play, &Creep, &Polynomial],
-    ),
+    linear("Play + creep + polynomial", false, &[&Play, &Creep, &Polynomial]),
     linear("Everything", true, &[&FixedLag, &Creep, &Play, &Polynomial]),
     learned("Linear + kernel", &[], Regressor::HybridKernel),
     learned("Linear + kernel on play", &[&Play], Regressor::HybridKernel),
-    learned(
-        "Linear + kernel on play and creep",
-        &[&Play, &Creep],
-        Regressor::HybridKernel,
-    ),
-    learned(
-        "Linear + network on play and creep",
-        &[&Play, &Creep],
-        Regressor::HybridNetwork,
-    ),
+    learned("Linear + kernel on play and creep", &[&Play, &Creep], Regressor::HybridKernel),
+    learned("Linear + network on play and creep", &[&Play, &Creep], Regressor::HybridNetwork),
 ];
 
 /// Tried, too, where the recordings have auxiliary channels; from there on all candidates take them, and leave away what does not help.
@@ -229,9 +207,7 @@ impl Best {
         let mut remarks = Vec::new();
         if self.n_left > 0 {
             let n = self.n_left;
-            remarks.push(format!(
-                "The time did not allow {n} more; a longer limit does"
-            ));
+            remarks.push(format!("The time did not allow {n} more; a longer limit does"));
         }
         let failed = self.failed.iter();
         remarks.extend(failed.map(|(name, why)| format!("{name} could not be tried: {why}")));
@@ -317,19 +293,12 @@ pub fn find_best(
         decimation: thinned,
         ..search.settings.clone()
     };
-    let mut best = Best {
-        n_folds: folds.len(),
-        folds: what,
-        decimation: thinned,
-        ..Best::default()
-    };
+    let mut best =
+        Best { n_folds: folds.len(), folds: what, decimation: thinned, ..Best::default() };
     let mut whole = Side::new(Arc::clone(&search.recordings), &common);
     whole.settle_auxiliary(progress)?;
     let mut folds: Vec<Side> = (folds.into_iter())
-        .map(|set| Side {
-            auxiliary: whole.auxiliary.clone(),
-            ..Side::new(Arc::new(set), &common)
-        })
+        .map(|set| Side { auxiliary: whole.auxiliary.clone(), ..Side::new(Arc::new(set), &common) })
         .collect();
     let (first, others) = RECIPES.split_at(1);
     let with_auxiliary = (!whole.auxiliary.is_empty()).then_some(&AUXILIARY);
@@ -378,9 +347,7 @@ fn try_one(
     // Each has a thread of its own: a fold takes long, and what a window asks for waits for the threads that all share.
     let run = &run;
     let fitted: Vec<(FitSettings, Calibration)> = std::thread::scope(|scope| {
-        let begun: Vec<_> = (folds.iter_mut())
-            .map(|side| scope.spawn(move || run(side)))
-            .collect();
+        let begun: Vec<_> = (folds.iter_mut()).map(|side| scope.spawn(move || run(side))).collect();
         let ended = begun.into_iter().map(|fold| match fold.join() {
             Ok(fitted) => fitted,
             Err(panic) => std::panic::resume_unwind(panic),
@@ -391,11 +358,7 @@ fn try_one(
     let mut squares = Vec::new();
     let mut fold_samples = Vec::new();
     for (_, calibration) in &fitted {
-        let Quality {
-            n_test,
-            compensated,
-            ..
-        } = &calibration.quality;
+        let Quality { n_test, compensated, .. } = &calibration.quality;
         let rmse = compensated.test_rmse.as_ref();
         let rmse = rmse.ok_or(AnalysisError::NoTraining)?;
         squares.extend(rmse.iter().map(|rmse| rmse * rmse * *n_test as f64));
@@ -410,10 +373,7 @@ fn try_one(
         (own / n.max(1) as f64).sqrt()
     });
     let quality = &calibration.quality.compensated;
-    let scores = Scores {
-        cv_rmse: Some(cv_rmse.collect()),
-        ..quality.clone()
-    };
+    let scores = Scores { cv_rmse: Some(cv_rmse.collect()), ..quality.clone() };
     let spread = |axis: usize| spread(&squares, &fold_samples, axis);
     let tried = Tried {
         name: recipe.name,
@@ -437,9 +397,7 @@ fn try_one(
 fn spread(squares: &[f64], fold_samples: &[u64], axis: usize) -> f64 {
     let n_axes = squares.len() / fold_samples.len().max(1);
     let own = squares.iter().skip(axis).step_by(n_axes.max(1));
-    let rmse = own
-        .zip(fold_samples)
-        .map(|(square, n)| (square / (*n).max(1) as f64).sqrt());
+    let rmse = own.zip(fold_samples).map(|(square, n)| (square / (*n).max(1) as f64).sqrt());
     let rmse: Vec<f64> = rmse.collect();
     let mean = rmse.iter().sum::<f64>() / rmse.len().max(1) as f64;
     let variance = rmse.iter().map(|rmse| (rmse - mean).powi(2)).sum::<f64>();
@@ -449,11 +407,7 @@ fn spread(squares: &[f64], fold_samples: &[u64], axis: usize) -> f64 {
 /// Takes out the blocks that help no axis.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let helps = |block: &str| {
-        let own = calibration
-            .quality
-            .ridge_by_block
-            .iter()
-            .find(|own| own.block == block);
+        let own = calibration.quality.ridge_by_block.iter().find(|own| own.block == block);
         own.is_none_or(|own| own.strengths.iter().any(Option::is_some))
     };
     let alone = |look_backs: &[Thresholds], blocks: Blocks| FeatureSettings {
@@ -547,14 +501,9 @@ impl Side {
             features.blocks.set(&Auxiliary, self.auxiliary.clone());
         }
         let n_gauges = self.recordings.layout().gauge_names.len();
-        features
-            .check_columns(n_gauges)
-            .map_err(SettingsError::from)?;
-        let mut settings = FitSettings {
-            features,
-            regressor: recipe.regressor,
-            ..self.settings.clone()
-        };
+        features.check_columns(n_gauges).map_err(SettingsError::from)?;
+        let mut settings =
+            FitSettings { features, regressor: recipe.regressor, ..self.settings.clone() };
         settings.network.epochs = settings.network.epochs.min(EPOCHS);
         Ok(settings)
     }
@@ -600,16 +549,8 @@ impl Side {
     }
 
     fn study(&self, progress: &Progress) -> Result<Study, AnalysisError> {
-        let settings = FitSettings {
-            ridge: RidgeChoice::Auto,
-            ..self.settings.clone()
-        };
-        Study::prepare(
-            &self.datasets,
-            Arc::clone(&self.recordings),
-            settings,
-            progress,
-        )
+        let settings = FitSettings { ridge: RidgeChoice::Auto, ..self.settings.clone() };
+        Study::prepare(&self.datasets, Arc::clone(&self.recordings), settings, progress)
     }
 
     fn fit(
@@ -717,8 +658,7 @@ mod tests {
             );
             let names = (vec!["T".to_owned()], vec!["°C".to_owned()]);
             let recording = recording.unwrap().with_auxiliary(names.0, names.1, warmth);
-            set.push(Entry::new(recording.unwrap(), Role::Train))
-                .unwrap();
+            set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
         }
         let search = Search {
             recordings: Arc::new(set),
@@ -728,30 +668,21 @@ mod tests {
         let best = find_best(&search, &Progress::default(), &|_| {}).unwrap();
         assert_eq!(best.tried[0].name, "Conventional");
         assert_eq!(best.n_left, RECIPES.len(), "the time allowed one");
-        let patient = Search {
-            time_limit: Duration::from_secs(3),
-            ..search
-        };
+        let patient = Search { time_limit: Duration::from_secs(3), ..search };
         let best = find_best(&patient, &Progress::default(), &|_| {}).unwrap();
         let own = &best.tried[1];
         assert_eq!(own.name, "Auxiliary channels");
         assert!(own.relative < 0.2, "{}", own.relative);
-        assert_eq!(
-            own.model.settings.features.blocks.of(&Auxiliary),
-            [0.0, 20.0]
-        );
+        assert_eq!(own.model.settings.features.blocks.of(&Auxiliary), [0.0, 20.0]);
         assert!(best.proposed().unwrap().relative < 0.2);
     }
 
     fn of_lengths(n: usize) -> RecordingSet {
         let mut set = RecordingSet::default();
         for entry in simulated::recordings(1).entries().iter().take(n) {
-            set.push(Entry::new(entry.recording.decimated(20), Role::Train))
-                .unwrap();
+            set.push(Entry::new(entry.recording.decimated(20), Role::Train)).unwrap();
         }
-        let tested = simulated::recordings(1).entries()[89]
-            .recording
-            .decimated(20);
+        let tested = simulated::recordings(1).entries()[89].recording.decimated(20);
         set.push(Entry::new(tested, Role::Test)).unwrap();
         set
     }
@@ -774,10 +705,7 @@ mod tests {
                 assert!(own > 0 && own + others == all, "{n} recordings");
             }
         }
-        assert!(matches!(
-            folds(&RecordingSet::default()),
-            Err(AnalysisError::NoTraining)
-        ));
+        assert!(matches!(folds(&RecordingSet::default()), Err(AnalysisError::NoTraining)));
     }
 
     /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.
@@ -809,10 +737,7 @@ mod tests {
             regressor: Regressor::Linear,
             model: Model {
                 axes: vec![Axis::Fz],
-                scores: Scores {
-                    cv_rmse: Some(vec![(sum / 40.0).sqrt()]),
-                    ..Scores::default()
-                },
+                scores: Scores { cv_rmse: Some(vec![(sum / 40.0).sqrt()]), ..Scores::default() },
                 ..Model::default()
             },
             relative: 0.0,

@@ -49,11 +49,7 @@ impl Candidate {
     /// What kind of history it has: "none", or the blocks in words.
     pub fn history(&self) -> String {
         let blocks = self.features.describe();
-        if blocks.is_empty() {
-            "none".to_owned()
-        } else {
-            blocks
-        }
+        if blocks.is_empty() { "none".to_owned() } else { blocks }
     }
 }
 
@@ -87,12 +83,7 @@ pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
     for set in sets {
         columns.extend(axes.iter().map(|axis| match sets.len() {
             1 => Column::load(*axis),
-            _ => Column::numbers(format!(
-                "{} [{}] {}",
-                axis.symbol(),
-                axis.unit(),
-                set.label()
-            )),
+            _ => Column::numbers(format!("{} [{}] {}", axis.symbol(), axis.unit(), set.label())),
         }));
     }
     let cells = |row: &ComparedRow| {
@@ -130,10 +121,9 @@ pub fn paper_candidates(
 ) -> Vec<Candidate> {
     let history = match settings.features.has_history() {
         true => settings.features.clone(),
-        false => FeatureSettings {
-            distance: settings.features.distance,
-            ..FeatureSettings::default()
-        },
+        false => {
+            FeatureSettings { distance: settings.features.distance, ..FeatureSettings::default() }
+        }
     };
     let polynomial = FeatureSettings {
         blocks: Blocks::default().with(&Polynomial, &[2.0]),
@@ -325,22 +315,12 @@ mod tests {
     fn quick() -> (Arc<RecordingSet>, FitSettings) {
         let mut set = RecordingSet::default();
         for entry in simulated::recordings(3).entries().iter().step_by(9) {
-            set.push(Entry {
-                recording: Arc::new(entry.recording.decimated(5)),
-                ..entry.clone()
-            })
-            .unwrap();
+            set.push(Entry { recording: Arc::new(entry.recording.decimated(5)), ..entry.clone() })
+                .unwrap();
         }
         let settings = FitSettings {
-            network: NetworkSettings {
-                hidden: vec![4],
-                epochs: 3,
-                ..NetworkSettings::default()
-            },
-            kernel: KernelSettings {
-                landmarks: 10,
-                length_scale: Some(1.0),
-            },
+            network: NetworkSettings { hidden: vec![4], epochs: 3, ..NetworkSettings::default() },
+            kernel: KernelSettings { landmarks: 10, length_scale: Some(1.0) },
             ..FitSettings::default()
         };
         (Arc::new(set), settings)
@@ -365,13 +345,8 @@ mod tests {
             let rmse = row.scores.test_rmse.unwrap();
             assert!(rmse.iter().all(|rmse| *rmse > 0.0 && rmse.is_finite()));
             let all = few_trajectories(&set).unwrap();
-            let few = all
-                .entries()
-                .iter()
-                .filter(|entry| entry.role == Role::Train);
-            let few: usize = few
-                .map(|entry| entry.recording.decimated(10).n_samples())
-                .sum();
+            let few = all.entries().iter().filter(|entry| entry.role == Role::Train);
+            let few: usize = few.map(|entry| entry.recording.decimated(10).n_samples()).sum();
             assert_eq!(row.n_train == few as u64, candidate.few_trajectories);
             assert_eq!(
                 row.scores.cv_rmse.is_none(),
@@ -385,10 +360,7 @@ mod tests {
         let built_in = simulated::recordings(3);
         let few = few_trajectories(&built_in).unwrap();
         let of_role = |role| few.entries().iter().filter(move |entry| entry.role == role);
-        assert_eq!(
-            (of_role(Role::Train).count(), of_role(Role::Test).count()),
-            (15, 15)
-        );
+        assert_eq!((of_role(Role::Train).count(), of_role(Role::Test).count()), (15, 15));
         assert!(of_role(Role::Train).all(|entry| entry.recording.name().contains("path1_")));
         let mut single = RecordingSet::default();
         for entry in built_in.entries().iter().step_by(15) {
@@ -403,9 +375,7 @@ mod tests {
         let candidates = paper_candidates(&set, &settings, &[Regressor::Linear]);
         let progress = Progress::default();
         progress.cancel();
-        compare(&set, &settings, &candidates, &progress, &|_, event| {
-            panic!("{event:?}")
-        });
+        compare(&set, &settings, &candidates, &progress, &|_, event| panic!("{event:?}"));
     }
 
     #[test]
@@ -419,17 +389,11 @@ mod tests {
             few_trajectories: false,
         };
         let said = Mutex::new(String::new());
-        compare(
-            &set,
-            &settings,
-            &[candidate],
-            &Progress::default(),
-            &|_, event| {
-                if let RowEvent::Ended(Err(error)) = event {
-                    *said.lock().unwrap() = error.to_string();
-                }
-            },
-        );
+        compare(&set, &settings, &[candidate], &Progress::default(), &|_, event| {
+            if let RowEvent::Ended(Err(error)) = event {
+                *said.lock().unwrap() = error.to_string();
+            }
+        });
         assert!(said.into_inner().unwrap().contains("1999 landmarks"));
     }
 }

@@ -78,20 +78,13 @@ pub(crate) struct Moments {
 
 impl Moments {
     pub fn new(n_axes: usize) -> Self {
-        Self {
-            n_samples: 0,
-            of_axes: vec![[0.0; 3]; n_axes],
-            kept: Vec::new(),
-        }
+        Self { n_samples: 0, of_axes: vec![[0.0; 3]; n_axes], kept: Vec::new() }
     }
 
     /// Adds samples, both `n × n_axes` row-major.
     pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
         let n_axes = self.of_axes.len();
-        for (left_over, added) in left_over
-            .chunks_exact(n_axes)
-            .zip(added.chunks_exact(n_axes))
-        {
+        for (left_over, added) in left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes)) {
             for ((own, r), g) in self.of_axes.iter_mut().zip(left_over).zip(added) {
                 own[0] += r * r;
                 own[1] += r * g;
@@ -104,12 +97,9 @@ impl Moments {
     /// Keeps every `step`-th of these samples, both `n × n_axes` row-major.
     pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
         let n_axes = self.of_axes.len();
-        let rows = left_over
-            .chunks_exact(n_axes)
-            .zip(added.chunks_exact(n_axes));
+        let rows = left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes));
         for (left_over, added) in rows.step_by(step) {
-            self.kept
-                .extend(left_over.iter().zip(added).map(|(r, g)| [*r, *g]));
+            self.kept.extend(left_over.iter().zip(added).map(|(r, g)| [*r, *g]));
         }
     }
 
@@ -140,9 +130,8 @@ pub(crate) fn fit_all(
 ) -> Result<Fitted, AnalysisError> {
     let mut calibration = data.blank_calibration(settings)?;
     let past = data.past(&calibration, progress)?;
-    let LinearFit {
-        shares, left_out, ..
-    } = data.fit(settings.ridge, &past, &mut calibration, progress)?;
+    let LinearFit { shares, left_out, .. } =
+        data.fit(settings.ridge, &past, &mut calibration, progress)?;
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
@@ -181,23 +170,14 @@ pub(crate) fn fit_all(
             }
         });
     }
-    Ok(Fitted {
-        past,
-        calibration,
-        linear: left_out,
-        held_out,
-    })
+    Ok(Fitted { past, calibration, linear: left_out, held_out })
 }
 
 /// How far the load may be around the compensated one, as far as the regressor knows: see
 /// [`Quality::band`](crate::calibration::Quality::band).
 pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
     let has = |role| data.entries.iter().any(|entry| entry.role == role);
-    let role = if has(Role::Test) {
-        Role::Test
-    } else {
-        Role::Train
-    };
+    let role = if has(Role::Test) { Role::Test } else { Role::Train };
     let mut squares = vec![0.0; calibration.axes.len()];
     let mut n = 0;
     for (entry, past) in data.entries.iter().zip(past) {
@@ -352,16 +332,8 @@ impl Rows for TrainingRows<'_> {
     }
 
     fn pass(&self, run: usize, take: TakeRows<'_>) {
-        let Run {
-            recording,
-            past,
-            conventional,
-            pieces,
-        } = &self.runs[run];
-        let (from, mut stream) = (
-            RowsOf::of(recording),
-            FeatureStream::of(self.design, recording),
-        );
+        let Run { recording, past, conventional, pieces } = &self.runs[run];
+        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::of(self.design, recording));
         let mut raw = vec![0.0; self.design.n_columns()];
         let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = vec![0.0; self.n_axes];

@@ -91,10 +91,7 @@ impl Model {
         let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);
         let counts = weights.iter().any(|weight| *weight > 0.0);
-        let squares = own
-            .iter()
-            .zip(weights)
-            .map(|(own, weight)| weight * own * own);
+        let squares = own.iter().zip(weights).map(|(own, weight)| weight * own * own);
         counts.then(|| squares.sum::<f64>().sqrt())
     }
 }
@@ -115,10 +112,7 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
 fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     let design = calibration.design();
     let coefficients = calibration.n_coefficients();
-    let entry = recordings
-        .entries()
-        .iter()
-        .find(|entry| entry.role == Role::Train);
+    let entry = recordings.entries().iter().find(|entry| entry.role == Role::Train);
     let micros = entry.and_then(|entry| {
         let recording = calibration.prepared(&entry.recording).ok()?;
         let needs_auxiliary = !calibration.features.auxiliary.is_empty();
@@ -189,10 +183,7 @@ pub fn model_table<'a>(
     rows: impl Iterator<Item = ModelRow<'a>>,
 ) -> Table {
     let rows: Vec<ModelRow<'_>> = rows.collect();
-    let words = |name: &str, about: &str| Column {
-        about: about.to_owned(),
-        ..Column::words(name)
-    };
+    let words = |name: &str, about: &str| Column { about: about.to_owned(), ..Column::words(name) };
     let numbers = |name: &str, unit: &'static str, about: &str| Column {
         unit,
         about: about.to_owned(),
@@ -211,11 +202,7 @@ pub fn model_table<'a>(
     ];
     columns.extend(sets.iter().map(|set| Column {
         group: group(set),
-        ..numbers(
-            RELATIVE,
-            "%",
-            "Of the conventional calibration's error, all axes alike",
-        )
+        ..numbers(RELATIVE, "%", "Of the conventional calibration's error, all axes alike")
     }));
     let has_spread = |row: &ModelRow<'_>| row.state.as_ref().is_ok_and(|own| own.spread.is_some());
     let has_spread = sets.contains(&ScoreSet::LeftOut) && rows.iter().any(has_spread);
@@ -229,10 +216,7 @@ pub fn model_table<'a>(
     columns.extend([
         words("features", "What is appended to the gauges"),
         words("regressor", "How the load is made of them"),
-        words(
-            "data",
-            "A: all samples; B: every tenth; else every so many-th",
-        ),
+        words("data", "A: all samples; B: every tenth; else every so many-th"),
     ]);
     for set in sets {
         for axis in axes {
@@ -266,9 +250,7 @@ pub fn model_table<'a>(
     ]);
     let rows = rows.iter();
     Table {
-        rows: rows
-            .map(|row| row.cells(axes, sets, has_spread, columns.len()))
-            .collect(),
+        rows: rows.map(|row| row.cells(axes, sets, has_spread, columns.len())).collect(),
         columns,
         ..Table::default()
     }
@@ -304,13 +286,8 @@ impl ModelRow<'_> {
         let regressor = self.settings.regressor.label();
         cells.extend([&features, regressor, &data].map(Cell::words));
         if let Some(model) = model {
-            sets.iter()
-                .for_each(|set| errors(model, axes, *set, &mut cells));
-            let Cost {
-                coefficients,
-                bytes,
-                micros_a_sample,
-            } = model.cost;
+            sets.iter().for_each(|set| errors(model, axes, *set, &mut cells));
+            let Cost { coefficients, bytes, micros_a_sample } = model.cost;
             let whole = |number: usize| Cell::number(number as f64, number.to_string());
             cells.extend([coefficients, bytes].map(whole));
             let micros = Some(micros_a_sample).filter(|micros| micros.is_finite());

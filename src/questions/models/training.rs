@@ -78,17 +78,9 @@ fn fit_and_score(
     let fitted = fit_all(&data, settings, progress, &mut |report| {
         on_step(TrainingStep::Epoch(report));
     })?;
-    let Fitted {
-        past,
-        mut calibration,
-        linear,
-        held_out,
-    } = fitted;
+    let Fitted { past, mut calibration, linear, held_out } = fitted;
     let Some(learner) = settings.regressor.learner() else {
-        return Ok(Scored {
-            calibration,
-            left_out: linear,
-        });
+        return Ok(Scored { calibration, left_out: linear });
     };
     let is_hybrid = settings.regressor.is_hybrid();
     // A linear stage that too few samples determine says nothing of what comes after it.
@@ -101,17 +93,12 @@ fn fit_and_score(
     if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
         learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
     }
-    let left_out = moments
-        .as_ref()
-        .map(|moments| part_squares(moments, has_shares));
+    let left_out = moments.as_ref().map(|moments| part_squares(moments, has_shares));
     // Cancelled or not, what was learned is scored.
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
-    if let (true, Some(own)) = (
-        left_out.is_some(),
-        &mut calibration.quality.cross_validation,
-    ) {
+    if let (true, Some(own)) = (left_out.is_some(), &mut calibration.quality.cross_validation) {
         own.parts = own.parts.min(FOLDS);
     }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
@@ -120,10 +107,7 @@ fn fit_and_score(
         let errors = data.left_out_errors_of(&moments, has_shares);
         calibration.quality.expected_error = data.expected_error(&calibration, &past, errors).ok();
     }
-    Ok(Scored {
-        calibration,
-        left_out,
-    })
+    Ok(Scored { calibration, left_out })
 }
 
 impl From<NetworkError> for AnalysisError {
@@ -171,12 +155,7 @@ mod tests {
             );
             let recording = Arc::new(recording.unwrap());
             let role = Role::Train;
-            set.push(Entry {
-                recording,
-                role,
-                group: None,
-            })
-            .unwrap();
+            set.push(Entry { recording, role, group: None }).unwrap();
         }
         let set = Arc::new(set);
         let scores = |regressor| {
@@ -186,10 +165,7 @@ mod tests {
                     ..FeatureSettings::present()
                 },
                 regressor,
-                kernel: KernelSettings {
-                    landmarks: 20,
-                    length_scale: Some(1.0),
-                },
+                kernel: KernelSettings { landmarks: 20, length_scale: Some(1.0) },
                 network: NetworkSettings {
                     hidden: vec![10],
                     epochs: 20,
@@ -199,14 +175,9 @@ mod tests {
                 ..FitSettings::default()
             };
             let request = Request::fit(Arc::clone(&set), settings);
-            let quality = train(&request, &Progress::default(), &mut |_| {})
-                .unwrap()
-                .quality;
+            let quality = train(&request, &Progress::default(), &mut |_| {}).unwrap().quality;
             let compensated = quality.compensated;
-            (
-                compensated.train_rmse.unwrap()[0],
-                compensated.cv_rmse.unwrap()[0],
-            )
+            (compensated.train_rmse.unwrap()[0], compensated.cv_rmse.unwrap()[0])
         };
         let (by_heart, linear) = scores(Regressor::Linear);
         assert!(by_heart < 0.8 && linear > 1.3, "{by_heart} {linear}");

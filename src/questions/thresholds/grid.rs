@@ -30,17 +30,9 @@ pub enum GridError {
     #[error(
         "{what} is to go from {start} to {stop}; exchange the two, the first must not be above the second"
     )]
-    Reversed {
-        what: &'static str,
-        start: f64,
-        stop: f64,
-    },
+    Reversed { what: &'static str, start: f64, stop: f64 },
     #[error("{what} has {next} after {before}; give the values in rising order, each once")]
-    Order {
-        what: &'static str,
-        before: f64,
-        next: f64,
-    },
+    Order { what: &'static str, before: f64, next: f64 },
     #[error("{what} has the value {value}; it must be a number from zero up")]
     Value { what: &'static str, value: f64 },
     #[error("{what} has {count} values, more than {MAX_VALUES}; take a larger step")]
@@ -77,9 +69,7 @@ pub fn even_values(
         return Err(GridError::TooMany { what, count });
     }
     let decimals = decimals_of(start).max(decimals_of(step));
-    Ok((0..=steps as usize)
-        .map(|at| rounded(start + at as f64 * step, decimals))
-        .collect())
+    Ok((0..=steps as usize).map(|at| rounded(start + at as f64 * step, decimals)).collect())
 }
 
 /// Multiples of a decimal step are written without the noise of the last digit.
@@ -94,11 +84,7 @@ fn decimals_of(value: f64) -> Option<usize> {
 }
 
 fn check_value(what: &'static str, value: f64) -> Result<(), GridError> {
-    if value >= 0.0 && value.is_finite() {
-        Ok(())
-    } else {
-        Err(GridError::Value { what, value })
-    }
+    if value >= 0.0 && value.is_finite() { Ok(()) } else { Err(GridError::Value { what, value }) }
 }
 
 impl ThresholdGrid {
@@ -117,19 +103,14 @@ impl ThresholdGrid {
                 let count = values.len() as f64;
                 return Err(GridError::TooMany { what, count });
             }
-            values
-                .iter()
-                .try_for_each(|&value| check_value(what, value))?;
+            values.iter().try_for_each(|&value| check_value(what, value))?;
             if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
                 let (before, next) = (pair[0], pair[1]);
                 return Err(GridError::Order { what, before, next });
             }
         }
         if f_ths.len() * t_ths_secs.len() > MAX_PAIRS {
-            return Err(GridError::TooManyPairs {
-                f_ths: f_ths.len(),
-                t_ths: t_ths_secs.len(),
-            });
+            return Err(GridError::TooManyPairs { f_ths: f_ths.len(), t_ths: t_ths_secs.len() });
         }
         Ok(Self { f_ths, t_ths_secs })
     }
@@ -147,9 +128,8 @@ impl ThresholdGrid {
         };
         let step = round_step(reach / n_f.saturating_sub(1).max(1) as f64);
         let decimals = decimals_of(step);
-        let f_ths = (0..n_f.min(MAX_VALUES + 1))
-            .map(|at| rounded(at as f64 * step, decimals))
-            .collect();
+        let f_ths =
+            (0..n_f.min(MAX_VALUES + 1)).map(|at| rounded(at as f64 * step, decimals)).collect();
         let (shortest, longest) = (0.5_f64, 60.0_f64);
         let ratio = (longest / shortest).powf(1.0 / n_t.saturating_sub(1).max(1) as f64);
         let t_ths_secs = (0..n_t.min(MAX_VALUES + 1))
@@ -213,40 +193,16 @@ mod tests {
     fn what_makes_no_grid_is_refused_with_what_to_do() {
         let even = |start, stop, step| even_values("F_th", start, stop, step);
         assert!(matches!(even(0.0, 1.0, 0.0), Err(GridError::Step { .. })));
-        assert!(matches!(
-            even(0.0, 1.0, f64::NAN),
-            Err(GridError::Step { .. })
-        ));
-        assert!(matches!(
-            even(2.0, 1.0, 0.1),
-            Err(GridError::Reversed { .. })
-        ));
-        assert!(matches!(
-            even(0.0, 1.0, 1e-9),
-            Err(GridError::TooMany { .. })
-        ));
+        assert!(matches!(even(0.0, 1.0, f64::NAN), Err(GridError::Step { .. })));
+        assert!(matches!(even(2.0, 1.0, 0.1), Err(GridError::Reversed { .. })));
+        assert!(matches!(even(0.0, 1.0, 1e-9), Err(GridError::TooMany { .. })));
         assert!(matches!(even(-1.0, 1.0, 0.1), Err(GridError::Value { .. })));
         let lists = |f: &[f64], t: &[f64]| ThresholdGrid::new(f.to_vec(), t.to_vec());
-        assert!(matches!(
-            lists(&[], &[1.0]),
-            Err(GridError::Empty { what: "F_th" })
-        ));
-        assert!(matches!(
-            lists(&[1.0], &[]),
-            Err(GridError::Empty { what: "t_th" })
-        ));
-        assert!(matches!(
-            lists(&[1.0], &[5.0, 3.0]),
-            Err(GridError::Order { .. })
-        ));
-        assert!(matches!(
-            lists(&[1.0, 1.0], &[5.0]),
-            Err(GridError::Order { .. })
-        ));
-        assert!(matches!(
-            lists(&[1.0], &[f64::INFINITY]),
-            Err(GridError::Value { .. })
-        ));
+        assert!(matches!(lists(&[], &[1.0]), Err(GridError::Empty { what: "F_th" })));
+        assert!(matches!(lists(&[1.0], &[]), Err(GridError::Empty { what: "t_th" })));
+        assert!(matches!(lists(&[1.0], &[5.0, 3.0]), Err(GridError::Order { .. })));
+        assert!(matches!(lists(&[1.0, 1.0], &[5.0]), Err(GridError::Order { .. })));
+        assert!(matches!(lists(&[1.0], &[f64::INFINITY]), Err(GridError::Value { .. })));
     }
 
     #[test]

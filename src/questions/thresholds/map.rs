@@ -175,10 +175,7 @@ impl ThresholdMap {
     /// # Panics
     /// If there is no such pair.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
-        Thresholds {
-            f_th: self.grid.f_ths()[f_at],
-            t_th_secs: self.grid.t_ths_secs()[t_at],
-        }
+        Thresholds { f_th: self.grid.f_ths()[f_at], t_th_secs: self.grid.t_ths_secs()[t_at] }
     }
 
     /// The pair of the grid that is nearest to these thresholds.
@@ -186,8 +183,7 @@ impl ThresholdMap {
         let nearest = |values: &[f64], wanted: f64| {
             let distance = |at: &usize| (values[*at] - wanted).abs();
             let all = 0..values.len();
-            all.min_by(|a, b| distance(a).total_cmp(&distance(b)))
-                .unwrap_or(0)
+            all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
         };
         (
             nearest(self.grid.f_ths(), thresholds.f_th),
@@ -211,9 +207,7 @@ impl ThresholdMap {
     /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
         let n_t = self.grid.t_ths_secs().len();
-        (0..self.rows.len() * n_t)
-            .map(|at| self.value(set, measure, at / n_t, at % n_t))
-            .collect()
+        (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
     }
 
     /// The range of the numbers that colours tell apart: the few greatest are left above it, since a handful of pairs that find
@@ -244,9 +238,7 @@ impl ThresholdMap {
             Along::T => self.value(set, measure, f_at, at),
         };
         let thresholds = thresholds.iter().enumerate();
-        thresholds
-            .filter_map(|(at, threshold)| Some((*threshold, value(at)?)))
-            .collect()
+        thresholds.filter_map(|(at, threshold)| Some((*threshold, value(at)?))).collect()
     }
 
     /// The pair with the least of a number, and that number; of equals the one with the least thresholds.

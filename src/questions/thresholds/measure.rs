@@ -36,20 +36,12 @@ impl MeasureScale {
     pub fn measures(&self) -> Vec<Measure> {
         let groups = [Measure::Forces, Measure::Moments, Measure::FullScale];
         let axes = (0..self.axes.len()).map(Measure::Axis);
-        groups
-            .into_iter()
-            .chain(axes)
-            .filter(|measure| measure.weights(self).is_some())
-            .collect()
+        groups.into_iter().chain(axes).filter(|measure| measure.weights(self).is_some()).collect()
     }
 
     /// What is looked at first: forces, or percent of full scale where there is none.
     pub fn default_measure(&self) -> Measure {
-        if Measure::Forces.weights(self).is_some() {
-            Measure::Forces
-        } else {
-            Measure::FullScale
-        }
+        if Measure::Forces.weights(self).is_some() { Measure::Forces } else { Measure::FullScale }
     }
 }
 
@@ -65,9 +57,8 @@ impl Measure {
                 _ => 0.0,
             },
         };
-        let mut weights: Vec<f64> = (scale.axes.iter().enumerate())
-            .map(|(at, axis)| one(at, axis))
-            .collect();
+        let mut weights: Vec<f64> =
+            (scale.axes.iter().enumerate()).map(|(at, axis)| one(at, axis)).collect();
         let count = weights.iter().filter(|weight| **weight > 0.0).count();
         for weight in &mut weights {
             *weight /= count.max(1) as f64;
@@ -108,10 +99,7 @@ mod tests {
     use super::*;
 
     fn scale() -> MeasureScale {
-        MeasureScale {
-            axes: vec![Axis::Fx, Axis::Fz, Axis::Mx],
-            full_scale: vec![10.0, 20.0, 0.0],
-        }
+        MeasureScale { axes: vec![Axis::Fx, Axis::Fz, Axis::Mx], full_scale: vec![10.0, 20.0, 0.0] }
     }
 
     #[test]
@@ -133,14 +121,8 @@ mod tests {
 
     #[test]
     fn only_measures_with_an_axis_are_offered() {
-        let moment = MeasureScale {
-            axes: vec![Axis::Mz],
-            full_scale: vec![0.5],
-        };
-        assert_eq!(
-            moment.measures(),
-            [Measure::Moments, Measure::FullScale, Measure::Axis(0)]
-        );
+        let moment = MeasureScale { axes: vec![Axis::Mz], full_scale: vec![0.5] };
+        assert_eq!(moment.measures(), [Measure::Moments, Measure::FullScale, Measure::Axis(0)]);
         assert_eq!(moment.default_measure(), Measure::FullScale);
         assert_eq!(scale().default_measure(), Measure::Forces);
     }

@@ -41,11 +41,7 @@ impl PastAges {
         let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
         Self {
             ages: (0..n_bins)
-                .map(|at| AgeBin {
-                    from_secs: edge(at),
-                    to_secs: edge(at + 1),
-                    count: 0,
-                })
+                .map(|at| AgeBin { from_secs: edge(at), to_secs: edge(at + 1), count: 0 })
                 .collect(),
             ..Self::default()
         }
@@ -110,16 +106,10 @@ mod tests {
     fn every_sample_is_found_cut_off_or_never_differed() {
         let mut past_ages = PastAges::new(2.0, 2);
         past_ages.count(&[0.0, 1.0, 2.0, 3.0, 7.0], &[0, 0, 0, 0, 0], 2.0);
-        assert_eq!(
-            (past_ages.n_samples, past_ages.n_found, past_ages.n_cut_off),
-            (5, 2, 2)
-        );
+        assert_eq!((past_ages.n_samples, past_ages.n_found, past_ages.n_cut_off), (5, 2, 2));
         let counts: Vec<u64> = past_ages.ages.iter().map(|bin| bin.count).collect();
         assert_eq!((counts, past_ages.n_beyond), (vec![1, 1, 1, 0], 1));
-        assert_eq!(
-            (past_ages.share_found(), past_ages.share_beyond_t_th()),
-            (0.4, 0.4)
-        );
+        assert_eq!((past_ages.share_found(), past_ages.share_beyond_t_th()), (0.4, 0.4));
         assert_eq!(past_ages.age_quantile_secs(0.5), Some(1.0));
         assert_eq!(past_ages.age_quantile_secs(1.0), Some(2.0));
     }
@@ -128,10 +118,7 @@ mod tests {
     fn a_time_threshold_of_zero_cuts_all_off() {
         let mut past_ages = PastAges::new(0.0, 4);
         past_ages.count(&[0.0, 1.0], &[0, 0], 0.0);
-        assert_eq!(
-            (past_ages.n_found, past_ages.n_cut_off, past_ages.n_beyond),
-            (0, 1, 1)
-        );
+        assert_eq!((past_ages.n_found, past_ages.n_cut_off, past_ages.n_beyond), (0, 1, 1));
         assert_eq!(past_ages.age_quantile_secs(0.5), None);
         assert_eq!(PastAges::default().share_found(), 0.0);
     }

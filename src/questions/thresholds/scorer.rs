@@ -49,18 +49,10 @@ impl Scorer {
         let mut train = NormalEquations::new(test.n_features(), test.n_targets());
         parts.iter().for_each(|part| train.add(part));
         let (kinds, known) = (design.kinds(), conventional.standardised(design));
-        let terms = Terms {
-            used: &present,
-            kinds: &kinds,
-            known: &known,
-        };
+        let terms = Terms { used: &present, kinds: &kinds, known: &known };
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; train.n_features() * train.n_targets()];
-        let left_out = LeftOut {
-            total: &train,
-            parts: &parts,
-            terms,
-        };
+        let left_out = LeftOut { total: &train, parts: &parts, terms };
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
         let conventional = point_scores(&train, &test, &none, squares);
         Self {
@@ -111,13 +103,7 @@ impl Scorer {
         n_classes: usize,
         progress: &Progress,
     ) -> Result<Vec<PointScores>, Cancelled> {
-        let Self {
-            mut train,
-            mut parts,
-            mut recordings,
-            mut test,
-            ..
-        } = self.clone();
+        let Self { mut train, mut parts, mut recordings, mut test, .. } = self.clone();
         (0..n_classes)
             .map(|class| {
                 progress.check()?;
@@ -145,28 +131,14 @@ impl Scorer {
     ) -> PointScores {
         let all: Vec<usize> = (0..train.n_features()).collect();
         let used = train.present_among(&all);
-        if !used
-            .iter()
-            .any(|&column| self.kinds[column] == ColumnKind::Appended)
-        {
+        if !used.iter().any(|&column| self.kinds[column] == ColumnKind::Appended) {
             return self.conventional.clone();
         }
-        let terms = Terms {
-            used: &used,
-            kinds: &self.kinds,
-            known: &self.known,
-        };
-        let left_out = LeftOut {
-            total: train,
-            parts,
-            terms,
-        };
+        let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
+        let left_out = LeftOut { total: train, parts, terms };
         let (strengths, squares) = match (self.ridge, recordings) {
             (RidgeChoice::Auto | RidgeChoice::ByBlock, Some(recordings)) => {
-                let whole = LeftOut {
-                    parts: recordings,
-                    ..left_out
-                };
+                let whole = LeftOut { parts: recordings, ..left_out };
                 let (strengths, _) = whole.with_ridge(self.ridge);
                 let squares = left_out.squares_by_target(&left_out.terms.of_targets(&strengths));
                 (strengths, (parts.len() > 1).then_some(squares))

@@ -76,9 +76,7 @@ impl Suggestion {
         let conventional = map
             .conventional_value(ScoreSet::LeftOut, measure)
             .ok_or(NoSuggestion::NothingLeftOut)?;
-        let (at, left_out) = map
-            .minimum(ScoreSet::LeftOut, measure)
-            .ok_or(NoSuggestion::NotYet)?;
+        let (at, left_out) = map.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
         let best = map.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
         let excess = |point: &PointScores| -> Result<Paired, NoSuggestion> {
             let (one, other) = (&point.left_out_squares, &best.left_out_squares);
@@ -107,10 +105,7 @@ impl Suggestion {
     /// The lowest values do not count: they are the least that can be asked, and the conventional calibration itself.
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
         let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
-        (
-            last(self.at.0, map.grid.f_ths()),
-            last(self.at.1, map.grid.t_ths_secs()),
-        )
+        (last(self.at.0, map.grid.f_ths()), last(self.at.1, map.grid.t_ths_secs()))
     }
 }
 
@@ -156,10 +151,7 @@ mod tests {
     fn map(rows: &[[f64; 4]]) -> ThresholdMap {
         let f_ths = (0..rows.len()).map(|at| at as f64).collect();
         let grid = ThresholdGrid::new(f_ths, vec![15.0]).unwrap();
-        let scale = MeasureScale {
-            axes: vec![Axis::Fz],
-            full_scale: vec![10.0],
-        };
+        let scale = MeasureScale { axes: vec![Axis::Fz], full_scale: vec![10.0] };
         let mut map = ThresholdMap::new(grid, Distance::Force, scale, point(rows[0]), vec![10; 4]);
         for (at, row) in rows.iter().enumerate() {
             map.set_row(at, vec![point(*row)]);
@@ -216,21 +208,12 @@ mod tests {
         let full = map(&[[3.0; 4], [2.0; 4], [1.0; 4]]);
         let mut half = map(&[[3.0; 4], [2.0; 4], [1.0; 4]]);
         half.rows[2] = None;
-        assert_eq!(
-            full.suggestion(Measure::Forces).unwrap().thresholds.f_th,
-            2.0
-        );
-        assert_eq!(
-            half.suggestion(Measure::Forces).unwrap().thresholds.f_th,
-            1.0
-        );
+        assert_eq!(full.suggestion(Measure::Forces).unwrap().thresholds.f_th, 2.0);
+        assert_eq!(half.suggestion(Measure::Forces).unwrap().thresholds.f_th, 1.0);
         half.rows = vec![None; 3];
         assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NotYet));
         assert_eq!(half.suggestion(Measure::Moments), Err(NoSuggestion::NoAxis));
         half.conventional.scores.cv_rmse = None;
-        assert_eq!(
-            half.suggestion(Measure::Forces),
-            Err(NoSuggestion::NothingLeftOut)
-        );
+        assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NothingLeftOut));
     }
 }

@@ -77,10 +77,7 @@ impl Path {
 
     /// The loads of `n_samples` samples at even steps along the path, with the weight at `centre_m`.
     pub(super) fn loads(&self, n_samples: usize, centre_m: [f64; 3]) -> Vec<[f64; 6]> {
-        let weight = Weight {
-            mass_kg: MASS_KG,
-            centre_m,
-        };
+        let weight = Weight { mass_kg: MASS_KG, centre_m };
         (0..n_samples)
             .map(|k| {
                 let (roll, pitch) = self.attitude(CYCLES * k as f64 / n_samples as f64);
@@ -123,9 +120,8 @@ mod tests {
     fn every_force_axis_swings_through_most_of_the_weight_both_ways() {
         let most = 0.8 * MASS_KG * STANDARD_GRAVITY;
         for seed in 0..20 {
-            let loads: Vec<_> = (1..=5)
-                .flat_map(|path| Path::new(seed, path).loads(1900, MOUNTS_M[0]))
-                .collect();
+            let loads: Vec<_> =
+                (1..=5).flat_map(|path| Path::new(seed, path).loads(1900, MOUNTS_M[0])).collect();
             for axis in 0..3 {
                 assert!(loads.iter().any(|load| load[axis] > most));
                 assert!(loads.iter().any(|load| load[axis] < -most));

@@ -20,10 +20,7 @@ const REST_SECS: f64 = 10.0;
 pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
     let at = Axis::ALL.iter().position(|one| *one == axis);
     let at = at.expect("the list holds every axis");
-    let mut shares = Shares {
-        rate_hz,
-        shares: vec![0.0],
-    };
+    let mut shares = Shares { rate_hz, shares: vec![0.0] };
     shares.hold(REST_SECS);
     for _ in 0..CYCLES {
         shares.go_to(1.0, RAMP_SECS * (1.0 - shares.last()));

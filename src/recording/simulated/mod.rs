@@ -53,10 +53,8 @@ pub fn recordings(seed: u64) -> RecordingSet {
                 .flat_map(move |mount| (0..SPEEDS.len()).map(move |speed| (path, mount, speed)))
         })
         .collect();
-    let entries: Vec<Entry> = runs
-        .into_par_iter()
-        .map(|(path, mount, speed)| entry(seed, path, mount, speed))
-        .collect();
+    let entries: Vec<Entry> =
+        runs.into_par_iter().map(|(path, mount, speed)| entry(seed, path, mount, speed)).collect();
     let mut set = RecordingSet::default();
     for entry in entries {
         set.push(entry).expect("all have the same columns");
@@ -90,11 +88,7 @@ pub fn demonstration(seed: u64) -> RecordingSet {
 
 fn entry(seed: u64, path: u64, mount: usize, speed: usize) -> Entry {
     let (pace, n_samples) = SPEEDS[speed];
-    let (role, part) = if path == N_PATHS {
-        (Role::Test, "test")
-    } else {
-        (Role::Train, "train")
-    };
+    let (role, part) = if path == N_PATHS { (Role::Test, "test") } else { (Role::Train, "train") };
     let loads = Path::new(seed, path).loads(n_samples, MOUNTS_M[mount]);
     let mut random = Random::new(seed, &[path, mount as u64 + 1, speed as u64 + 1]);
     let name = format!("{part}_path{path}_mount{}_{pace}", mount + 1);
@@ -146,10 +140,7 @@ mod tests {
         assert_eq!(bench.len(), 6);
         for (at, entry) in bench.iter().enumerate() {
             assert_eq!(entry.role, Role::Off);
-            assert_eq!(
-                entry.recording.name(),
-                format!("bench_{}", Axis::ALL[at].symbol())
-            );
+            assert_eq!(entry.recording.name(), format!("bench_{}", Axis::ALL[at].symbol()));
             for load in entry.recording.loads().chunks(6) {
                 assert!((0..6).all(|axis| axis == at || load[axis] == 0.0));
                 assert!(load[at].abs() <= sensor::RATED_LOAD[at] * (1.0 + 1e-12));

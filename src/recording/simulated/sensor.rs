@@ -81,10 +81,7 @@ struct LowPass {
 
 impl LowPass {
     fn new(time_constant_secs: f64, step_secs: f64) -> Self {
-        Self {
-            share: -(-step_secs / time_constant_secs).exp_m1(),
-            value: 0.0,
-        }
+        Self { share: -(-step_secs / time_constant_secs).exp_m1(), value: 0.0 }
     }
 
     /// One time step at this input; exact for an input that holds still over the step.
@@ -106,9 +103,8 @@ impl Gauge {
     /// The reading without noise, in mV/V, once the load has gone straight to this one.
     fn read(&mut self, load: &[f64; 6]) -> f64 {
         let i = self.index;
-        let strain: f64 = (0..6)
-            .map(|axis| ELASTICITY[i][axis] * load[axis] / RATED_LOAD[axis])
-            .sum();
+        let strain: f64 =
+            (0..6).map(|axis| ELASTICITY[i][axis] * load[axis] / RATED_LOAD[axis]).sum();
         let lag = HYSTERESIS[i] * self.hysteresis.go_to(strain);
         let crept: f64 = self.creep.as_mut().map_or(0.0, |filters| {
             (filters.iter_mut().zip(CREEP))
@@ -137,11 +133,7 @@ impl Sensor {
     }
 
     fn with_creep(creep: Option<[LowPass; 2]>) -> Self {
-        Self(std::array::from_fn(|index| Gauge {
-            index,
-            hysteresis: BoucWen::default(),
-            creep,
-        }))
+        Self(std::array::from_fn(|index| Gauge { index, hysteresis: BoucWen::default(), creep }))
     }
 
     /// The six readings without noise, in mV/V, once the load has gone straight to this one, a time step on.

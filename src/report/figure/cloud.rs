@@ -44,9 +44,7 @@ impl CloudPicture {
             }
         }
         let groups = groups.iter();
-        groups
-            .map(|group| Self::of_group(group, cells_per_pixel.max(1)))
-            .collect()
+        groups.map(|group| Self::of_group(group, cells_per_pixel.max(1))).collect()
     }
 
     fn of_group(clouds: &[&Cloud], step: usize) -> Self {
@@ -67,9 +65,7 @@ impl CloudPicture {
                 let (mut mixed, mut sum, mut strongest) = ([0.0_f32; 3], 0.0_f32, 0.0_f32);
                 for cloud in clouds {
                     let own = &cloud.density.levels;
-                    let rows = rows
-                        .clone()
-                        .flat_map(|row| &own[row * cells[0]..][columns.clone()]);
+                    let rows = rows.clone().flat_map(|row| &own[row * cells[0]..][columns.clone()]);
                     let own = strength(rows.copied().max().unwrap_or(0));
                     (sum, strongest) = (sum + own, strongest.max(own));
                     for (mixed, part) in mixed.iter_mut().zip(cloud.color) {
@@ -123,17 +119,11 @@ mod tests {
     use super::*;
     use crate::scoring::loops::{Outline, outline};
 
-    const FRAME: Frame = Frame {
-        loads: (0.0, 4.0),
-        outputs: (0.0, 2.0),
-    };
+    const FRAME: Frame = Frame { loads: (0.0, 4.0), outputs: (0.0, 2.0) };
 
     fn cloud(points: &[[f64; 2]], color: [u8; 3]) -> Cloud {
         match outline([points.to_vec()], FRAME, [4.0, 2.0], 0) {
-            Outline::Density(density) => Cloud {
-                density: Arc::new(density),
-                color,
-            },
+            Outline::Density(density) => Cloud { density: Arc::new(density), color },
             Outline::Lines(_) => panic!("no point is allowed"),
         }
     }
@@ -146,9 +136,7 @@ mod tests {
         there.extend([[3.9, 1.9]; 9]);
         let high = cloud(&there, [0, 0, 200]);
         let pictures = CloudPicture::of(&[low, high], 1);
-        let [picture] = &pictures[..] else {
-            panic!("one frame is one picture")
-        };
+        let [picture] = &pictures[..] else { panic!("one frame is one picture") };
         assert_eq!(picture.size, [8, 4]);
         let at = |column: usize, row: usize| &picture.rgba[4 * (8 * row + column)..][..4];
         assert_eq!(at(3, 3), [200, 0, 0, 51], "passed only");
@@ -158,11 +146,7 @@ mod tests {
         assert!((0..3).all(|row| (0..7).all(|column| at(column, row)[3] == 0)));
         let pixels = &CloudPicture::of(&[cloud(&there, [0, 0, 200])], 2)[0];
         assert_eq!(pixels.size, [4, 2]);
-        let touched: Vec<u8> = pixels
-            .rgba
-            .chunks(4)
-            .map(|pixel| u8::from(pixel[3] > 0))
-            .collect();
+        let touched: Vec<u8> = pixels.rgba.chunks(4).map(|pixel| u8::from(pixel[3] > 0)).collect();
         assert_eq!(touched, [0, 0, 0, 1, 0, 0, 0, 1]);
         assert!(picture.png().unwrap().starts_with(b"\x89PNG"));
         assert!(CloudPicture::of(&[], 1).is_empty());
@@ -170,13 +154,9 @@ mod tests {
 
     #[test]
     fn base64_is_that_of_the_rfc() {
-        for (text, expected) in [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foo", "Zm9v"),
-            ("foobar", "Zm9vYmFy"),
-        ] {
+        for (text, expected) in
+            [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")]
+        {
             assert_eq!(base64(text.as_bytes()), expected);
         }
     }

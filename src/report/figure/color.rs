@@ -31,9 +31,7 @@ pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
 
 /// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
 pub fn shade(share: f64) -> [u8; 3] {
-    colorous::VIRIDIS
-        .eval_continuous(share.clamp(0.0, 1.0))
-        .as_array()
+    colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0)).as_array()
 }
 
 #[cfg(test)]

@@ -33,11 +33,7 @@ impl Figure<'_> {
             right = ROOM_FOR_SHADES;
         }
         let (plot, size) = ([left, top, width - right, height - bottom], (width, height));
-        let svg = Svg {
-            figure: self,
-            size,
-            plot,
-        };
+        let svg = Svg { figure: self, size, plot };
         svg.to_string()
     }
 }
@@ -130,9 +126,7 @@ impl Svg<'_> {
     fn grid(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [left, top, right, bottom] = self.plot;
         let [across, up] = self.named();
-        let across = across
-            .iter()
-            .map(|(x, _)| format!("M{x:.1} {top}V{bottom}"));
+        let across = across.iter().map(|(x, _)| format!("M{x:.1} {top}V{bottom}"));
         let up = up.iter().map(|(y, _)| format!("M{left} {y:.1}H{right}"));
         let lines: String = across.chain(up).collect();
         writeln!(out, r##"<path d="{lines}" stroke="#ddd"/>"##)
@@ -257,12 +251,7 @@ impl Svg<'_> {
         let n_up = self.figure.up.cells.len().max(1);
         let (width, height) = (self.x(1.0) - self.x(0.0), self.y(0.0) - self.y(1.0));
         let cell = |(across, up): (usize, usize)| {
-            [
-                self.x(across as f64),
-                self.y((up + 1) as f64),
-                width,
-                height,
-            ]
+            [self.x(across as f64), self.y((up + 1) as f64), width, height]
         };
         writeln!(out, r#"<g shape-rendering="crispEdges">"#)?;
         for (at, value) in map.values.iter().enumerate() {
@@ -270,26 +259,14 @@ impl Svg<'_> {
                 Some(value) => hex(color::shade(place(value, map.shades.range, 0.0, 1.0))),
                 None => "#d0d0d0".to_owned(),
             };
-            rect(
-                out,
-                cell((at / n_up, at % n_up)),
-                &format!(r#"fill="{fill}""#),
-            )?;
+            rect(out, cell((at / n_up, at % n_up)), &format!(r#"fill="{fill}""#))?;
         }
         writeln!(out, "</g>")?;
         let Some(marked) = map.marked.map(cell) else {
             return Ok(());
         };
-        rect(
-            out,
-            marked,
-            r#"fill="none" stroke="white" stroke-width="4""#,
-        )?;
-        rect(
-            out,
-            marked,
-            r#"fill="none" stroke="black" stroke-width="2""#,
-        )
+        rect(out, marked, r#"fill="none" stroke="white" stroke-width="4""#)?;
+        rect(out, marked, r#"fill="none" stroke="black" stroke-width="2""#)
     }
 
     /// The scale of the colours, beside the plot.
@@ -301,21 +278,13 @@ impl Svg<'_> {
             let y = bottom - (at + 1) as f64 * height;
             let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
             // A little higher than they are apart, so that no seam shines through.
-            rect(
-                out,
-                [left, y, width, height + 0.5],
-                &format!(r#"fill="{fill}""#),
-            )?;
+            rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }
         for (value, name) in named(scale, (bottom - top) / APART.1) {
             let y = place(value, scale.range, bottom, top);
             text(out, (left + width + 6.0, y + 4.0), "start", &name)?;
         }
-        upright(
-            out,
-            (self.size.0 - 10.0, (top + bottom) / 2.0),
-            &scale.label,
-        )
+        upright(out, (self.size.0 - 10.0, (top + bottom) / 2.0), &scale.label)
     }
 }
 
@@ -329,18 +298,12 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     }
     let every = scale.cells.len().div_ceil(MAX_NAMED_CELLS);
     let cells = scale.cells.iter().enumerate().step_by(every);
-    cells
-        .map(|(at, value)| (at as f64 + 0.5, value.to_string()))
-        .collect()
+    cells.map(|(at, value)| (at as f64 + 0.5, value.to_string())).collect()
 }
 
 /// A value's place on the picture, wherever that is.
 fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
-    let share = if high > low {
-        (value - low) / (high - low)
-    } else {
-        0.5
-    };
+    let share = if high > low { (value - low) / (high - low) } else { 0.5 };
     // Of greater numbers the step to them could not be computed.
     start + (end - start) * share.clamp(-1e100, 1e100)
 }
@@ -377,9 +340,9 @@ fn upright(out: &mut fmt::Formatter<'_>, (x, y): (f64, f64), words: &str) -> fmt
 }
 
 fn style(line: &Line<'_>) -> String {
-    let dash = line.dash.map_or_else(String::new, |[dash, gap]| {
-        format!(r#" stroke-dasharray="{dash} {gap}""#)
-    });
+    let dash = line
+        .dash
+        .map_or_else(String::new, |[dash, gap]| format!(r#" stroke-dasharray="{dash} {gap}""#));
     format!(
         r#"fill="none" stroke="{}" stroke-opacity="{}" stroke-width="{}" stroke-linejoin="round"{dash}"#,
         hex(line.color),
@@ -409,10 +372,7 @@ mod tests {
             title: title.to_owned(),
             across: Scale::new("Fx [N]", range),
             up: Scale::new("error [N]", range),
-            lines: vec![Line {
-                dash: Some(DASHED),
-                ..Line::new("Conv.", [213, 94, 0], [points])
-            }],
+            lines: vec![Line { dash: Some(DASHED), ..Line::new("Conv.", [213, 94, 0], [points]) }],
             ..Figure::default()
         }
     }
@@ -440,13 +400,7 @@ mod tests {
         }
         .svg(SIZE);
         let line = svg.lines().find(|line| line.contains("L")).unwrap();
-        let drawn = line
-            .split(" d=\"M")
-            .nth(1)
-            .unwrap()
-            .split('"')
-            .next()
-            .unwrap();
+        let drawn = line.split(" d=\"M").nth(1).unwrap().split('"').next().unwrap();
         let drawn: Vec<&str> = drawn.split('L').collect();
         assert_eq!(drawn.len(), points.len());
         for (place, [x, y]) in drawn.iter().zip(points) {
@@ -459,56 +413,38 @@ mod tests {
     /// A density stands where its frame says, under the lines.
     #[test]
     fn a_density_covers_its_frame() {
-        let frame = Frame {
-            loads: (0.0, 5.0),
-            outputs: (0.0, 10.0),
-        };
+        let frame = Frame { loads: (0.0, 5.0), outputs: (0.0, 10.0) };
         let path = [[0.0, 0.0], [5.0, 10.0]];
         let Outline::Density(density) = outline([path], frame, [40.0, 30.0], 0) else {
             panic!("no point is allowed")
         };
         let svg = Figure {
-            clouds: vec![Cloud {
-                density: Arc::new(density),
-                color: [9, 9, 9],
-            }],
+            clouds: vec![Cloud { density: Arc::new(density), color: [9, 9, 9] }],
             ..figure("", (0.0, 10.0))
         }
         .svg(SIZE);
         let start = r#"<image x="80.00" y="50.00" width="348.00" height="490.00""#;
-        assert!(
-            svg.contains(start) && svg.contains("data:image/png;base64,iVBOR"),
-            "{svg}"
-        );
+        assert!(svg.contains(start) && svg.contains("data:image/png;base64,iVBOR"), "{svg}");
     }
 
     /// From (0, 0) to far above the right end: within the plot the line goes on where it went.
     #[test]
     fn a_line_that_leaves_the_picture_keeps_its_way() {
         let points = vec![[0.0, 0.0], [1e7, 5e6], [5.0, -1e9], [5.0, 5.0]];
-        let svg = Figure {
-            lines: vec![Line::new("", [0; 3], [points])],
-            ..figure("", (0.0, 10.0))
-        }
-        .svg(SIZE);
+        let svg =
+            Figure { lines: vec![Line::new("", [0; 3], [points])], ..figure("", (0.0, 10.0)) }
+                .svg(SIZE);
         // 10 across is 5 up: the middle of the right edge, and on by as much of the way as is drawn beside it.
         let (x, y) = (776.0 + BEYOND, 540.0 - 245.0 * (1.0 + BEYOND / 696.0));
         assert!(svg.contains(&format!("M80.0 540.0L{x:.1} {y:.1}")), "{svg}");
-        assert!(
-            svg.contains(&format!("M428.0 {:.1}L428.0 295.0", 540.0 + BEYOND)),
-            "{svg}"
-        );
+        assert!(svg.contains(&format!("M428.0 {:.1}L428.0 295.0", 540.0 + BEYOND)), "{svg}");
     }
 
     /// As above: 2 stands at 219.2 across, 4 at 358.4.
     #[test]
     fn an_interval_is_shaded_and_a_place_marked() {
-        let svg = Figure {
-            shaded: Some((2.0, 4.0)),
-            marked: Some(2.0),
-            ..figure("", (0.0, 10.0))
-        }
-        .svg(SIZE);
+        let svg = Figure { shaded: Some((2.0, 4.0)), marked: Some(2.0), ..figure("", (0.0, 10.0)) }
+            .svg(SIZE);
         assert!(svg.contains(r#"<rect x="219.20" y="50.00" width="139.20" height="490.00""#));
         assert!(svg.contains(r#"<path d="M219.2 50V540""#), "{svg}");
     }
@@ -522,10 +458,7 @@ mod tests {
 
     #[test]
     fn an_empty_scale_gives_a_picture_without_numbers_that_are_none() {
-        let empty = Figure {
-            heat_map: Some(HeatMap::default()),
-            ..Figure::default()
-        };
+        let empty = Figure { heat_map: Some(HeatMap::default()), ..Figure::default() };
         for figure in [figure("", (1.0, 1.0)), Figure::default(), empty] {
             let svg = figure.svg(SIZE);
             assert!(!svg.contains("inf") && !svg.contains("NaN"), "{svg}");

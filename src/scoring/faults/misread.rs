@@ -38,11 +38,7 @@ pub(crate) fn misread(recording: &Recording, channels: &[(&Own, Option<&Expected
             _ => loads,
         };
         let farthest = suspects.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        farthest.map(|(channel, _)| Fault {
-            kind: FaultKind::Spike,
-            channel,
-            samples: k..k + 1,
-        })
+        farthest.map(|(channel, _)| Fault { kind: FaultKind::Spike, channel, samples: k..k + 1 })
     };
     let found: Vec<Fault> = (0..n).filter_map(of_row).collect();
     match found.len() as f64 <= MOST_ROWS * n as f64 {
@@ -62,10 +58,7 @@ mod tests {
         let mut random = Random::new(5, &[]);
         let mut cases = Vec::new();
         for case in 0..20 {
-            let mut loads = [
-                f64::from(case % 5) * 10.0 - 20.0,
-                f64::from(case / 5) * 4.0 - 6.0,
-            ];
+            let mut loads = [f64::from(case % 5) * 10.0 - 20.0, f64::from(case / 5) * 4.0 - 6.0];
             let (mut all, mut gauges) = (Vec::new(), Vec::new());
             for row in 0..3 {
                 let [x, z] = loads;

@@ -30,15 +30,11 @@ impl Watched<'_> {
     pub(crate) fn noisy_limit(&self, inward: f64) -> Option<f64> {
         // Outward is up.
         let outward = |value: f64| -inward * value;
-        let mut values: Vec<f64> = looked_at(self.n())
-            .map(|k| outward(self.value(k)))
-            .collect();
+        let mut values: Vec<f64> = looked_at(self.n()).map(|k| outward(self.value(k))).collect();
         let end = quantile(&mut values, 0.998)?;
         let band = BEYOND * self.own.span;
         let within = |from: f64, to: f64| {
-            let within = values
-                .iter()
-                .filter(|value| **value > from && **value <= to);
+            let within = values.iter().filter(|value| **value > from && **value <= to);
             within.count()
         };
         let at_end = within(end - band, f64::INFINITY);
@@ -56,9 +52,7 @@ impl Watched<'_> {
         });
         let pairs: Vec<(f64, f64)> = pairs.collect();
         let is_behind = |value: f64, expected: f64| expected - value > OFF * sigma;
-        let behind = pairs
-            .iter()
-            .filter(|(value, expected)| is_behind(*value, *expected));
+        let behind = pairs.iter().filter(|(value, expected)| is_behind(*value, *expected));
         let (mut at, mut should_be): (Vec<f64>, Vec<f64>) = behind.copied().unzip();
         if at.len() < FEWEST {
             return None;
@@ -70,9 +64,7 @@ impl Watched<'_> {
         }
         let reach = limit + (3.0 * width).max(OFF * self.own.resolution);
         let share = |is: &dyn Fn(f64, f64) -> bool, of: &dyn Fn(f64, f64) -> bool| {
-            let of = pairs
-                .iter()
-                .filter(|(value, expected)| of(*value, *expected));
+            let of = pairs.iter().filter(|(value, expected)| of(*value, *expected));
             let are: Vec<bool> = of.map(|(value, expected)| is(*value, *expected)).collect();
             let some = are.iter().filter(|own| **own).count();
             some as f64 / are.len().max(1) as f64
@@ -112,9 +104,7 @@ impl Watched<'_> {
                 |fault: &Fault| fault.samples.start < run.end && run.start < fault.samples.end;
             !found.iter().any(overlaps)
         };
-        let faults = runs
-            .filter(is_new)
-            .map(|run| self.fault(FaultKind::Stuck, run));
+        let faults = runs.filter(is_new).map(|run| self.fault(FaultKind::Stuck, run));
         faults.collect()
     }
 
@@ -181,9 +171,6 @@ mod tests {
         assert_eq!(told.len(), 1, "{told:?}");
         let (number, rest) = told[0].split_once(' ').unwrap();
         assert_eq!(rest, "stuck (S2)");
-        assert!(
-            (380..=420).contains(&number.parse::<usize>().unwrap()),
-            "{number}"
-        );
+        assert!((380..=420).contains(&number.parse::<usize>().unwrap()), "{number}");
     }
 }

@@ -49,10 +49,7 @@ pub enum NoTimeConstant {
     #[error(
         "the drift is over within {shortest_secs:.3} s, too fast for {duration_secs:.3} s of samples; it may be the load still settling"
     )]
-    TooFast {
-        shortest_secs: f64,
-        duration_secs: f64,
-    },
+    TooFast { shortest_secs: f64, duration_secs: f64 },
 }
 
 impl Drift {
@@ -72,9 +69,7 @@ impl Drift {
         }
         let averages = averages(times, outputs, duration);
         let tau = search(duration, |tau| averages.fit(tau).left_over);
-        let Line {
-            start, amplitude, ..
-        } = averages.fit(tau);
+        let Line { start, amplitude, .. } = averages.fit(tau);
         let squares: f64 = times
             .iter()
             .zip(outputs)
@@ -117,10 +112,7 @@ impl Drift {
         } else if self.fitted_tau_secs > duration_secs {
             Err(NoTimeConstant::LongerThanHold { duration_secs })
         } else if self.fitted_tau_secs < shortest_secs {
-            Err(NoTimeConstant::TooFast {
-                shortest_secs,
-                duration_secs,
-            })
+            Err(NoTimeConstant::TooFast { shortest_secs, duration_secs })
         } else {
             Ok(self.fitted_tau_secs)
         }
@@ -160,9 +152,7 @@ fn averages(times: &[f64], outputs: &[f64], duration: f64) -> Averages {
     }
     let filled = sums.into_iter().filter(|(count, ..)| *count > 0.0);
     Averages {
-        cells: filled
-            .map(|(count, secs, output)| (count, secs / count, output / count))
-            .collect(),
+        cells: filled.map(|(count, secs, output)| (count, secs / count, output / count)).collect(),
         mean,
     }
 }
@@ -220,9 +210,7 @@ mod tests {
     use super::*;
 
     fn times(n: usize, secs: f64) -> Vec<f64> {
-        (0..n)
-            .map(|k| 100.0 + secs * k as f64 / (n - 1) as f64)
-            .collect()
+        (0..n).map(|k| 100.0 + secs * k as f64 / (n - 1) as f64).collect()
     }
 
     fn creep(times: &[f64], amplitude: f64, tau: f64) -> Vec<f64> {
@@ -250,10 +238,7 @@ mod tests {
         let times = times(500, 10.0);
         let drift = Drift::of(&times, &creep(&times, 5.0, 80.0)).unwrap();
         let duration_secs = 10.0;
-        assert_eq!(
-            drift.tau_secs(),
-            Err(NoTimeConstant::LongerThanHold { duration_secs })
-        );
+        assert_eq!(drift.tau_secs(), Err(NoTimeConstant::LongerThanHold { duration_secs }));
         assert!((drift.size / (5.0 * (1.0 - (-0.125_f64).exp())) - 1.0).abs() < 0.01);
     }
 
@@ -263,10 +248,7 @@ mod tests {
         let hum: Vec<f64> = (0..1000).map(|k| (k as f64 * 2.1).sin()).collect();
         for outputs in [hum, vec![7.0; 1000]] {
             let drift = Drift::of(&times, &outputs).unwrap();
-            assert!(matches!(
-                drift.tau_secs(),
-                Err(NoTimeConstant::BelowNoise { .. })
-            ));
+            assert!(matches!(drift.tau_secs(), Err(NoTimeConstant::BelowNoise { .. })));
             assert!(drift.size.abs() < 0.2);
         }
     }
@@ -277,10 +259,7 @@ mod tests {
         let mut outputs = vec![1.0; 1000];
         outputs[0] = -50.0;
         let drift = Drift::of(&times, &outputs).unwrap();
-        assert!(matches!(
-            drift.tau_secs(),
-            Err(NoTimeConstant::TooFast { .. })
-        ));
+        assert!(matches!(drift.tau_secs(), Err(NoTimeConstant::TooFast { .. })));
     }
 
     #[test]

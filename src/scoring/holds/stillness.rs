@@ -31,10 +31,7 @@ pub struct Hold {
 /// If the slices differ in length.
 pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) -> Vec<Hold> {
     assert_eq!(axes.len(), bands.len(), "one band for each axis");
-    assert!(
-        axes.iter().all(|axis| axis.len() == times.len()),
-        "one load for each time"
-    );
+    assert!(axes.iter().all(|axis| axis.len() == times.len()), "one load for each time");
     let mut extents: Vec<Extent> = axes.iter().map(|_| Extent::default()).collect();
     let mut found = Vec::new();
     let mut start = 0;
@@ -42,10 +39,7 @@ pub fn holds(times: &[f64], axes: &[&[f64]], bands: &[f64], shortest_secs: f64) 
         let long = samples.len() >= FEWEST_SAMPLES
             && times[samples.end - 1] - times[samples.start] >= shortest_secs;
         if long {
-            let level = axes
-                .iter()
-                .map(|axis| mean(&axis[samples.clone()]))
-                .collect();
+            let level = axes.iter().map(|axis| mean(&axis[samples.clone()])).collect();
             found.push(Hold { samples, level });
         }
         long
@@ -89,18 +83,10 @@ struct Extent {
 
 impl Extent {
     fn push(&mut self, k: usize, values: &[f64]) {
-        while self
-            .highest
-            .back()
-            .is_some_and(|&last| values[last] <= values[k])
-        {
+        while self.highest.back().is_some_and(|&last| values[last] <= values[k]) {
             self.highest.pop_back();
         }
-        while self
-            .lowest
-            .back()
-            .is_some_and(|&last| values[last] >= values[k])
-        {
+        while self.lowest.back().is_some_and(|&last| values[last] >= values[k]) {
             self.lowest.pop_back();
         }
         self.highest.push_back(k);
@@ -170,10 +156,7 @@ mod tests {
                 let own = &load[start..end];
                 own.iter().all(|a| own.iter().all(|b| a - b <= band))
             };
-            let end = (start + 1..=load.len())
-                .rev()
-                .find(|end| stays(*end))
-                .unwrap();
+            let end = (start + 1..=load.len()).rev().find(|end| stays(*end)).unwrap();
             if end - start > shortest {
                 expected.push(start..end);
                 start = end;

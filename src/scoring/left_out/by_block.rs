@@ -37,11 +37,7 @@ impl LeftOut<'_> {
             return None;
         }
         let q = self.total.n_targets();
-        let mut tried = Tried {
-            left_out: *self,
-            blocks,
-            squares: HashMap::new(),
-        };
+        let mut tried = Tried { left_out: *self, blocks, squares: HashMap::new() };
         let none: Levels = vec![0; blocks.len()];
         tried.add(vec![none.clone()]);
         let mut standing = vec![Some(none); q];
@@ -95,10 +91,8 @@ fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
 impl Tried<'_> {
     /// Tries those that are new.
     fn add(&mut self, asked: Vec<Levels>) {
-        let mut new: Vec<Levels> = asked
-            .into_iter()
-            .filter(|levels| !self.squares.contains_key(levels))
-            .collect();
+        let mut new: Vec<Levels> =
+            asked.into_iter().filter(|levels| !self.squares.contains_key(levels)).collect();
         new.sort_unstable();
         new.dedup();
         let own = &*self;
@@ -128,11 +122,7 @@ impl Tried<'_> {
     fn simplest_good(&self, target: usize) -> &Levels {
         let q = self.left_out.total.n_targets();
         let cost = |levels: &Levels| {
-            let taken = self
-                .blocks
-                .iter()
-                .zip(levels)
-                .filter(|(_, level)| **level > 0);
+            let taken = self.blocks.iter().zip(levels).filter(|(_, level)| **level > 0);
             let columns: usize = taken.map(|(block, _)| block.len()).sum();
             let weakness: u32 = levels.iter().map(|level| u32::from(*level)).sum();
             (columns, weakness)
@@ -162,14 +152,7 @@ mod tests {
             let mut sums = NormalEquations::new(4, 2);
             for _ in 0..30 {
                 let [a, b, c, d, noise, other] = [(); 6].map(|()| random.normal());
-                let mut row = vec![
-                    a,
-                    b,
-                    c,
-                    d,
-                    a + 0.5 * b - 0.3 * c + noise,
-                    a + d + 0.1 * other,
-                ];
+                let mut row = vec![a, b, c, d, a + 0.5 * b - 0.3 * c + noise, a + d + 0.1 * other];
                 row.resize(sums.stride(), 0.0);
                 sums.add_rows(&row);
             }
@@ -184,42 +167,21 @@ mod tests {
         total
     }
 
-    const KINDS: [ColumnKind; 4] = [
-        ColumnKind::Gauge,
-        ColumnKind::Appended,
-        ColumnKind::Appended,
-        ColumnKind::Appended,
-    ];
+    const KINDS: [ColumnKind; 4] =
+        [ColumnKind::Gauge, ColumnKind::Appended, ColumnKind::Appended, ColumnKind::Appended];
 
-    const TERMS: Terms<'_> = Terms {
-        used: &[0, 1, 2, 3],
-        kinds: &KINDS,
-        known: &[],
-    };
+    const TERMS: Terms<'_> = Terms { used: &[0, 1, 2, 3], kinds: &KINDS, known: &[] };
 
     #[test]
     fn a_block_is_there_for_the_axis_that_it_helps() {
         let parts = parts(8);
         let total = total(&parts);
-        let left_out = LeftOut {
-            total: &total,
-            parts: &parts,
-            terms: TERMS,
-        };
+        let left_out = LeftOut { total: &total, parts: &parts, terms: TERMS };
         let blocks = [vec![1, 2], vec![3]];
         let chosen = left_out.by_block(&blocks).unwrap();
-        assert!(
-            chosen[0][0].is_some() && chosen[0][1].is_none(),
-            "{chosen:?}"
-        );
-        assert!(
-            chosen[1][0].is_none() && chosen[1][1].is_some(),
-            "{chosen:?}"
-        );
-        let alone = LeftOut {
-            parts: &parts[..1],
-            ..left_out
-        };
+        assert!(chosen[0][0].is_some() && chosen[0][1].is_none(), "{chosen:?}");
+        assert!(chosen[1][0].is_none() && chosen[1][1].is_some(), "{chosen:?}");
+        let alone = LeftOut { parts: &parts[..1], ..left_out };
         assert_eq!(alone.by_block(&blocks), None);
     }
 
@@ -228,21 +190,14 @@ mod tests {
     fn shares_are_those_of_fits_to_the_other_parts() {
         let parts = parts(5);
         let total = total(&parts);
-        let left_out = LeftOut {
-            total: &total,
-            parts: &parts,
-            terms: TERMS,
-        };
+        let left_out = LeftOut { total: &total, parts: &parts, terms: TERMS };
         let shares = shares_of_blocks(4, &[vec![1, 2], vec![3]], &[Some(0.3), None]);
         let squares = left_out.squares_with(&shares);
         for at in 0..parts.len() {
             let mut rest = NormalEquations::new(4, 2);
             let others = parts.iter().enumerate().filter(|(other, _)| *other != at);
             others.for_each(|(_, part)| rest.add(part));
-            let terms = Terms {
-                used: &[0, 1, 2],
-                ..TERMS
-            };
+            let terms = Terms { used: &[0, 1, 2], ..TERMS };
             let found = fit(&rest, terms, Ridge::Shares(&[0.0, 0.3, 0.3, 0.0]));
             let expected = parts[at].squared_residuals(&found.coefficients);
             for (own, expected) in squares[at * 2..][..2].iter().zip(expected) {

@@ -75,13 +75,7 @@ impl Work {
         parts: &[NormalEquations],
         shares: &[f64],
     ) {
-        pulp::Arch::new().dispatch(Group {
-            total,
-            terms,
-            parts,
-            shares,
-            work: self,
-        });
+        pulp::Arch::new().dispatch(Group { total, terms, parts, shares, work: self });
     }
 
     /// Writes the sums of squared errors on one part; whether they are to be trusted.

@@ -112,9 +112,8 @@ mod tests {
     /// Up from 0 to 10, going back by 0.2 all the time: a straight line stays one.
     #[test]
     fn a_load_that_wiggles_does_not_bend_a_line() {
-        let loads: Vec<f64> = (0..4000)
-            .map(|k| k as f64 / 400.0 + 0.1 * (k as f64 * 0.9).sin())
-            .collect();
+        let loads: Vec<f64> =
+            (0..4000).map(|k| k as f64 / 400.0 + 0.1 * (k as f64 * 0.9).sin()).collect();
         let curve = curve(&loads, |load| 3.0 - 2.0 * load);
         for k in 0..=20 {
             let load = f64::from(k) / 2.0;
@@ -127,13 +126,7 @@ mod tests {
     #[test]
     fn few_samples_are_joined() {
         let curve = curve(&[0.0, 4.0, 10.0], |load| load * load);
-        for (load, expected) in [
-            (-1.0, 0.0),
-            (2.0, 8.0),
-            (4.0, 16.0),
-            (7.0, 58.0),
-            (11.0, 100.0),
-        ] {
+        for (load, expected) in [(-1.0, 0.0), (2.0, 8.0), (4.0, 16.0), (7.0, 58.0), (11.0, 100.0)] {
             assert!((curve.at(load) - expected).abs() < 1e-12, "{load}");
         }
         assert_eq!(curve.averages().len(), 3);

@@ -20,20 +20,12 @@ pub struct Cycle {
 impl Cycle {
     /// The branch in which the load rises.
     pub fn rising(&self) -> &Branch {
-        if self.first.rising {
-            &self.first
-        } else {
-            &self.second
-        }
+        if self.first.rising { &self.first } else { &self.second }
     }
 
     /// The branch in which the load falls.
     pub fn falling(&self) -> &Branch {
-        if self.first.rising {
-            &self.second
-        } else {
-            &self.first
-        }
+        if self.first.rising { &self.second } else { &self.first }
     }
 
     /// The least load that both branches have.
@@ -80,24 +72,13 @@ impl Loop {
             let curve = Curve::of(branch, loads, outputs);
             even_loads(low, high).map(|load| curve.at(load)).collect()
         };
-        Self {
-            low,
-            high,
-            rising: on(cycle.rising()),
-            falling: on(cycle.falling()),
-        }
+        Self { low, high, rising: on(cycle.rising()), falling: on(cycle.falling()) }
     }
 
     /// The mean of several loops over the loads that all of them have; `None` where there is no such load.
     pub fn mean(loops: &[Self]) -> Option<Self> {
-        let low = loops
-            .iter()
-            .map(|one| one.low)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let high = loops
-            .iter()
-            .map(|one| one.high)
-            .fold(f64::INFINITY, f64::min);
+        let low = loops.iter().map(|one| one.low).fold(f64::NEG_INFINITY, f64::max);
+        let high = loops.iter().map(|one| one.high).fold(f64::INFINITY, f64::min);
         let usable = low < high && (high - low).is_finite();
         let mean = |branch: fn(&Self) -> &[f64]| -> Vec<f64> {
             even_loads(low, high)
@@ -130,10 +111,7 @@ impl Loop {
 
     /// The loop's width at each of these loads: falling less rising, so positive where the output lags behind.
     pub fn widths(&self) -> impl Iterator<Item = f64> {
-        self.falling
-            .iter()
-            .zip(&self.rising)
-            .map(|(falling, rising)| falling - rising)
+        self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
     /// The greatest size of the width.
@@ -192,11 +170,7 @@ mod tests {
         (0..=2 * cycles * steps)
             .map(|k| {
                 let phase = (k % (2 * steps)) as f64 / steps as f64;
-                if phase <= 1.0 {
-                    2.0 * phase - 1.0
-                } else {
-                    3.0 - 2.0 * phase
-                }
+                if phase <= 1.0 { 2.0 * phase - 1.0 } else { 3.0 - 2.0 * phase }
             })
             .collect()
     }

@@ -66,11 +66,7 @@ pub struct TooFew {
 impl Loops {
     /// Splits each recording's load at its reversals, and counts its cycles.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>, dead_band: f64) -> Self {
-        let mut loops = Self {
-            branches: Vec::new(),
-            cycles: Vec::new(),
-            residue: Vec::new(),
-        };
+        let mut loops = Self { branches: Vec::new(), cycles: Vec::new(), residue: Vec::new() };
         for (recording, loads) in recordings.into_iter().enumerate() {
             let branches = branches(loads, dead_band);
             let Counted { closed, residue } = rainflow::count(branches.clone(), loads);
@@ -129,9 +125,7 @@ impl Loops {
         };
         let whole = (largest.low(), largest.high());
         let full = self.cycles.iter();
-        full.filter(|cycle| covers((cycle.low(), cycle.high()), whole))
-            .cloned()
-            .collect()
+        full.filter(|cycle| covers((cycle.low(), cycle.high()), whole)).cloned().collect()
     }
 
     /// The full cycles, where they are enough for a mean loop: `range` holds the least and the greatest of all loads.
@@ -156,23 +150,15 @@ impl Loops {
         let halves =
             halves.flat_map(|(recording, own)| own.iter().map(move |half| (recording, half)));
         let rising = halves.filter(|(_, half)| half.rising);
-        rising.reduce(|widest, other| {
-            if other.1.span() > widest.1.span() {
-                other
-            } else {
-                widest
-            }
-        })
+        rising.reduce(|widest, other| if other.1.span() > widest.1.span() { other } else { widest })
     }
 }
 
 /// The loads that all of these cycles have.
 pub(crate) fn common_loads(cycles: &[Cycle]) -> (f64, f64) {
-    cycles
-        .iter()
-        .fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), cycle| {
-            (low.max(cycle.low()), high.min(cycle.high()))
-        })
+    cycles.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), cycle| {
+        (low.max(cycle.low()), high.min(cycle.high()))
+    })
 }
 
 /// Whether one range of loads covers most of another.
@@ -191,10 +177,7 @@ mod tests {
     fn the_largest_cycle_has_the_widest_common_range() {
         let loops = Loops::of([&SMALL[..], &LARGE], 0.5);
         let largest = loops.largest().unwrap();
-        assert_eq!(
-            (largest.recording, largest.low(), largest.high()),
-            (1, -1.0, 9.0)
-        );
+        assert_eq!((largest.recording, largest.low(), largest.high()), (1, -1.0, 9.0));
         assert!(!largest.first.rising);
         assert_eq!(largest.rising().samples, 2..4);
         assert_eq!(largest.falling().samples, 1..3);
@@ -223,10 +206,7 @@ mod tests {
         let twice = Loops::of([&repeated[..5]], 0.5);
         assert_eq!(twice.mean_cycles((0.0, 9.0)).unwrap_err().count, 2);
         let none = Loops::of([&[0.0, 9.0][..]], 0.5);
-        let expected = TooFew {
-            count: 0,
-            share: 0.0,
-        };
+        let expected = TooFew { count: 0, share: 0.0 };
         assert_eq!(none.mean_cycles((0.0, 9.0)), Err(expected));
     }
 

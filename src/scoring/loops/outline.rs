@@ -296,15 +296,10 @@ impl Density {
             low + (high - low) * (at as f64 + 0.5) / n as f64
         };
         let levels = self.levels.iter().copied().enumerate();
-        levels
-            .filter(|(_, level)| *level > 0)
-            .map(move |(at, level)| {
-                let place = [
-                    middle(loads, at % across, across),
-                    middle(outputs, at / across, up),
-                ];
-                (place, level)
-            })
+        levels.filter(|(_, level)| *level > 0).map(move |(at, level)| {
+            let place = [middle(loads, at % across, across), middle(outputs, at / across, up)];
+            (place, level)
+        })
     }
 }
 
@@ -313,10 +308,7 @@ mod tests {
     use super::*;
     use crate::scoring::pixels::distance;
 
-    const FRAME: Frame = Frame {
-        loads: (-1.0, 1.0),
-        outputs: (-2.0, 2.0),
-    };
+    const FRAME: Frame = Frame { loads: (-1.0, 1.0), outputs: (-2.0, 2.0) };
     const PIXELS: [f64; 2] = [60.0, 40.0];
 
     /// Numbers in ±1 that look random and are the same every time.
@@ -350,23 +342,12 @@ mod tests {
             ("one sample", vec![vec![[0.3, 0.7]]]),
             ("two samples", vec![vec![[-0.9, -1.0], [0.8, 1.3]]]),
             ("constant", vec![vec![[0.5, -0.5]; 3000]]),
-            (
-                "noise",
-                vec![path(3000, |k| [uniform(2 * k), 2.0 * uniform(2 * k + 1)])],
-            ),
-            (
-                "noise over a wave",
-                vec![path(3000, |k| [wave(k), 0.6 * uniform(k)])],
-            ),
-            (
-                "noise that pulls",
-                vec![path(3000, |k| [wave(k).max(0.0), uniform(k).abs()])],
-            ),
+            ("noise", vec![path(3000, |k| [uniform(2 * k), 2.0 * uniform(2 * k + 1)])]),
+            ("noise over a wave", vec![path(3000, |k| [wave(k), 0.6 * uniform(k)])]),
+            ("noise that pulls", vec![path(3000, |k| [wave(k).max(0.0), uniform(k).abs()])]),
             (
                 "steps",
-                vec![path(3000, |k| {
-                    [(k / 500) as f64 * 0.2 - 0.5, (k / 300) as f64 * 0.3 - 1.4]
-                })],
+                vec![path(3000, |k| [(k / 500) as f64 * 0.2 - 0.5, (k / 300) as f64 * 0.3 - 1.4])],
             ),
             ("random walks", vec![walk(0), walk(10_000)]),
             ("gaps", vec![gaps]),
@@ -376,29 +357,16 @@ mod tests {
                     .map(|at| {
                         path(800, move |k| {
                             let angle = k as f64 * std::f64::consts::TAU / 799.0;
-                            [
-                                0.9 * angle.sin(),
-                                (1.9 - 0.01 * f64::from(at)) * angle.cos(),
-                            ]
+                            [0.9 * angle.sin(), (1.9 - 0.01 * f64::from(at)) * angle.cos()]
                         })
                     })
                     .collect(),
             ),
             (
                 "twice the frame",
-                vec![path(2000, |k| {
-                    [2.0 * uniform(2 * k), 4.0 * uniform(2 * k + 1)]
-                })],
+                vec![path(2000, |k| [2.0 * uniform(2 * k), 4.0 * uniform(2 * k + 1)])],
             ),
-            (
-                "far outside",
-                vec![vec![
-                    [-1e9, -2e9],
-                    [1e9, 2e9],
-                    [3.0, 3.0],
-                    [f64::MAX, f64::MIN],
-                ]],
-            ),
+            ("far outside", vec![vec![[-1e9, -2e9], [1e9, 2e9], [3.0, 3.0], [f64::MAX, f64::MIN]]]),
         ]
     }
 
@@ -406,9 +374,7 @@ mod tests {
     fn steps(paths: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
         let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
         let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
-        let runs = paths
-            .iter()
-            .flat_map(|path| path.split(|point| !finite(point)));
+        let runs = paths.iter().flat_map(|path| path.split(|point| !finite(point)));
         let runs = runs.filter(|run| !run.is_empty());
         let steps = runs.flat_map(|run| match run {
             [one] => vec![[*one; 2]],
@@ -459,10 +425,7 @@ mod tests {
                     far.fold(0.0, f64::max)
                 };
                 let (beside, missed) = (worst(&drawn, &measured), worst(&measured, &drawn));
-                assert!(
-                    beside <= 1.0,
-                    "{name}, {most}: drawn {beside} pixels beside"
-                );
+                assert!(beside <= 1.0, "{name}, {most}: drawn {beside} pixels beside");
                 assert!(missed <= 1.0, "{name}, {most}: {missed} pixels not drawn");
             }
         }
@@ -518,9 +481,7 @@ mod tests {
         let Outline::Lines(lines) = outline([circle.clone()], FRAME, PIXELS, 5000) else {
             panic!("few points are lines")
         };
-        let [line] = &lines[..] else {
-            panic!("one path is one line")
-        };
+        let [line] = &lines[..] else { panic!("one path is one line") };
         assert!((100..1000).contains(&line.len()), "{}", line.len());
         assert_eq!([line[0], line[line.len() - 1]], [circle[0], circle[9999]]);
         assert!(line.iter().all(|point| circle.contains(point)));

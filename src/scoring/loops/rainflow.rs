@@ -112,8 +112,7 @@ mod tests {
         let mut ranges: Vec<_> = ranges.into_iter().collect();
         ranges.sort_by(|a, b| b.0.total_cmp(&a.0));
         let same = ranges.chunk_by(|a, b| (a.0 - b.0).abs() < 1e-9);
-        same.map(|same| (same[0].0, same.iter().map(|one| one.1).sum()))
-            .collect()
+        same.map(|same| (same[0].0, same.iter().map(|one| one.1).sum())).collect()
     }
 
     fn counts_of(loads: &[f64]) -> Vec<(f64, f64)> {
@@ -164,9 +163,7 @@ mod tests {
     fn counts_are_those_of_the_standards_words() {
         let mut state = 1_u64;
         let mut next = move |n: u64| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             ((state >> 33) % n) as f64
         };
         for case in 0..300 {
@@ -182,16 +179,9 @@ mod tests {
     fn a_small_cycle_is_left_out_of_the_large_one() {
         let loads = [0.0, 3.0, 6.0, 4.0, 5.0, 7.0, 10.0, 5.0, 0.0];
         let found = counted(&loads);
-        let [dip] = &found.closed[..] else {
-            panic!("one small cycle: {found:?}")
-        };
-        assert_eq!(
-            (dip[0].samples.clone(), dip[1].samples.clone()),
-            (2..4, 3..6)
-        );
-        let [up, down] = &found.residue[..] else {
-            panic!("up and down: {found:?}")
-        };
+        let [dip] = &found.closed[..] else { panic!("one small cycle: {found:?}") };
+        assert_eq!((dip[0].samples.clone(), dip[1].samples.clone()), (2..4, 3..6));
+        let [up, down] = &found.residue[..] else { panic!("up and down: {found:?}") };
         assert_eq!(up.kept().collect::<Vec<_>>(), [0, 1, 2, 5, 6]);
         assert_eq!((up.low, up.high, up.rising), (0.0, 10.0, true));
         assert_eq!(down.samples, 6..9);
@@ -201,9 +191,8 @@ mod tests {
     /// Small cycles within a cycle within another, whichever way the outermost goes.
     #[test]
     fn cycles_nest_to_any_depth() {
-        let inwards: Vec<f64> = (0..40)
-            .map(|k| f64::from(40 - k) * if k % 2 == 0 { 1.0 } else { -1.0 })
-            .collect();
+        let inwards: Vec<f64> =
+            (0..40).map(|k| f64::from(40 - k) * if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let loads = [&inwards[..], &[41.0, -41.0]].concat();
         for loads in [loads.clone(), loads.iter().map(|load| -load).collect()] {
             let found = counted(&loads);

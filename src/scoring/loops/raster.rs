@@ -24,10 +24,7 @@ struct Level {
 impl Level {
     pub(crate) fn new(n: [usize; 2]) -> Self {
         let [across, up] = n.map(|n| n.div_ceil(SIDE));
-        let mut level = Self {
-            n,
-            words: vec![0; across * up],
-        };
+        let mut level = Self { n, words: vec![0; across * up] };
         // What lies beyond the picture does not keep a block from being full.
         for y in 0..up * SIDE {
             for x in 0..across * SIDE {
@@ -67,10 +64,7 @@ struct Step {
 impl Raster {
     pub(crate) fn new(n: [usize; 2]) -> Self {
         let of = |level: usize| Level::new(n.map(|n| n.div_ceil(SIDE.pow(level as u32))));
-        let mut raster = Self {
-            levels: std::array::from_fn(of),
-            n_beyond: 0,
-        };
+        let mut raster = Self { levels: std::array::from_fn(of), n_beyond: 0 };
         raster.n_beyond = raster.n_touched_squares();
         raster
     }

@@ -58,21 +58,12 @@ pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
     let Some(mut rising) = first_rises else {
         return Vec::new();
     };
-    let ends: Vec<usize> = std::iter::once(0)
-        .chain(turns)
-        .chain([loads.len() - 1])
-        .collect();
+    let ends: Vec<usize> = std::iter::once(0).chain(turns).chain([loads.len() - 1]).collect();
     ends.windows(2)
         .map(|ends| {
             let samples = ends[0]..ends[1] + 1;
             let (low, high) = range(&loads[samples.clone()]);
-            let branch = Branch {
-                samples,
-                rising,
-                low,
-                high,
-                nested: Vec::new(),
-            };
+            let branch = Branch { samples, rising, low, high, nested: Vec::new() };
             rising = !rising;
             branch
         })
@@ -127,11 +118,7 @@ pub struct LoadExtent {
 impl Default for LoadExtent {
     /// Of no recording.
     fn default() -> Self {
-        Self {
-            noise: 0.0,
-            low: f64::INFINITY,
-            high: f64::NEG_INFINITY,
-        }
+        Self { noise: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY }
     }
 }
 
@@ -189,11 +176,9 @@ fn noise_of(loads: &[f64]) -> f64 {
 
 /// Least and greatest of the values; without values, +∞ and −∞.
 pub(crate) fn range(values: &[f64]) -> (f64, f64) {
-    values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-            (low.min(value), high.max(value))
-        })
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+        (low.min(value), high.max(value))
+    })
 }
 
 #[cfg(test)]
@@ -252,9 +237,8 @@ mod tests {
     /// Uniform noise in ±1 has a standard deviation of 0.577; a median of its fourth differences is near normal.
     #[test]
     fn noise_is_measured_on_a_moving_load() {
-        let loads: Vec<f64> = (0..4000)
-            .map(|k| 100.0 * (k as f64 / 50.0).sin() + uniform(k))
-            .collect();
+        let loads: Vec<f64> =
+            (0..4000).map(|k| 100.0 * (k as f64 / 50.0).sin() + uniform(k)).collect();
         assert!((LoadExtent::of([&loads[..]]).noise / (1.0_f64 / 3.0).sqrt() - 1.0).abs() < 0.1);
         assert_eq!(LoadExtent::of([&[1.0, 5.0, 2.0][..]]).noise, 0.0);
     }

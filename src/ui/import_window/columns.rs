@@ -25,9 +25,8 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
     // Without names the room is for what the columns hold.
     let has_names = reports.iter().any(|report| !report.header.is_empty());
     let header_width = if has_names { 130.0 } else { 52.0 };
-    let mut selection: Selection = ui
-        .data(|data| data.get_temp(selection_id(id)))
-        .unwrap_or_default();
+    let mut selection: Selection =
+        ui.data(|data| data.get_temp(selection_id(id))).unwrap_or_default();
     selection.rows.retain(|row| *row < reports.len());
     let before_frame = selection.clone();
     let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
@@ -175,9 +174,8 @@ fn column_row(
         ui.add(egui::Label::new(&report.header).selectable(false));
     });
     row.col(|ui| {
-        let button = ComboBox::from_id_salt((id, number))
-            .selected_text(rule.is.name())
-            .width(112.0);
+        let button =
+            ComboBox::from_id_salt((id, number)).selected_text(rule.is.name()).width(112.0);
         let items = ColumnRole::all().map(|role| (role, role.name().into(), ""));
         let button = choice(ui, button, &mut rule.is, items);
         (button.on_hover_text("What the column holds")).widget_info(|| {
@@ -190,22 +188,18 @@ fn column_row(
     });
     let used = rule.is != ColumnRole::Ignore;
     let unit = report.unit.as_deref().unwrap_or("");
-    for (what, text, hint, explanation) in [
-        ("name", &mut rule.name, "", NAME),
-        ("unit", &mut rule.unit, unit, &units()),
-    ] {
+    for (what, text, hint, explanation) in
+        [("name", &mut rule.name, "", NAME), ("unit", &mut rule.unit, unit, &units())]
+    {
         row.col(|ui| {
             let name = format!("{what} of {column}");
             text_cell(ui, used, [&name, hint, explanation], text);
         });
     }
     row.col(|ui| {
-        ui.add_enabled(
-            used,
-            DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9),
-        )
-        .on_hover_text(SCALE)
-        .widget_info(|| label(&format!("scale factor of {column}")));
+        ui.add_enabled(used, DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9))
+            .on_hover_text(SCALE)
+            .widget_info(|| label(&format!("scale factor of {column}")));
     });
     row.col(|ui| {
         let mut text = rule.dropouts.first().map(f64::to_string);
@@ -245,9 +239,7 @@ fn text_cell(
     text: &mut Option<String>,
 ) {
     let mut written = text.clone().unwrap_or_default();
-    let field = TextEdit::singleline(&mut written)
-        .hint_text(hint)
-        .desired_width(f32::INFINITY);
+    let field = TextEdit::singleline(&mut written).hint_text(hint).desired_width(f32::INFINITY);
     let response = ui.add_enabled(used, field).on_hover_text(explanation);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, used, name));
     if response.changed() {

@@ -19,22 +19,19 @@ pub(super) fn foot(
 ) {
     let check = &inspection.check;
     ui.add_space(4.0);
-    egui::ScrollArea::vertical()
-        .id_salt("check")
-        .max_height(96.0)
-        .show(ui, |ui| {
-            match &check.error {
-                Some(error) => {
-                    ui.fail(error);
-                }
-                None => {
-                    ui.label(RichText::new(would_load(inspection)).strong());
-                }
+    egui::ScrollArea::vertical().id_salt("check").max_height(96.0).show(ui, |ui| {
+        match &check.error {
+            Some(error) => {
+                ui.fail(error);
             }
-            for warning in &check.warnings {
-                ui.warn(warning);
+            None => {
+                ui.label(RichText::new(would_load(inspection)).strong());
             }
-        });
+        }
+        for warning in &check.warnings {
+            ui.warn(warning);
+        }
+    });
     ui.horizontal(|ui| {
         let can_load = check.error.is_none() && !importing.looking;
         if ui.press_if(can_load, "Load it", "Reads the whole file so, and remembers it for files of this shape") {
@@ -77,29 +74,15 @@ pub(super) fn foot(
 
 fn would_load(inspection: &Inspection) -> String {
     let check = &inspection.check;
-    let samples: usize = check
-        .recordings
-        .iter()
-        .map(|recording| recording.n_samples)
-        .sum();
-    let rate = check
-        .recordings
-        .first()
-        .and_then(|recording| recording.rate_hz);
+    let samples: usize = check.recordings.iter().map(|recording| recording.n_samples).sum();
+    let rate = check.recordings.first().and_then(|recording| recording.rate_hz);
     let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
     format!(
         "Would load {}{} recording{}, {samples} samples{}, gauges {}, {}",
-        if check.is_sample {
-            "from the start of the file "
-        } else {
-            ""
-        },
+        if check.is_sample { "from the start of the file " } else { "" },
         check.recordings.len(),
         if check.recordings.len() == 1 { "" } else { "s" },
-        rate.map_or_else(String::new, |rate| format!(
-            " at {} Hz",
-            significant(rate, 3)
-        )),
+        rate.map_or_else(String::new, |rate| format!(" at {} Hz", significant(rate, 3))),
         check.gauges.join(" "),
         if axes.is_empty() {
             "no reference".to_owned()

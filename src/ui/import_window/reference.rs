@@ -16,10 +16,8 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
         "The reference load stands in a file of its own",
         "Two loggers, two clocks: the times of both files are joined",
     ) {
-        map.reference = own_file.then(|| ReferenceFile {
-            file: String::new(),
-            table: TableMap::default(),
-        });
+        map.reference =
+            own_file.then(|| ReferenceFile { file: String::new(), table: TableMap::default() });
     }
     if let Some(reference) = &mut map.reference {
         ui.horizontal(|ui| {
@@ -38,15 +36,8 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
                 reference.table.text = table.text.clone();
                 reference.table.shape.columns = table.columns.len();
             }
-            ui.push_id("reference layout", |ui| {
-                layout(ui, &mut reference.table.text)
-            });
-            columns(
-                ui,
-                "reference columns",
-                &table.columns,
-                &mut reference.table,
-            );
+            ui.push_id("reference layout", |ui| layout(ui, &mut reference.table.text));
+            columns(ui, "reference columns", &table.columns, &mut reference.table);
         }
     }
     if !map.has_two_clocks() {
@@ -55,21 +46,9 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     ui.horizontal_wrapped(|ui| {
         ui.label("Between reference samples");
         for (method, label, explanation) in [
-            (
-                JoinMethod::Interpolate,
-                "interpolate",
-                "On the straight line between two samples",
-            ),
-            (
-                JoinMethod::Nearest,
-                "take the nearest",
-                "The sample whose time is nearest",
-            ),
-            (
-                JoinMethod::Hold,
-                "hold the last",
-                "The last sample, until the next one comes",
-            ),
+            (JoinMethod::Interpolate, "interpolate", "On the straight line between two samples"),
+            (JoinMethod::Nearest, "take the nearest", "The sample whose time is nearest"),
+            (JoinMethod::Hold, "hold the last", "The last sample, until the next one comes"),
         ] {
             ui.select_radio(&mut map.join.method, method, label, explanation);
         }

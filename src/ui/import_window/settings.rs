@@ -11,9 +11,8 @@ use crate::ui::controls::Controls as _;
 
 pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
-        let button = ComboBox::from_label("delimiter")
-            .selected_text(text.delimiter.name())
-            .width(90.0);
+        let button =
+            ComboBox::from_label("delimiter").selected_text(text.delimiter.name()).width(90.0);
         let items = Delimiter::ALL.into_iter();
         let items = items.map(|delimiter| (delimiter, delimiter.name().into(), ""));
         choice(ui, button, &mut text.delimiter, items)
@@ -26,29 +25,16 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
             };
         }
         let name = |own: Option<Thousands>| own.map_or("none", Thousands::name);
-        let button = ComboBox::from_label("thousands")
-            .selected_text(name(text.thousands))
-            .width(90.0);
+        let button =
+            ComboBox::from_label("thousands").selected_text(name(text.thousands)).width(90.0);
         let items = [None].into_iter().chain(Thousands::ALL.map(Some));
         let items = items.map(|own| (own, name(own).into(), ""));
         choice(ui, button, &mut text.thousands, items)
             .on_hover_text("What stands before each three digits of large numbers, as in 1,234.5");
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
-        ui.field(
-            "skip lines",
-            lines,
-            "Lines before the table, which a logger writes about itself",
-        );
-        ui.tick(
-            &mut text.header,
-            "header row",
-            "The first line of the table names its columns",
-        );
-        ui.tick(
-            &mut text.units_row,
-            "units row",
-            "The next line says their units",
-        );
+        ui.field("skip lines", lines, "Lines before the table, which a logger writes about itself");
+        ui.tick(&mut text.header, "header row", "The first line of the table names its columns");
+        ui.tick(&mut text.units_row, "units row", "The next line says their units");
     });
 }
 
@@ -130,20 +116,14 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
         Some(Tare::Auto) => "first quiet half second without load",
         Some(Tare::Interval(..)) => "a segment",
     };
-    let button = ComboBox::from_label("tare")
-        .selected_text(text)
-        .width(150.0);
+    let button = ComboBox::from_label("tare").selected_text(text).width(150.0);
     let segment = match *tare {
         Some(segment @ Tare::Interval(..)) => segment,
         _ => Tare::Interval(0.0, 1.0),
     };
     let items = [
         (None, "none".into(), ""),
-        (
-            Some(Tare::Auto),
-            "first quiet half second without load".into(),
-            "",
-        ),
+        (Some(Tare::Auto), "first quiet half second without load".into(), ""),
         (Some(segment), "a segment".into(), ""),
     ];
     choice(ui, button, tare, items).on_hover_text(
@@ -151,10 +131,7 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
     );
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
-            let field = DragValue::new(value)
-                .range(0.0..=1e9)
-                .speed(0.01)
-                .suffix(" s");
+            let field = DragValue::new(value).range(0.0..=1e9).speed(0.01).suffix(" s");
             ui.field(name, field, "Counted from the recording's first sample");
         }
     }
@@ -162,10 +139,7 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
 
 /// A field for a number, with its label.
 pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
-    let field = DragValue::new(value)
-        .speed(0.001)
-        .max_decimals(6)
-        .suffix(suffix);
+    let field = DragValue::new(value).speed(0.001).max_decimals(6).suffix(suffix);
     ui.field(name, field, explanation);
 }
 /// A tick with a number beside it.
@@ -182,13 +156,8 @@ fn optional(
     }
     if let Some(value) = value {
         let speed = 0.01 * *value;
-        let field = DragValue::new(value)
-            .range(1e-9..=1e9)
-            .max_decimals(6)
-            .speed(speed)
-            .suffix(suffix);
-        ui.add(field)
-            .labelled_by(tick.id)
-            .on_hover_text(explanation);
+        let field =
+            DragValue::new(value).range(1e-9..=1e9).max_decimals(6).speed(speed).suffix(suffix);
+        ui.add(field).labelled_by(tick.id).on_hover_text(explanation);
     }
 }

@@ -80,9 +80,7 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
     });
     let mut at = 0;
     while at < weight.mounts.len() {
-        let kept = ui
-            .push_id(at, |ui| mount(ui, at + 1, &mut weight.mounts[at]))
-            .inner;
+        let kept = ui.push_id(at, |ui| mount(ui, at + 1, &mut weight.mounts[at])).inner;
         if kept {
             at += 1;
         } else {

@@ -34,9 +34,8 @@ pub(super) fn show(
             return;
         }
     };
-    let shown: Vec<Output> = (Output::ALL.into_iter())
-        .filter(|output| pane.is_shown(*output))
-        .collect();
+    let shown: Vec<Output> =
+        (Output::ALL.into_iter()).filter(|output| pane.is_shown(*output)).collect();
     let zoom = *pane.zoom();
     let drawing = drawing(picture, curve, &shown, &ui.visuals().clone(), zoom);
     let print = self::drawing(picture, curve, &shown, &for_print(), zoom);
@@ -104,9 +103,8 @@ fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
         significant(place.to_secs, 5)
     ));
     let outputs = Output::ALL.into_iter().zip(&curve.outputs);
-    let outputs: Vec<_> = outputs
-        .map(|(output, own)| (trace_of(output), own.drift.as_ref()))
-        .collect();
+    let outputs: Vec<_> =
+        outputs.map(|(output, own)| (trace_of(output), own.drift.as_ref())).collect();
     let figures = drifts(picture.question.axis, &outputs);
     table::show(ui, &figures);
     if ui.press("Copy figures", "As tab-separated text") {
@@ -134,11 +132,7 @@ fn drawing<'a>(
                 let color = rgb(trace_of(output).color(visuals));
                 let name = trace_of(output).label();
                 [
-                    Line {
-                        opacity: 0.45,
-                        width: 1.0,
-                        ..Line::new(name, color, [&own.points[..]])
-                    },
+                    Line { opacity: 0.45, width: 1.0, ..Line::new(name, color, [&own.points[..]]) },
                     Line {
                         width: 2.2,
                         ..Line::new(format!("{name} fitted"), color, [&own.fit[..]])

@@ -55,10 +55,7 @@ impl<'a> Shared<'a> {
     pub(super) fn of(plot: &'a LoopPlot, engine: &'a Engine) -> Option<Self> {
         let analysis = engine.analysis()?;
         let traces = &*analysis.traces;
-        let axis = traces
-            .axes
-            .iter()
-            .find(|own| own.axis == plot.question.axis)?;
+        let axis = traces.axes.iter().find(|own| own.axis == plot.question.axis)?;
         let entries = engine.entries();
         let part = |(recording, own): &(usize, Range<usize>)| {
             let mut segments = traces.segments.iter();
@@ -73,12 +70,7 @@ impl<'a> Shared<'a> {
                 decimation: analysis.calibration.decimation,
             })
         };
-        Some(Self {
-            parts: plot.parts.iter().filter_map(part).collect(),
-            plot,
-            traces,
-            axis,
-        })
+        Some(Self { parts: plot.parts.iter().filter_map(part).collect(), plot, traces, axis })
     }
 
     /// What of the loop cannot be found in the traces, and why.
@@ -90,9 +82,9 @@ impl<'a> Shared<'a> {
                 "Not linked with Traces: a recording there has no reference {symbol}."
             )),
             (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
-            (n, all) => Some(format!(
-                "Linked with Traces for {n} of {all} recordings, those shown there."
-            )),
+            (n, all) => {
+                Some(format!("Linked with Traces for {n} of {all} recordings, those shown there."))
+            }
         }
     }
 
@@ -196,9 +188,7 @@ pub(super) fn link(
     if !drawn.response.context_menu_opened() {
         tell(ui, drawn, view, shared, (output, k), cycle.as_ref());
     }
-    cycle
-        .filter(|_| drawn.response.clicked())
-        .map(|own| own.samples)
+    cycle.filter(|_| drawn.response.clicked()).map(|own| own.samples)
 }
 
 fn color(output: Option<Output>, visuals: &egui::Visuals) -> egui::Color32 {
@@ -216,9 +206,8 @@ fn tell(
     (output, k): (Option<Output>, usize),
     cycle: Option<&Found>,
 ) {
-    let Some((part, [load, up])) = shared
-        .part_of(k)
-        .and_then(|part| Some((part, shared.point(part, output, k)?)))
+    let Some((part, [load, up])) =
+        shared.part_of(k).and_then(|part| Some((part, shared.point(part, output, k)?)))
     else {
         return;
     };
@@ -235,18 +224,13 @@ fn tell(
         ui.colored_label(color(output, ui.visuals()), label);
         ui.weak(elided(&part.segment.name, NAME_LENGTH));
         ui.label(format!("at {} s", significant(shared.traces.times[k], 6)));
-        if let Some(Found {
-            number, n_within, ..
-        }) = cycle
-        {
+        if let Some(Found { number, n_within, .. }) = cycle {
             let within = match n_within {
                 0 => String::new(),
                 n => format!(" with {n} smaller in it"),
             };
             let n_cycles = shared.plot.n_cycles;
-            ui.label(format!(
-                "cycle {number} of {n_cycles}{within}; a press shows it alone"
-            ));
+            ui.label(format!("cycle {number} of {n_cycles}{within}; a press shows it alone"));
         }
         ui.label(format!("{symbol} Calc. {} {unit}", significant(load, 4)));
         let what = match shared.plot.question.up {

@@ -34,15 +34,11 @@ pub(super) fn show(
         Up::Load | Up::Error => ("", ""),
     };
     let mut view = LoopView::of_all(picture, gauge, pane.figures_of);
-    view.shown
-        .retain(|curve| curve.output.is_none_or(|output| pane.is_shown(output)));
+    view.shown.retain(|curve| curve.output.is_none_or(|output| pane.is_shown(output)));
     let has_mean = picture.curves.iter().any(|curve| curve.mean.is_ok());
     let colors = inks(ui.visuals());
     let zoom = *pane.zoom();
-    let drawing = Figure {
-        title: view.title(),
-        ..view.figure(&colors, zoom)
-    };
+    let drawing = Figure { title: view.title(), ..view.figure(&colors, zoom) };
     let print = view.figure(&Inks::PRINT, zoom);
     let shared = linked::Shared::of(picture, engine);
     let drawn = pane.lay_out(ui, &drawing, &print, out, |ui, pane, out| {
@@ -95,18 +91,15 @@ pub(super) fn show(
 fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
     let picture = view.plot;
     let unit = picture.question.axis.unit();
-    let of = view
-        .found()
-        .first()
-        .map_or_else(String::new, |(_, figures)| {
-            let basis = &figures.basis[0];
-            let what = match view.figures_of {
-                FiguresOf::Mean => format!("Mean of {} cycles", basis.n_cycles),
-                FiguresOf::Largest => "One cycle".to_owned(),
-            };
-            let share = significant(100.0 * basis.range_share, 2);
-            format!("{what} over {share} % of the loads\n")
-        });
+    let of = view.found().first().map_or_else(String::new, |(_, figures)| {
+        let basis = &figures.basis[0];
+        let what = match view.figures_of {
+            FiguresOf::Mean => format!("Mean of {} cycles", basis.n_cycles),
+            FiguresOf::Largest => "One cycle".to_owned(),
+        };
+        let share = significant(100.0 * basis.range_share, 2);
+        format!("{what} over {share} % of the loads\n")
+    });
     let words = format!(
         "{of}{} cycles, {} full · {} samples of {} recording{}",
         picture.n_cycles,
@@ -162,9 +155,7 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
         })
         .collect();
     let figures = loop_figures(&figures, scale);
-    egui::ScrollArea::horizontal()
-        .id_salt("loop figures")
-        .show(ui, |ui| table::show(ui, &figures));
+    egui::ScrollArea::horizontal().id_salt("loop figures").show(ui, |ui| table::show(ui, &figures));
     if ui.press("Copy figures", "As tab-separated text") {
         ui.copy_text(figures.tab_separated());
     }

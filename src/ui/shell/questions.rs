@@ -34,11 +34,7 @@ pub struct Questions {
 impl Questions {
     /// Asks where to write this.
     pub fn ask_path(&mut self, content: FileContent) {
-        self.naming = Some(Naming {
-            path: content.usual_name().to_owned(),
-            content,
-            is_new: true,
-        });
+        self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
     }
 
     /// What waits for a path; it waits no longer.
@@ -62,11 +58,9 @@ fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         return;
     };
     let (title, reason, yes) = match doubt {
-        Doubt::IsThere => (
-            "The file is there already",
-            None,
-            ("Replace it", "What is in the file now is lost"),
-        ),
+        Doubt::IsThere => {
+            ("The file is there already", None, ("Replace it", "What is in the file now is lost"))
+        }
         Doubt::Undetermined(undetermined, _) => (
             "The samples do not determine this calibration",
             Some(undetermined.to_string()),
@@ -223,8 +217,7 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
         }
         Err(reason) => {
             let reason = format!("It cannot be read: {reason}");
-            ui.warn(reason)
-                .on_hover_text(left.path.display().to_string());
+            ui.warn(reason).on_hover_text(left.path.display().to_string());
         }
     }
     ui.horizontal(|ui| {

@@ -25,9 +25,7 @@ pub fn ages(
             true => palette::look_back(&visuals),
             false => visuals.weak_text_color(),
         };
-        Bar::new(bin.from_secs + 0.5 * wide, share(bin.count))
-            .width(0.92 * wide)
-            .fill(color)
+        Bar::new(bin.from_secs + 0.5 * wide, share(bin.count)).width(0.92 * wide).fill(color)
     });
     let name = "Age of the past";
     let plot = plots::still("ages", size);
@@ -36,11 +34,7 @@ pub fn ages(
         .include_y(0.0)
         .show(ui, |plot| {
             plot.bar_chart(BarChart::new(name, bars.collect()));
-            plot.vline(
-                VLine::new("t_th", t_th_secs)
-                    .color(palette::present(&visuals))
-                    .width(1.2),
-            );
+            plot.vline(VLine::new("t_th", t_th_secs).color(palette::present(&visuals)).width(1.2));
         })
         .response;
     plots::finish(&response, name, None, out);

@@ -32,23 +32,14 @@ pub fn curves(
                 ScoreSet::Train => ("dotted", "On what was fitted, which flatters"),
                 ScoreSet::Test => ("dashed", "To look at, not to choose by"),
             };
-            ui.colored_label(color, format!("{} ({name})", set.label()))
-                .on_hover_text(about);
+            ui.colored_label(color, format!("{} ({name})", set.label())).on_hover_text(about);
         }
         ui.weak("press or drag to set");
     });
     for group in groups {
         ui.horizontal(|ui| {
             for along in [Along::F, Along::T] {
-                curve(
-                    ui,
-                    engine,
-                    map,
-                    group,
-                    along,
-                    [width, height.max(70.0)],
-                    out,
-                );
+                curve(ui, engine, map, group, along, [width, height.max(70.0)], out);
             }
         });
     }
@@ -92,14 +83,8 @@ fn curve(
         // As fine as one can point: three digits.
         let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
         let wanted = match along {
-            Along::F => Thresholds {
-                f_th: value,
-                ..present
-            },
-            Along::T => Thresholds {
-                t_th_secs: value,
-                ..present
-            },
+            Along::F => Thresholds { f_th: value, ..present },
+            Along::T => Thresholds { t_th_secs: value, ..present },
         };
         if wanted != present {
             out.push(Edit::Thresholds(wanted).into());

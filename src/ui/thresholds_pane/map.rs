@@ -91,15 +91,11 @@ pub fn map(
                 );
             });
         plots::finish(&response.response, "Map of F_th and t_th", None, out);
-        let pointer = response
-            .response
-            .hover_pos()
-            .map(|at| response.transform.value_from_position(at));
+        let pointer =
+            response.response.hover_pos().map(|at| response.transform.value_from_position(at));
         if let Some(at) = pointer {
-            let pair = map.nearest(Thresholds {
-                f_th: at.x / shown_as,
-                t_th_secs: 10_f64.powf(at.y),
-            });
+            let pair =
+                map.nearest(Thresholds { f_th: at.x / shown_as, t_th_secs: 10_f64.powf(at.y) });
             let thresholds = map.thresholds(pair.0, pair.1);
             let value = map.value(set, measure, pair.0, pair.1);
             let value = value.map_or_else(|| "not yet".to_owned(), |value| significant(value, 4));
@@ -125,21 +121,14 @@ fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
     (-3..5)
         .flat_map(|power| [1.0, 2.0, 5.0].map(|digit: f64| digit.log10() + f64::from(power)))
         .filter(|value| (low..=high).contains(value))
-        .map(|value| egui_plot::GridMark {
-            value,
-            step_size: 1.0,
-        })
+        .map(|value| egui_plot::GridMark { value, step_size: 1.0 })
         .collect()
 }
 
 /// t_th on the logarithmic axis; zero lies at its lower end.
 fn log(t_th_secs: f64, map: &ThresholdMap) -> f64 {
     let lowest = corners(map).0[1];
-    if t_th_secs > 0.0 {
-        t_th_secs.log10().max(lowest)
-    } else {
-        lowest
-    }
+    if t_th_secs > 0.0 { t_th_secs.log10().max(lowest) } else { lowest }
 }
 
 /// The outer corners of the cells of the first and the last pair: F_th, log₁₀ t_th.
@@ -175,9 +164,7 @@ impl MapTexture {
         let values = map.values(set, measure);
         let range = map.shades(set, measure);
         let greatest = values.iter().flatten().copied().reduce(f64::max);
-        self.is_cut_off = range
-            .zip(greatest)
-            .is_some_and(|((_, high), most)| most > high);
+        self.is_cut_off = range.zip(greatest).is_some_and(|((_, high), most)| most > high);
         self.range = range;
         self.texture = range.map(|range| {
             let image = picture(map, &values, range);
@@ -193,9 +180,7 @@ fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) 
     let has_row = |f_at: usize| values[f_at * n_t].is_some();
     let mut pixels = vec![Color32::TRANSPARENT; n_f * n_t];
     for f_at in 0..n_f {
-        let near = (0..n_f)
-            .filter(|at| has_row(*at))
-            .min_by_key(|at| at.abs_diff(f_at));
+        let near = (0..n_f).filter(|at| has_row(*at)).min_by_key(|at| at.abs_diff(f_at));
         let Some(near) = near else {
             continue;
         };

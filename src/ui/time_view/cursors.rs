@@ -78,15 +78,8 @@ struct Span {
 
 impl Span {
     fn over(traces: &TraceSet, samples: Range<usize>, engine: &Engine) -> Self {
-        let shown = traces
-            .axes
-            .iter()
-            .filter(|axis| engine.project().is_shown(axis.axis));
-        Self {
-            next: samples.start,
-            samples,
-            rows: shown.flat_map(rows).collect(),
-        }
+        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
+        Self { next: samples.start, samples, rows: shown.flat_map(rows).collect() }
     }
 
     /// Adds up a part of what is missing; whether all is there.
@@ -94,9 +87,7 @@ impl Span {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
         let end = (self.next + n).min(self.samples.end);
         for row in &mut self.rows {
-            let Row {
-                series, figures, ..
-            } = row;
+            let Row { series, figures, .. } = row;
             series.each(self.next..end, |value| figures.add(value));
         }
         self.next = end;
@@ -105,10 +96,7 @@ impl Span {
 
     /// Whether it is of these series.
     fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, engine: &Engine) -> bool {
-        let shown = traces
-            .axes
-            .iter()
-            .filter(|axis| engine.project().is_shown(axis.axis));
+        let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
         let series = shown.flat_map(rows).map(|row| Arc::as_ptr(&row.series));
         self.samples == *samples && series.eq(self.rows.iter().map(|row| Arc::as_ptr(&row.series)))
     }
@@ -136,10 +124,7 @@ impl Cursors {
 
     /// Takes both away.
     pub fn clear(&mut self) {
-        *self = Self {
-            table: self.table,
-            ..Self::default()
-        };
+        *self = Self { table: self.table, ..Self::default() };
     }
 
     /// Shows or hides the table.
@@ -179,18 +164,12 @@ impl Cursors {
         if !self.table {
             return;
         }
-        let ends = self
-            .at
-            .map(|time| time.and_then(|time| traces.sample_at(time)));
+        let ends = self.at.map(|time| time.and_then(|time| traces.sample_at(time)));
         let (Some(a), b) = (ends[0].or(ends[1]), ends[1]) else {
             return;
         };
         let samples = a.min(b.unwrap_or(a))..a.max(b.unwrap_or(a)) + 1;
-        if !self
-            .span
-            .as_ref()
-            .is_some_and(|span| span.is_of(traces, &samples, engine))
-        {
+        if !self.span.as_ref().is_some_and(|span| span.is_of(traces, &samples, engine)) {
             self.span = Some(Span::over(traces, samples, engine));
         }
         let Some(span) = &mut self.span else { return };
@@ -259,11 +238,7 @@ fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
         let names = [Cell::words(&row.name), Cell::words(row.unit)];
         names.into_iter().chain(numbers).collect()
     });
-    Table {
-        columns,
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    Table { columns, rows: rows.collect(), ..Table::default() }
 }
 
 #[cfg(test)]
@@ -291,11 +266,7 @@ mod tests {
             series: Arc::new(Series::new(values)),
             figures: Figures::default(),
         };
-        let mut span = Span {
-            samples: 0..1_000_000,
-            next: 0,
-            rows: vec![row],
-        };
+        let mut span = Span { samples: 0..1_000_000, next: 0, rows: vec![row] };
         let mut frames = 1;
         while !span.go_on() {
             frames += 1;

@@ -19,12 +19,7 @@ pub struct Playing {
 
 impl Default for Playing {
     fn default() -> Self {
-        Self {
-            time: None,
-            running: false,
-            stepped: false,
-            speed: 1.0,
-        }
+        Self { time: None, running: false, stepped: false, speed: 1.0 }
     }
 }
 

@@ -56,11 +56,7 @@ pub fn samples(
     let color = palette::look_back(visuals);
     let past = traces.past_of(k);
     let line = |at: usize, color: Color32, style: LineStyle| {
-        VLine::new("", traces.times[at])
-            .color(color)
-            .width(1.0)
-            .style(style)
-            .allow_hover(false)
+        VLine::new("", traces.times[at]).color(color).width(1.0).style(style).allow_hover(false)
     };
     plot.vline(line(k, visuals.text_color(), LineStyle::Solid));
     if past == k {
@@ -74,10 +70,7 @@ pub fn samples(
             .width(1.5)
             .allow_hover(false);
         plot.line(link);
-        for (end, shape) in ends
-            .into_iter()
-            .zip([MarkerShape::Diamond, MarkerShape::Circle])
-        {
+        for (end, shape) in ends.into_iter().zip([MarkerShape::Diamond, MarkerShape::Circle]) {
             let marker = Points::new("", PlotPoints::from(end))
                 .shape(shape)
                 .radius(4.5)
@@ -100,31 +93,26 @@ pub fn tooltip(
         Some(plot) => egui::PopupAnchor::Position(plot.left_top()),
         None => egui::PopupAnchor::Pointer,
     };
-    egui::Tooltip::always_open(
-        ui.ctx().clone(),
-        ui.layer_id(),
-        response.id.with("values"),
-        anchor,
-    )
-    .gap(18.0)
-    .show(|ui| {
-        let name = traces.segment_of(k).map_or("", |segment| &segment.name);
-        ui.strong(format!("{} at {}", axis.axis.symbol(), traces.when(k, 6)));
-        ui.weak(elided(name, NAME_LENGTH));
-        egui::Grid::new("values").num_columns(3).show(ui, |ui| {
-            for (trace, load, error) in loads(axis, k) {
-                ui.colored_label(trace.color(ui.visuals()), trace.label());
-                ui.label(load);
-                ui.label(error);
-                ui.end_row();
+    egui::Tooltip::always_open(ui.ctx().clone(), ui.layer_id(), response.id.with("values"), anchor)
+        .gap(18.0)
+        .show(|ui| {
+            let name = traces.segment_of(k).map_or("", |segment| &segment.name);
+            ui.strong(format!("{} at {}", axis.axis.symbol(), traces.when(k, 6)));
+            ui.weak(elided(name, NAME_LENGTH));
+            egui::Grid::new("values").num_columns(3).show(ui, |ui| {
+                for (trace, load, error) in loads(axis, k) {
+                    ui.colored_label(trace.color(ui.visuals()), trace.label());
+                    ui.label(load);
+                    ui.label(error);
+                    ui.end_row();
+                }
+            });
+            if let Some(thresholds) = traces.thresholds {
+                let words = look_back_words(traces, thresholds, k);
+                ui.colored_label(palette::look_back(ui.visuals()), words);
+                strip(ui, traces, thresholds, k);
             }
         });
-        if let Some(thresholds) = traces.thresholds {
-            let words = look_back_words(traces, thresholds, k);
-            ui.colored_label(palette::look_back(ui.visuals()), words);
-            strip(ui, traces, thresholds, k);
-        }
-    });
 }
 
 /// What each load is at a sample, and its error.
@@ -132,9 +120,9 @@ fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, St
     let unit = axis.axis.unit();
     Trace::LISTED.into_iter().filter_map(move |trace| {
         let load = axis.load(trace)?.value(k);
-        let error = axis.error(trace).map_or_else(String::new, |error| {
-            format!("error {}", significant(error.value(k), 3))
-        });
+        let error = axis
+            .error(trace)
+            .map_or_else(String::new, |error| format!("error {}", significant(error.value(k), 3)));
         Some((trace, format!("{} {unit}", significant(load, 4)), error))
     })
 }
@@ -169,10 +157,7 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     let longest = since_start.min(thresholds.t_th_secs).max(f64::MIN_POSITIVE);
     let at = |age: f64, d: f64| {
         let across = egui::lerp(plot.right()..=plot.left(), (age / longest) as f32);
-        egui::pos2(
-            across,
-            egui::lerp(plot.bottom()..=plot.top(), (d / top) as f32),
-        )
+        egui::pos2(across, egui::lerp(plot.bottom()..=plot.top(), (d / top) as f32))
     };
     let visuals = ui.visuals();
     let (color, text) = (palette::look_back(visuals), visuals.text_color());
@@ -184,10 +169,7 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     let threshold = [at(longest, thresholds.f_th), at(0.0, thresholds.f_th)];
     painter.line_segment(threshold, Stroke::new(1.2, color));
     if past != k {
-        let (age, d) = (
-            traces.times[k] - traces.times[past],
-            traces.distance_between(k, past),
-        );
+        let (age, d) = (traces.times[k] - traces.times[past], traces.distance_between(k, past));
         let found = at(age, d);
         painter.vline(found.x, plot.y_range(), Stroke::new(1.0, color));
         painter.circle_filled(found, 4.0, color);
@@ -204,19 +186,9 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     let f_th = format!("F_th {}", significant(shown.factor * thresholds.f_th, 3));
     write(right, egui::Align2::RIGHT_BOTTOM, f_th, color);
     let oldest = format!("{} s earlier", significant(longest, 3));
-    write(
-        egui::pos2(plot.left(), below),
-        egui::Align2::LEFT_TOP,
-        oldest,
-        text,
-    );
+    write(egui::pos2(plot.left(), below), egui::Align2::LEFT_TOP, oldest, text);
     let now = "now".to_owned();
-    write(
-        egui::pos2(plot.right(), below),
-        egui::Align2::RIGHT_TOP,
-        now,
-        text,
-    );
+    write(egui::pos2(plot.right(), below), egui::Align2::RIGHT_TOP, now, text);
 }
 
 /// How long ago, and how far away, samples are, going back from `k` to `t_th_secs` ago or to the first; of many the farthest in each of

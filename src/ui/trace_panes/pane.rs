@@ -59,14 +59,8 @@ pub fn cell(
     if axis.calculated.is_none() {
         return pane(ui, traces, (axis, Kind::Load), place, (panes, drawn), out);
     }
-    let upper = Place {
-        height: place.height * TRACES_SHARE,
-        time_axis: None,
-    };
-    let lower = Place {
-        height: place.height - upper.height,
-        ..place
-    };
+    let upper = Place { height: place.height * TRACES_SHARE, time_axis: None };
+    let lower = Place { height: place.height - upper.height, ..place };
     let above = pane(ui, traces, (axis, Kind::Load), upper, (panes, drawn), out);
     let below = pane(ui, traces, (axis, Kind::Error), lower, (panes, drawn), out);
     above.or(below)
@@ -98,9 +92,7 @@ fn pane(
     let title = title(axis.axis, kind);
     let plot = Plot::new(("traces", axis.axis.symbol(), kind == Kind::Error));
     let plot = plots::scales(plot, time_axis.then_some(traces.across()), &title);
-    let plot = plots::moving(plot, height)
-        .allow_zoom([true, false])
-        .allow_drag([true, false]);
+    let plot = plots::moving(plot, height).allow_zoom([true, false]).allow_drag([true, false]);
     let hovered = panes.hovered;
     let lie_apart = visible.samples.len() < columns;
     let make = || columns_of(traces, &visible, columns);
@@ -186,10 +178,7 @@ fn title(axis: Axis, kind: Kind) -> String {
 fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
     traces.times.first()?;
     let time = chosen.unwrap_or_else(|| all_of(&traces.times));
-    let start = traces
-        .times
-        .partition_point(|t| *t < time.0)
-        .saturating_sub(1);
+    let start = traces.times.partition_point(|t| *t < time.0).saturating_sub(1);
     let end = traces.times.partition_point(|t| *t <= time.1) + 1;
     let end = end.min(traces.times.len());
     let samples = start.min(end)..end;
@@ -221,11 +210,7 @@ fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Ki
         .chain(zero)
         .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     let (low, high) = range.unwrap_or((-1.0, 1.0));
-    let margin = if high > low {
-        0.06 * (high - low)
-    } else {
-        0.1 * high.abs().max(1e-3)
-    };
+    let margin = if high > low { 0.06 * (high - low) } else { 0.1 * high.abs().max(1e-3) };
     (low - margin, high + margin)
 }
 
@@ -267,9 +252,7 @@ fn printed(
     visuals: &egui::Visuals,
 ) -> Vec<figure::Line<'static>> {
     let line = |(trace, series): &(Trace, &Arc<Series>)| {
-        let pieces = columns
-            .iter()
-            .map(|columns| piece(series, &traces.times, columns));
+        let pieces = columns.iter().map(|columns| piece(series, &traces.times, columns));
         let pieces: Vec<_> = pieces.collect();
         figure::Line {
             width: trace.stroke(visuals).width,
@@ -300,9 +283,8 @@ fn shade_band(
         let left = &traces.times[start..visible.samples.end];
         let n = left.partition_point(|time| *time < from + column_secs);
         let column = start..start + n.max(1);
-        if let Some(((low, _), (_, high))) = low
-            .min_max(column.clone())
-            .zip(high.min_max(column.clone()))
+        if let Some(((low, _), (_, high))) =
+            low.min_max(column.clone()).zip(high.min_max(column.clone()))
         {
             times.push(0.5 * (from + traces.times[column.end - 1]));
             lows.push(low);
@@ -342,9 +324,8 @@ fn shade_without_past(
             end = time_of(intervals[near - 1].end);
             at = near;
         }
-        let span = Span::new("", start..=end)
-            .fill(palette::without_past(visuals))
-            .border_width(0.0);
+        let span =
+            Span::new("", start..=end).fill(palette::without_past(visuals)).border_width(0.0);
         plot.span(span);
     }
 }
@@ -431,10 +412,7 @@ fn follow_gestures(
         if wheel != 0.0 {
             let at = response.transform.value_from_position(pointer).x;
             let factor = (-ZOOM_PER_POINT * wheel).exp();
-            let zoomed = (
-                at + (now.min()[0] - at) * factor,
-                at + (now.max()[0] - at) * factor,
-            );
+            let zoomed = (at + (now.min()[0] - at) * factor, at + (now.max()[0] - at) * factor);
             panes.shown.time = Some(within(&traces.times, zoomed));
         }
     }
@@ -446,9 +424,7 @@ fn put_cursor(ui: &egui::Ui, response: &PlotResponse<()>, panes: &mut TimeView) 
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
         let which = usize::from(ui.input(|input| input.modifiers.shift));
-        panes
-            .cursors
-            .put(which, response.transform.value_from_position(pointer).x);
+        panes.cursors.put(which, response.transform.value_from_position(pointer).x);
     }
 }
 
@@ -467,12 +443,8 @@ mod tests {
     #[test]
     fn tick_labels_tell_neighbours_apart() {
         let labels = |step_size: f64| {
-            let label = |at: i32| {
-                tick_label(GridMark {
-                    value: f64::from(at) * step_size,
-                    step_size,
-                })
-            };
+            let label =
+                |at: i32| tick_label(GridMark { value: f64::from(at) * step_size, step_size });
             [label(-1), label(0), label(3)]
         };
         assert_eq!(labels(0.5), ["-0.5", "0.0", "1.5"]);

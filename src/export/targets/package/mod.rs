@@ -42,10 +42,7 @@ fn allowed_in_float(calibration: &Calibration) -> f64 {
 /// A template of this folder, and the path of the file that is made of it.
 macro_rules! template {
     ($path:literal, $name:literal) => {
-        (
-            $path,
-            include_str!(concat!("../../templates/package/", $name)),
-        )
+        ($path, include_str!(concat!("../../templates/package/", $name)))
     };
 }
 
@@ -88,10 +85,7 @@ pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Res
     let mut files = vec![
         (format!("src/{name}.h"), header),
         ("expected.csv".to_owned(), expected),
-        (
-            format!("python/{name}.py"),
-            python::LANGUAGE.source(&export).1,
-        ),
+        (format!("python/{name}.py"), python::LANGUAGE.source(&export).1),
         (format!("rust/{name}.rs"), rust::LANGUAGE.source(&export).1),
         (format!("matlab/{m_name}.m"), m_function),
     ];
@@ -158,21 +152,14 @@ fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
     let axes = calibration.axes.iter().map(|axis| axis.symbol());
     let conventional = axes.clone().map(|axis| format!("conventional_{axis}"));
     let auxiliary = (1..=calibration.features.auxiliary.len()).map(|at| format!("auxiliary_{at}"));
-    let names = std::iter::once("time".to_owned())
-        .chain(gauges)
-        .chain(auxiliary);
+    let names = std::iter::once("time".to_owned()).chain(gauges).chain(auxiliary);
     let names = names.chain(axes.map(str::to_owned)).chain(conventional);
     let names = names.chain(["status", "at_edge"].map(str::to_owned));
     let mut out = names.collect::<Vec<_>>().join(",");
     for row in rows {
         out.push_str(&format!("\n{:?}", row.sample.0));
-        let numbers = row
-            .sample
-            .1
-            .iter()
-            .chain(&row.sample.2)
-            .chain(&row.load)
-            .chain(&row.conventional);
+        let numbers =
+            row.sample.1.iter().chain(&row.sample.2).chain(&row.load).chain(&row.conventional);
         for number in numbers {
             out.push_str(&format!(",{number:?}"));
         }

@@ -49,17 +49,12 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
         other
     };
     let (lower, higher) = (with_thresholds(-1.0), with_thresholds(1.0));
-    for (calibration, clock) in [
-        (&lower, 1.0),
-        (&higher, 1.0),
-        (calibration, 1.0 - 1e-6),
-        (calibration, 1.0 + 1e-6),
-    ] {
+    for (calibration, clock) in
+        [(&lower, 1.0), (&higher, 1.0), (calibration, 1.0 - 1e-6), (calibration, 1.0 + 1e-6)]
+    {
         for (row, other) in rows.iter_mut().zip(answered(calibration, &samples, clock)?) {
             let apart = row.load.iter().zip(&other.load).zip(&scale);
-            let is_far = apart
-                .into_iter()
-                .any(|((a, b), scale)| (a - b).abs() > 1e-5 * scale);
+            let is_far = apart.into_iter().any(|((a, b), scale)| (a - b).abs() > 1e-5 * scale);
             row.at_edge |= is_far || row.status != other.status;
         }
     }
@@ -69,9 +64,7 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
 /// What errors are measured by.
 pub(super) fn full_scale(calibration: &Calibration) -> Vec<f64> {
     let scale = calibration.full_scale.iter();
-    scale
-        .map(|scale| if *scale > 0.0 { *scale } else { 1.0 })
-        .collect()
+    scale.map(|scale| if *scale > 0.0 { *scale } else { 1.0 }).collect()
 }
 
 fn answered(
@@ -129,9 +122,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     let set_anew = samples[samples.len() - 60..].to_vec();
     let start = set_anew[0].0 - 3.0;
     samples.extend(
-        set_anew
-            .into_iter()
-            .map(|(time, gauges, auxiliary)| (time - start, gauges, auxiliary)),
+        set_anew.into_iter().map(|(time, gauges, auxiliary)| (time - start, gauges, auxiliary)),
     );
     samples[40].1[0] = f64::NAN;
     let last = samples[41].1.len() - 1;
@@ -157,20 +148,15 @@ fn motion(calibration: &Calibration) -> impl Fn(f64, f64) -> Vec<f64> {
     // In deviations of each gauge: at full scale of each axis.
     let slopes: Vec<Vec<f64>> = match calibration.gauges_per_load() {
         // Nothing tells loads from gauges: each gauge moves on its own.
-        None => gauges
-            .map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3)])
-            .collect(),
+        None => gauges.map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3)]).collect(),
         Some(slopes) => gauges
             .map(|gauge| {
                 let axes = full_scale.iter().enumerate();
-                axes.map(|(axis, scale)| slopes[(gauge, axis)] * scale)
-                    .collect()
+                axes.map(|(axis, scale)| slopes[(gauge, axis)] * scale).collect()
             })
             .collect(),
     };
-    let reach = slopes
-        .iter()
-        .map(|row| row.iter().map(|slope| slope.abs()).sum());
+    let reach = slopes.iter().map(|row| row.iter().map(|slope| slope.abs()).sum());
     let reach: f64 = reach.fold(f64::MIN_POSITIVE, f64::max);
     let factor = SHARE_OF_FULL_SCALE.min(DEVIATIONS / reach);
     let scale = &calibration.gauge_scale;

@@ -15,11 +15,7 @@ const HEADER_LIMIT: usize = 60;
 /// Finds out how a table is written. `None` without a line that is neither blank nor a comment.
 pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
-    let lines: Vec<Line> = all
-        .iter()
-        .copied()
-        .filter(|line| !is_skipped(line.text))
-        .collect();
+    let lines: Vec<Line> = all.iter().copied().filter(|line| !is_skipped(line.text)).collect();
     let first = lines.first()?;
     if let Some(preamble) = ati::Preamble::of(all.iter().map(|line| line.text)) {
         return Some(TextLayout {
@@ -49,21 +45,13 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     Some(match header {
         Some(at) => {
             let own = delimiter_of_header(lines[at].text);
-            let delimiter = if fits_rows(&lines[at..], own) {
-                own
-            } else {
-                delimiter
-            };
+            let delimiter = if fits_rows(&lines[at..], own) { own } else { delimiter };
             let units = lines.get(at + 1);
             TextLayout {
                 delimiter,
                 thousands: thousands_of(&lines[at + 1..], delimiter),
                 decimal: decimal_of(&lines[at + 1..], delimiter),
-                skip_rows: if at == 0 {
-                    0
-                } else {
-                    lines[at].number as usize - 1
-                },
+                skip_rows: if at == 0 { 0 } else { lines[at].number as usize - 1 },
                 header: true,
                 units_row: units.is_some_and(|line| is_units_row(line.text, delimiter)),
                 ..TextLayout::default()
@@ -75,11 +63,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
                 delimiter,
                 thousands: thousands_of(&lines, delimiter),
                 decimal: decimal_of(&lines, delimiter),
-                skip_rows: if row.number == first.number {
-                    0
-                } else {
-                    row.number as usize - 1
-                },
+                skip_rows: if row.number == first.number { 0 } else { row.number as usize - 1 },
                 ..TextLayout::default()
             }
         }
@@ -113,21 +97,14 @@ fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     // `max_by_key` takes the last of equals.
     let candidates = [Spaces, Tab, Semicolon, Comma];
-    candidates
-        .into_iter()
-        .max_by_key(|&d| score(d))
-        .unwrap_or(Comma)
+    candidates.into_iter().max_by_key(|&d| score(d)).unwrap_or(Comma)
 }
 
 /// How many cells of a line are values, and how many hold something else.
 fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
     let filled = Cells::new(text, delimiter).filter(|cell| !cell.is_empty());
     filled.fold((0, 0), |(n_values, n_others), cell| {
-        if is_value(cell, delimiter) {
-            (n_values + 1, n_others)
-        } else {
-            (n_values, n_others + 1)
-        }
+        if is_value(cell, delimiter) { (n_values + 1, n_others) } else { (n_values, n_others + 1) }
     })
 }
 
@@ -151,10 +128,7 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
         let of_line = cells(line);
         is_rowlike(line)
             && of_line.len() == of_first.len()
-            && of_line
-                .iter()
-                .zip(&of_first)
-                .all(|(later, first)| *first || !later)
+            && of_line.iter().zip(&of_first).all(|(later, first)| *first || !later)
     };
     is_rowlike(first) && following.all(is_like)
 }
@@ -162,20 +136,13 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
 /// Whether the line names a time, and a gauge or a load.
 fn is_understood(text: &[u8]) -> bool {
     let cells = names(text, delimiter_of_header(text));
-    let kinds: Vec<Kind> = cells
-        .iter()
-        .filter_map(|cell| ColumnName::parse(cell).kind)
-        .collect();
+    let kinds: Vec<Kind> = cells.iter().filter_map(|cell| ColumnName::parse(cell).kind).collect();
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
 /// Whether the rows below the first of these lines, the header, have cells by this delimiter.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
-    let Some(row) = lines
-        .iter()
-        .skip(1)
-        .find(|line| holds_only_values(line.text))
-    else {
+    let Some(row) = lines.iter().skip(1).find(|line| holds_only_values(line.text)) else {
         return true;
     };
     let (n_values, n_others) = counts(row.text, delimiter);
@@ -202,10 +169,7 @@ fn is_note(text: &[u8]) -> bool {
         return false;
     };
     let is_word = !word.trim().is_empty() && !word.contains(|c: char| c.is_ascii_digit());
-    is_word
-        && value
-            .trim_start()
-            .starts_with(|c: char| c.is_ascii_digit() || c == '-')
+    is_word && value.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '-')
 }
 
 /// Whether a line below the header holds units: at least one that is known, and no values.
@@ -226,9 +190,7 @@ fn may_be_thousands(cell: &[u8]) -> bool {
 
 /// Returns what stands before thousands, where a number that can mean nothing else shows it.
 fn thousands_of(lines: &[Line], delimiter: Delimiter) -> Option<Thousands> {
-    let mut cells = lines
-        .iter()
-        .flat_map(|line| Cells::new(line.text, delimiter));
+    let mut cells = lines.iter().flat_map(|line| Cells::new(line.text, delimiter));
     cells.find_map(|cell| Some(unmistakable_number(cell)?.1))
 }
 
@@ -239,11 +201,7 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
         (delimiter.allows_decimal_comma() || !may_be_thousands(cell))
             && decimal_comma_number(cell).is_some()
     };
-    let cells = || {
-        lines
-            .iter()
-            .flat_map(|line| Cells::new(line.text, delimiter))
-    };
+    let cells = || lines.iter().flat_map(|line| Cells::new(line.text, delimiter));
     let is_before_decimals = |cell: &[u8]| {
         let at = |byte| cell.iter().rposition(|own| *own == byte);
         unmistakable_number(cell).is_some() && at(b',') > at(b'.')
@@ -252,11 +210,7 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
     let has_comma =
         !groups_by_comma && cells().any(|cell| is_decimal(cell) || is_before_decimals(cell));
     let has_point = || cells().any(|cell| cell.contains(&b'.') && number(cell).is_some());
-    if has_comma && !has_point() {
-        Decimal::Comma
-    } else {
-        Decimal::Point
-    }
+    if has_comma && !has_point() { Decimal::Comma } else { Decimal::Point }
 }
 
 /// The names in the last comment above the first row, if it has one for each column and they are understood.
@@ -301,18 +255,10 @@ mod tests {
                 Semicolon,
                 Decimal::Comma,
             ),
-            (
-                "Time, raw;Value, raw\n1;2\n3;4\n",
-                Semicolon,
-                Decimal::Point,
-            ),
+            ("Time, raw;Value, raw\n1;2\n3;4\n", Semicolon, Decimal::Point),
         ] {
             let found = text(content);
-            assert_eq!(
-                (found.delimiter, found.decimal),
-                (delimiter, decimal),
-                "{content}"
-            );
+            assert_eq!((found.delimiter, found.decimal), (delimiter, decimal), "{content}");
         }
     }
 
@@ -320,36 +266,11 @@ mod tests {
     fn separators_of_thousands_are_found() {
         use crate::formats::text::written::Thousands::{Apostrophe, Comma as Commas, Point, Space};
         for (content, delimiter, decimal, thousands) in [
-            (
-                "t,S1\n1,\"1,262.21\"\n2,9.5\n",
-                Comma,
-                Decimal::Point,
-                Some(Commas),
-            ),
-            (
-                "t;S1\n1;1.234,5\n2;9,5\n",
-                Semicolon,
-                Decimal::Comma,
-                Some(Point),
-            ),
-            (
-                "t;S1\n1;1'234.5\n2;9.5\n",
-                Semicolon,
-                Decimal::Point,
-                Some(Apostrophe),
-            ),
-            (
-                "t;S1\n1;1\u{a0}234,5\n2;9,5\n",
-                Semicolon,
-                Decimal::Comma,
-                Some(Space),
-            ),
-            (
-                "t;S1\n1;1,234,567\n2;9.5\n",
-                Semicolon,
-                Decimal::Point,
-                Some(Commas),
-            ),
+            ("t,S1\n1,\"1,262.21\"\n2,9.5\n", Comma, Decimal::Point, Some(Commas)),
+            ("t;S1\n1;1.234,5\n2;9,5\n", Semicolon, Decimal::Comma, Some(Point)),
+            ("t;S1\n1;1'234.5\n2;9.5\n", Semicolon, Decimal::Point, Some(Apostrophe)),
+            ("t;S1\n1;1\u{a0}234,5\n2;9,5\n", Semicolon, Decimal::Comma, Some(Space)),
+            ("t;S1\n1;1,234,567\n2;9.5\n", Semicolon, Decimal::Point, Some(Commas)),
             ("t;S1\n1;1,234\n2;9,500\n", Semicolon, Decimal::Comma, None),
         ] {
             let found = text(content);
@@ -382,10 +303,9 @@ mod tests {
 
     #[test]
     fn a_comment_names_all_columns_or_none() {
-        for content in [
-            "# t S1 S2 Fx\nab  1 2 3\n0c\n0 1 2 3\n0",
-            "# t S1 S2 Fx\nab  S1 S2 Fx\nac\n0 1 2",
-        ] {
+        for content in
+            ["# t S1 S2 Fx\nab  1 2 3\n0c\n0 1 2 3\n0", "# t S1 S2 Fx\nab  S1 S2 Fx\nac\n0 1 2"]
+        {
             let layout = detect(content.as_bytes()).unwrap();
             assert!(!layout.header);
             let head = locate(content.as_bytes(), &layout).unwrap();

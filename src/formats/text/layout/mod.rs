@@ -39,11 +39,7 @@ fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
         let text = head[start..end].trim_ascii_end();
         start = head.len().min(end + 1);
         n_significant += usize::from(lines.len() >= n_skipped && !is_skipped(text));
-        lines.push(Line {
-            number: lines.len() as u64 + 1,
-            end: start,
-            text,
-        });
+        lines.push(Line { number: lines.len() as u64 + 1, end: start, text });
     }
     lines
 }
@@ -94,20 +90,12 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         Some(Preamble::AtiNetFt) => Some(ati::Preamble::of(all.iter().map(|line| line.text))?),
         None => None,
     };
-    let n_skipped = ati
-        .as_ref()
-        .map_or(layout.skip_rows, |preamble| preamble.n_lines);
-    let mut rows = all
-        .iter()
-        .skip(n_skipped)
-        .filter(|line| !is_skipped(line.text))
-        .peekable();
+    let n_skipped = ati.as_ref().map_or(layout.skip_rows, |preamble| preamble.n_lines);
+    let mut rows = all.iter().skip(n_skipped).filter(|line| !is_skipped(line.text)).peekable();
     let delimiter = layout.delimiter;
     let mut start = Head {
         n_lines: n_skipped as u64,
-        n_bytes: n_skipped
-            .checked_sub(1)
-            .map_or(Some(0), |last| Some(all.get(last)?.end))?,
+        n_bytes: n_skipped.checked_sub(1).map_or(Some(0), |last| Some(all.get(last)?.end))?,
         ati,
         ..Head::default()
     };
@@ -215,10 +203,7 @@ fn decoded(text: &[u8]) -> Cow<'_, str> {
 /// A unit without the brackets that it may stand in.
 fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
-    inside('[', ']')
-        .or_else(|| inside('(', ')'))
-        .unwrap_or(cell)
-        .trim()
+    inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
 }
 
 #[cfg(test)]
@@ -256,17 +241,10 @@ mod tests {
         assert_eq!(start.names, ["A", "B [N]"]);
         assert_eq!(start.units, ["[s]", "[N]"]);
         assert!(head[start.n_bytes..].starts_with(b"# c"));
-        let headerless = TextLayout {
-            skip_rows: 4,
-            header: false,
-            ..layout.clone()
-        };
+        let headerless = TextLayout { skip_rows: 4, header: false, ..layout.clone() };
         let start = locate(head, &headerless).unwrap();
         assert_eq!((start.line, start.n_lines, start.n_columns), (5, 4, 2));
-        let beyond = TextLayout {
-            skip_rows: 9,
-            ..layout
-        };
+        let beyond = TextLayout { skip_rows: 9, ..layout };
         assert!(locate(head, &beyond).is_none());
     }
 }

@@ -111,9 +111,7 @@ impl Study {
                 let own = entries.filter(|entry| entry.role == Role::Train);
                 own.map(|entry| &*entry.recording)
             };
-            let step = training()
-                .filter_map(Recording::rate_hz)
-                .map(|rate| 1.0 / rate);
+            let step = training().filter_map(Recording::rate_hz).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
             let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
             candidates.retain(|secs| *secs >= shortest && *secs <= longest);
@@ -133,10 +131,7 @@ impl Study {
 
 /// The settings with this list for the block.
 fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) -> FeatureSettings {
-    FeatureSettings {
-        blocks: features.blocks.clone().with(block, values),
-        ..features.clone()
-    }
+    FeatureSettings { blocks: features.blocks.clone().with(block, values), ..features.clone() }
 }
 
 impl Bench {
@@ -148,9 +143,7 @@ impl Bench {
         progress: &Progress,
     ) -> Result<Self, AnalysisError> {
         let (data, blank) = (&study.data, &study.blank);
-        let weights = measure
-            .weights(&study.scale())
-            .ok_or(NoSuggestion::NoAxis)?;
+        let weights = measure.weights(&study.scale()).ok_or(NoSuggestion::NoAxis)?;
         let features = with_values(&blank.features, block, candidates);
         features
             .check_columns(blank.gauges.len())
@@ -158,10 +151,7 @@ impl Bench {
         let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
             .map(|(entry, path)| past_samples(&features, path, &entry.recording, progress))
             .collect();
-        let design = Design {
-            features,
-            ..blank.design()
-        };
+        let design = Design { features, ..blank.design() };
         let sums = data.sums(&design, &past, blank.axes.len(), progress);
         progress.check()?;
         let own = design.sets_of(block);
@@ -190,25 +180,13 @@ impl Bench {
         let left_out = LeftOut {
             total: train,
             parts: &self.sums.parts,
-            terms: Terms {
-                used: &used,
-                kinds: &self.kinds,
-                known: &self.known,
-            },
+            terms: Terms { used: &used, kinds: &self.kinds, known: &self.known },
         };
         let (_, squares) = left_out.with_ridge(self.ridge);
         let squares = squares.ok_or(NoSuggestion::NothingLeftOut)?;
         let weights = self.weights.iter().cycle();
-        let sum: f64 = squares
-            .iter()
-            .zip(weights)
-            .map(|(square, w)| w * square)
-            .sum();
-        Ok(Tried {
-            chosen,
-            squares,
-            mean_square: sum / train.n_samples().max(1) as f64,
-        })
+        let sum: f64 = squares.iter().zip(weights).map(|(square, w)| w * square).sum();
+        Ok(Tried { chosen, squares, mean_square: sum / train.n_samples().max(1) as f64 })
     }
 
     fn try_all(
@@ -228,13 +206,8 @@ impl Bench {
 
     /// Whether `one` is worse than `other` by more than luck.
     fn is_worse(&self, one: &Tried, other: &Tried) -> bool {
-        paired(
-            &one.squares,
-            &other.squares,
-            &self.part_samples,
-            &self.weights,
-        )
-        .is_some_and(|paired| !paired.is_within_one_standard_error())
+        paired(&one.squares, &other.squares, &self.part_samples, &self.weights)
+            .is_some_and(|paired| !paired.is_within_one_standard_error())
     }
 
     fn shortest_good_list(

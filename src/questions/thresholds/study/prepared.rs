@@ -50,20 +50,12 @@ impl Study {
         let blank = data.blank_calibration(&request.settings)?;
         let paths = data.paths(&blank);
         progress.check()?;
-        Ok(Self {
-            data,
-            paths,
-            blank,
-            settings: request.settings,
-        })
+        Ok(Self { data, paths, blank, settings: request.settings })
     }
 
     /// The axes that errors are measured on.
     pub fn scale(&self) -> MeasureScale {
-        MeasureScale {
-            axes: self.blank.axes.clone(),
-            full_scale: self.blank.full_scale.clone(),
-        }
+        MeasureScale { axes: self.blank.axes.clone(), full_scale: self.blank.full_scale.clone() }
     }
 
     /// What F_th is measured in.
@@ -75,25 +67,18 @@ impl Study {
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);
-        scaled
-            .map(|(weight, full)| weight * full)
-            .fold(0.0, f64::max)
+        scaled.map(|(weight, full)| weight * full).fold(0.0, f64::max)
     }
 
     /// The thresholds of the settings' first look-back, or what they would be by default.
     pub fn present_thresholds(&self) -> Thresholds {
         let first = self.settings.features.look_backs.first();
-        first
-            .copied()
-            .unwrap_or_else(|| Thresholds::default_for(self.distance()))
+        first.copied().unwrap_or_else(|| Thresholds::default_for(self.distance()))
     }
 
     /// What these thresholds do to the training samples.
     pub fn past_ages(&self, thresholds: Thresholds) -> PastAges {
-        let unlimited = Thresholds {
-            t_th_secs: f64::INFINITY,
-            ..thresholds
-        };
+        let unlimited = Thresholds { t_th_secs: f64::INFINITY, ..thresholds };
         let mut past_ages = PastAges::new(thresholds.t_th_secs, AGE_BINS);
         for (entry, path) in self.data.entries.iter().zip(&*self.paths) {
             if entry.role == Role::Train {
@@ -116,10 +101,7 @@ impl Study {
             })
             .collect();
         let runs: Vec<HysteresisRun<'_>> = (training.iter())
-            .map(|(reference, conventional)| HysteresisRun {
-                reference,
-                conventional,
-            })
+            .map(|(reference, conventional)| HysteresisRun { reference, conventional })
             .collect();
         mean_hysteresis(&runs, &self.blank.axes, &self.blank.distance_weights())
     }

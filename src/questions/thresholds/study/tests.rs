@@ -31,10 +31,7 @@ fn some(step: usize) -> Arc<RecordingSet> {
 }
 
 fn settings(change: impl FnOnce(&mut FitSettings)) -> FitSettings {
-    let mut settings = FitSettings {
-        decimation: 4,
-        ..FitSettings::default()
-    };
+    let mut settings = FitSettings { decimation: 4, ..FitSettings::default() };
     change(&mut settings);
     settings
 }
@@ -46,13 +43,9 @@ fn map_of(
     t_ths_secs: &[f64],
 ) -> ThresholdMap {
     let progress = Progress::default();
-    let study = Study::prepare(
-        &Datasets::default(),
-        Arc::clone(recordings),
-        settings.clone(),
-        &progress,
-    )
-    .unwrap();
+    let study =
+        Study::prepare(&Datasets::default(), Arc::clone(recordings), settings.clone(), &progress)
+            .unwrap();
     let grid = ThresholdGrid::new(f_ths.to_vec(), t_ths_secs.to_vec()).unwrap();
     study.threshold_map(&grid, &progress, &|_| {}).unwrap()
 }
@@ -75,17 +68,10 @@ fn assert_equal(actual: &Scores, expected: &Scores, what: &str) {
     for set in ScoreSet::ALL {
         let (actual, expected) = (set.rmse(actual), set.rmse(expected));
         assert_eq!(actual.is_some(), expected.is_some(), "{what}, {set:?}");
-        for (actual, expected) in actual
-            .into_iter()
-            .flatten()
-            .zip(expected.into_iter().flatten())
-        {
+        for (actual, expected) in actual.into_iter().flatten().zip(expected.into_iter().flatten()) {
             // Moments are zero throughout where the weight hangs in the middle; what rounding makes of that is noise.
             let error = (actual - expected).abs();
-            assert!(
-                error <= 1e-9 * expected + 1e-14,
-                "{what}, {set:?}: {actual} {expected}"
-            );
+            assert!(error <= 1e-9 * expected + 1e-14, "{what}, {set:?}: {actual} {expected}");
         }
     }
 }
@@ -115,10 +101,7 @@ fn every_value_of_the_map_is_that_of_a_fresh_fit() {
     let recordings = some(9);
     assert_like_fresh_fits(&recordings, &settings(|_| {}));
     assert_like_fresh_fits(&recordings, &settings(|s| s.offset = false));
-    assert_like_fresh_fits(
-        &recordings,
-        &settings(|s| s.features.distance = Distance::FullScale),
-    );
+    assert_like_fresh_fits(&recordings, &settings(|s| s.features.distance = Distance::FullScale));
 }
 
 #[test]
@@ -134,10 +117,7 @@ fn with_two_recordings_an_automatic_ridge_is_that_of_a_fit() {
 
 #[test]
 fn other_blocks_and_further_look_backs_stay_as_they_are() {
-    let further = Thresholds {
-        f_th: 6.0,
-        t_th_secs: 4.0,
-    };
+    let further = Thresholds { f_th: 6.0, t_th_secs: 4.0 };
     let blocks = settings(|s| {
         s.features.look_backs.push(further);
         let blocks = Blocks::default().with(&Creep, &[6.0]);
@@ -159,9 +139,7 @@ fn one_or_two_recordings_are_left_out_by_blocks() {
     let first_two = |n| {
         let mut set = RecordingSet::default();
         let all = simulated::recordings(5);
-        all.entries()[..n]
-            .iter()
-            .for_each(|e| set.push(e.clone()).unwrap());
+        all.entries()[..n].iter().for_each(|e| set.push(e.clone()).unwrap());
         Arc::new(set)
     };
     for n in [1, 2] {
@@ -186,11 +164,7 @@ fn without_a_look_back_one_is_added() {
 fn where_the_past_never_differs_the_errors_are_exactly_conventional() {
     let map = map_of(&some(30), &settings(|_| {}), &[0.0, 3.0, 1e6], &[0.0, 15.0]);
     for (f_at, t_at) in [(0, 0), (0, 1), (1, 0), (2, 0), (2, 1)] {
-        assert_eq!(
-            map.point(f_at, t_at),
-            Some(&map.conventional),
-            "{f_at} {t_at}"
-        );
+        assert_eq!(map.point(f_at, t_at), Some(&map.conventional), "{f_at} {t_at}");
     }
     assert_ne!(map.point(1, 1), Some(&map.conventional));
 }
@@ -198,13 +172,9 @@ fn where_the_past_never_differs_the_errors_are_exactly_conventional() {
 #[test]
 fn rows_are_told_once_each_and_make_up_the_map() {
     let told = Mutex::new(None::<ThresholdMap>);
-    let study = Study::prepare(
-        &Datasets::default(),
-        some(30),
-        settings(|_| {}),
-        &Progress::default(),
-    )
-    .unwrap();
+    let study =
+        Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
+            .unwrap();
     let f_ths = (0..9).map(f64::from).collect();
     let grid = ThresholdGrid::new(f_ths, vec![1.0, 5.0]).unwrap();
     let progress = Progress::default();
@@ -228,13 +198,9 @@ fn rows_are_told_once_each_and_make_up_the_map() {
 
 #[test]
 fn a_map_that_is_cancelled_ends_after_the_row_it_is_at() {
-    let study = Study::prepare(
-        &Datasets::default(),
-        some(30),
-        settings(|_| {}),
-        &Progress::default(),
-    )
-    .unwrap();
+    let study =
+        Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
+            .unwrap();
     let grid = ThresholdGrid::new((0..200).map(f64::from).collect(), vec![5.0]).unwrap();
     let progress = Progress::default();
     let rows = Mutex::new(0);
@@ -252,21 +218,14 @@ fn a_map_that_is_cancelled_ends_after_the_row_it_is_at() {
 fn test_recordings_take_no_part_in_any_suggestion() {
     let all = some(15);
     let mut training = RecordingSet::default();
-    let own = all
-        .entries()
-        .iter()
-        .filter(|entry| entry.role == Role::Train);
+    let own = all.entries().iter().filter(|entry| entry.role == Role::Train);
     own.for_each(|entry| training.push(entry.clone()).unwrap());
     assert!(training.entries().len() < all.entries().len());
     let suggested = |set: Arc<RecordingSet>| {
         let map = map_of(&set, &settings(|_| {}), &[0.0, 1.5, 3.0, 6.0], &[5.0, 15.0]);
         let progress = Progress::default();
         let study = Study::prepare(&Datasets::default(), set, settings(|_| {}), &progress).unwrap();
-        let block = |block| {
-            study
-                .suggest_block(block, Measure::Forces, &progress)
-                .unwrap()
-        };
+        let block = |block| study.suggest_block(block, Measure::Forces, &progress).unwrap();
         (
             map.suggestion(Measure::Forces).unwrap(),
             study.mean_hysteresis(),
@@ -317,34 +276,21 @@ fn a_suggested_list_keeps_what_it_promises() {
     let recordings = some(12);
     let plain = settings(|s| s.features = FeatureSettings::present());
     let progress = Progress::default();
-    let study = Study::prepare(
-        &Datasets::default(),
-        Arc::clone(&recordings),
-        plain.clone(),
-        &progress,
-    )
-    .unwrap();
-    for block in [&Play as HistoryBlock, &Creep] {
-        let found = study
-            .suggest_block(block, Measure::FullScale, &progress)
+    let study =
+        Study::prepare(&Datasets::default(), Arc::clone(&recordings), plain.clone(), &progress)
             .unwrap();
+    for block in [&Play as HistoryBlock, &Creep] {
+        let found = study.suggest_block(block, Measure::FullScale, &progress).unwrap();
         assert!(!found.values.is_empty() && found.values.is_sorted());
         let mut with = plain.clone();
         with.features.blocks.set(block, found.values.clone());
         let request = Request::fit(Arc::clone(&recordings), with);
-        let quality = analyse(&request, &progress)
-            .unwrap()
-            .calibration
-            .quality
-            .clone();
+        let quality = analyse(&request, &progress).unwrap().calibration.quality.clone();
         let measure = |scores: &Scores| {
             Measure::FullScale.of_rmse(&study.scale(), scores.cv_rmse.as_ref().unwrap())
         };
         let [with, without] = [&quality.compensated, &quality.conventional].map(measure);
-        assert!(
-            (found.left_out / with.unwrap() - 1.0).abs() < 1e-9,
-            "{found:?}"
-        );
+        assert!((found.left_out / with.unwrap() - 1.0).abs() < 1e-9, "{found:?}");
         assert!((found.left_out_without / without.unwrap() - 1.0).abs() < 1e-9);
         assert!(found.left_out < found.left_out_without);
     }

@@ -97,10 +97,7 @@ impl Study {
                 .par_iter()
                 .map(|&f_at| {
                     let points = rows.row(grid.f_ths()[f_at], progress)?;
-                    let row = StudyEvent::Row {
-                        f_at,
-                        points: &points,
-                    };
+                    let row = StudyEvent::Row { f_at, points: &points };
                     tell(row);
                     progress.advance(1);
                     Ok((f_at, points))
@@ -132,10 +129,8 @@ impl<'a> Rows<'a> {
         let n_axes = blank.axes.len();
         let pieces = data.pieces();
         let lists = data.entries.iter().zip(&pieces);
-        let n_lists: usize = lists
-            .filter(|(entry, _)| takes_part(entry))
-            .map(|(_, pieces)| pieces.len())
-            .sum();
+        let n_lists: usize =
+            lists.filter(|(entry, _)| takes_part(entry)).map(|(_, pieces)| pieces.len()).sum();
         let n_t = grid.t_ths_secs().len();
         let bytes = AT_ONCE * n_lists * AgedSums::size_bytes(&design, n_axes, n_t);
         if bytes > MAX_BYTES {
@@ -150,42 +145,22 @@ impl<'a> Rows<'a> {
         let unmoved: Vec<Vec<Vec<u32>>> = (data.entries.iter().zip(&further))
             .map(|(entry, further)| {
                 let own: Vec<u32> = (0..entry.recording.n_samples() as u32).collect();
-                std::iter::once(own)
-                    .chain(further.iter().cloned())
-                    .collect()
+                std::iter::once(own).chain(further.iter().cloned()).collect()
             })
             .collect();
-        let Sums {
-            parts,
-            test,
-            of_recordings,
-            ..
-        } = data.sums(&design, &unmoved, n_axes, progress);
+        let Sums { parts, test, of_recordings, .. } =
+            data.sums(&design, &unmoved, n_axes, progress);
         progress.check()?;
         let scorer = Scorer::new(&design, &data.map, parts, test, study.settings.ridge)
             .with_ridge_by(data.recordings_left_out(&of_recordings));
-        check_parts(
-            &scorer.part_samples(),
-            design.kinds().into_iter(),
-            study.settings.ridge,
-        )?;
-        Ok(Self {
-            study,
-            grid,
-            design,
-            pieces,
-            further,
-            scorer,
-        })
+        check_parts(&scorer.part_samples(), design.kinds().into_iter(), study.settings.ridge)?;
+        Ok(Self { study, grid, design, pieces, further, scorer })
     }
 
     fn row(&self, f_th: f64, progress: &Progress) -> Result<Vec<PointScores>, Cancelled> {
         let data = &self.study.data;
         let t_ths_secs = self.grid.t_ths_secs();
-        let thresholds = Thresholds {
-            f_th,
-            t_th_secs: self.grid.longest_secs(),
-        };
+        let thresholds = Thresholds { f_th, t_th_secs: self.grid.longest_secs() };
         let aged: Vec<Vec<AgedSums>> = (data.entries.par_iter().enumerate())
             .map(|(at, entry)| {
                 progress.check()?;
@@ -198,11 +173,7 @@ impl<'a> Rows<'a> {
                     progress,
                 );
                 progress.check()?;
-                let ages = ThresholdAges {
-                    past: &past,
-                    further: &self.further[at],
-                    t_ths_secs,
-                };
+                let ages = ThresholdAges { past: &past, further: &self.further[at], t_ths_secs };
                 let loads = data.present_loads(at);
                 let aged = aged_sums(&self.design, loads, ages, &self.pieces[at], progress);
                 progress.check()?;
