@@ -22,11 +22,11 @@ pub struct Request {
     pub calibration: Option<Arc<Calibration>>,
     /// Whether that calibration was trained on these very recordings, so that its own scores stand.
     pub trained: bool,
-    /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`].
+    /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`](crate::questions::errors::factory::read_factory).
     pub factory: Option<Arc<Calibration>>,
     /// What gauges can show, where somebody entered it: beyond, they are clipped.
     pub gauge_range: Option<GaugeRange>,
-    /// How loops and figures are measured, in a [`report`].
+    /// How loops and figures are measured, in a [`report`](crate::questions::page::report).
     pub measuring: MetrologySettings,
     /// What is shared with other questions about the same recordings.
     pub datasets: Datasets,

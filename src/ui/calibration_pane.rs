@@ -130,26 +130,20 @@ impl View {
 
 fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
+        let label = ui.label("Export to");
         let buttons = 118.0;
         let field = egui::TextEdit::singleline(path)
             .hint_text(format!("path ending in one of {}", target_endings()))
             .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
-        let field = ui.field(
-            "Export to",
-            field,
+        let field = ui.add(field).labelled_by(label.id).on_hover_text(
             "Where the calibration is written; its ending says as what, Enter writes it",
         );
         let entered = ui.entered(&field);
         ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
             let held = TARGETS.iter();
             let held = held.map(|target| format!(".{}: {}", target.endings[0], target.holds));
-            let export = ui.press(
-                "Export",
-                held.collect::<Vec<_>>().join(
-                    "
-",
-                ),
-            );
+            let held: Vec<String> = held.collect();
+            let export = ui.press("Export", held.join("\n"));
             let path = path.trim();
             if (export || entered) && !path.is_empty() {
                 out.push(Action::Export(path.into(), Existing::Ask).into());

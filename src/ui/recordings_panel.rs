@@ -94,13 +94,12 @@ fn recordings_panel(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: 
 
 fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
+        let label = ui.label("Open");
         let buttons = 90.0;
         let field = egui::TextEdit::singleline(&mut fields.open)
             .hint_text("path of a recording or calibration")
             .desired_width((ui.available_width() - buttons).max(60.0));
-        let response = ui.field(
-            "Open",
-            field,
+        let response = ui.add(field).labelled_by(label.id).on_hover_text(
             "A recording, a calibration (.json or .cal), a session, or a folder of them; Enter loads it",
         );
         let entered =

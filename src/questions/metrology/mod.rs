@@ -14,7 +14,7 @@
 //! creep and viscosity add to width, and nonlinearity is that of a branch between two turns. Cycles are counted by rainflow;
 //! each figure of loops says on how many it rests, over which share of the loads, and what half and twice the dead band would
 //! give ([`Basis`]). The figures compare two calibrations on the same data fairly; they do not replace a
-//! calibration in steps on a reference machine. [`Definition::free_running`] says it row by row.
+//! calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) says it row by row.
 
 mod case_rows;
 mod crosstalk;

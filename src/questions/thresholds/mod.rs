@@ -3,7 +3,7 @@
 //! | part | file |
 //! |---|---|
 //! | which pairs, and in which order | [`ThresholdGrid`] |
-//! | all scores of one F_th over every t_th, from sums | [`Scorer`] |
+//! | all scores of one F_th over every t_th, from sums | [`Scorer`](scorer::Scorer) |
 //! | what is shown of six axes: one number | [`Measure`] |
 //! | the errors over both thresholds, and the curves in them | [`ThresholdMap`] |
 //! | the pair to take, and how flat the choice is | [`Suggestion`] |
