@@ -53,7 +53,7 @@ use crate::recording::{
 };
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::shown;
-use crate::shown::{listed, printable};
+use crate::shown::{and_more, listed, printable};
 
 pub use compare::CompareArgs;
 pub use fit::FitArgs;
@@ -350,9 +350,8 @@ impl ReadArgs {
             };
             tell(&format_args!("note: {name}: {what}"));
         }
-        let more = faulty().count().saturating_sub(LISTED_FAULTY);
-        if more > 0 {
-            tell(&format_args!("note: and so in {more} more recordings of this file"));
+        if let Some(more) = and_more(faulty().count(), LISTED_FAULTY) {
+            tell(&format_args!("note: {more} recordings of this file"));
         }
         let name = || recordings.first().map_or("", Recording::name).to_owned();
         let n = recordings.len();

@@ -66,13 +66,36 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// The first few names, and how many more there are.
+/// The first few names of a file's own, and how many more there are.
 pub(crate) fn listed(names: &[String]) -> String {
-    let first: Vec<_> = names.iter().take(LISTED_NAMES).map(|name| shown(name)).collect();
-    match names.len().saturating_sub(LISTED_NAMES) {
-        0 => first.join(", "),
-        more => format!("{} and {more} more", first.join(", ")),
-    }
+    first(LISTED_NAMES, names.iter().map(|name| shown(name)))
+}
+
+/// The first of some names, and how many more there are.
+pub(crate) fn first(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
+    first_by(", ", max, all)
+}
+
+/// The first of some clauses, and how many more there are.
+pub(crate) fn first_clauses(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
+    first_by("; ", max, all)
+}
+
+fn first_by(between: &str, max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
+    let mut all = all.into_iter();
+    let first: Vec<String> = all.by_ref().take(max).map(|own| own.to_string()).collect();
+    let comma = between.trim_matches([',', ' ']);
+    let more = and_more(max + all.count(), max);
+    format!(
+        "{}{}",
+        first.join(between),
+        more.map_or_else(String::new, |more| format!("{comma} {more}"))
+    )
+}
+
+/// How many there are beyond those that are shown, in words.
+pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
+    (all > max).then(|| format!("and {} more", all - max))
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::report::{Cell, Column, Table};
-use crate::shown::{message, printable};
+use crate::shown::{and_more, message, printable};
 
 /// Arguments of `inspect`.
 #[derive(Debug, Args)]
@@ -207,9 +207,9 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
         ..Table::default()
     };
     write!(out, "{}", listed.text())?;
-    match table.columns.len().saturating_sub(LISTED) {
-        0 => Ok(()),
-        more => writeln!(out, "  and {more} more columns; --json lists them all"),
+    match and_more(table.columns.len(), LISTED) {
+        None => Ok(()),
+        Some(more) => writeln!(out, "  {more} columns; --json lists them all"),
     }
 }
 
@@ -247,6 +247,9 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
                 let channels = message(&report.auxiliary.join(", "));
                 writeln!(out, "    auxiliary channels: {channels}")?;
             }
+        }
+        if let Some(more) = and_more(check.recordings.len(), LISTED) {
+            writeln!(out, "  {more}")?;
         }
         writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
         let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();

@@ -10,6 +10,7 @@ use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
 use crate::scoring::numbers::significant;
+use crate::shown::first;
 
 /// Of the files that were not read so many are named.
 const MAX_NAMED: usize = 8;
@@ -131,13 +132,10 @@ pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
         let (by_it, others): (Vec<_>, Vec<_>) =
             files.into_iter().partition(|(_, other)| *other == map);
         files = others;
-        let name = by_it[0].0.file_name().unwrap_or_default().to_string_lossy();
-        let more = match by_it.len() - 1 {
-            0 => String::new(),
-            n_more => format!(" and {n_more} more"),
-        };
+        let names = by_it.iter().map(|(path, _)| path.file_name().unwrap_or_default().display());
         said.push(format!(
-            "{name}{more}: read by the column map of an earlier file like it: {}. If that is wrong, close it and say what its columns are with File > Import",
+            "{}: read by the column map of an earlier file like it: {}. If that is wrong, close it and say what its columns are with File > Import",
+            first(1, names),
             roles_in_words(&map.table)
         ));
     }
@@ -179,16 +177,8 @@ impl Importing {
     /// Says that this file and all that wait are not read.
     pub(super) fn not_read(&self) -> String {
         let files = [&self.path].into_iter().chain(&self.waiting);
-        let names = files.take(MAX_NAMED).map(|path| path.file_name().unwrap_or(path.as_os_str()));
-        let names = names.map(|name| name.to_string_lossy().into_owned());
-        let more = match (self.waiting.len() + 1).saturating_sub(MAX_NAMED) {
-            0 => String::new(),
-            n_more => format!(" and {n_more} more"),
-        };
-        format!(
-            "Not read, for what their columns are was not said: {}{more}",
-            names.collect::<Vec<_>>().join(", ")
-        )
+        let names = files.map(|path| path.file_name().unwrap_or(path.as_os_str()).display());
+        format!("Not read, for what their columns are was not said: {}", first(MAX_NAMED, names))
     }
 
     /// Changes what is said about the file; what is to be looked at then.

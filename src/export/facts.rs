@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use crate::calibration::{Calibration, Learned, Scores, UsedRecording};
 use crate::features::AuxiliaryChannel;
 use crate::scoring::numbers::significant;
+use crate::shown::first;
 
 /// More recordings than this are counted, not named.
 const NAMED_RECORDINGS: usize = 40;
@@ -53,12 +54,7 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
             format!("{} {} {unit}{rated}", axis.symbol(), significant(*full, 5))
         })
         .collect();
-    let named = calibration.trained_on.len().min(NAMED_RECORDINGS);
-    let mut recordings = calibration.trained_on[..named].join(", ");
-    if calibration.trained_on.len() > named {
-        let more = calibration.trained_on.len() - named;
-        recordings.push_str(&format!(" and {more} more"));
-    }
+    let recordings = first(NAMED_RECORDINGS, &calibration.trained_on);
     let offset = match calibration.offset {
         true => "in the model",
         false => "none in the model",

@@ -11,7 +11,7 @@ use crate::recording::{Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source,
 use crate::report;
 use crate::report::{Cell, Table};
 use crate::scoring::metrics::Group;
-use crate::shown::printable;
+use crate::shown::{and_more, printable};
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::context_menu::context_menu;
 use crate::ui::controls::Controls as _;
@@ -174,8 +174,8 @@ fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                     let words = faults.words.join(", ");
                     ui.label(format!("{}: {words}", printable(recording.name())));
                 }
-                if faults.len() > 12 {
-                    ui.label(format!("and {} more recordings", faults.len() - 12));
+                if let Some(more) = and_more(faults.len(), 12) {
+                    ui.label(format!("{more} recordings"));
                 }
             });
         }

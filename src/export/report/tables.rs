@@ -6,6 +6,7 @@ use crate::export::facts::settings_of;
 use crate::features::Distance;
 use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
+use crate::shown::and_more;
 
 /// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
 const MAX_FEATURES: usize = 400;
@@ -138,14 +139,7 @@ fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
         let numbers = numbers.map(|numbers| Cell::digits(Some(numbers[column]), 7));
         std::iter::once(Cell::words(feature)).chain(numbers).collect()
     });
-    let more = map.columns.len().saturating_sub(MAX_FEATURES);
-    Table {
-        title: title.to_owned(),
-        columns,
-        rows: rows.collect(),
-        note: match more {
-            0 => String::new(),
-            more => format!("and {more} more, which the complete calibration (JSON) has."),
-        },
-    }
+    let more = and_more(map.columns.len(), MAX_FEATURES);
+    let note = more.map(|more| format!("{more}, which the complete calibration (JSON) has."));
+    Table { title: title.to_owned(), columns, rows: rows.collect(), note: note.unwrap_or_default() }
 }

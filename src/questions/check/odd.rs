@@ -6,6 +6,7 @@ use crate::questions::errors::fit::Sums;
 use crate::recording::Role;
 use crate::scoring::cross_validation::are_left_out_whole;
 use crate::scoring::information::Information;
+use crate::shown::first;
 
 /// Left out, it errs by so many times what the same fit leaves on the others ...
 const TIMES: f64 = 4.0;
@@ -76,12 +77,7 @@ impl Dataset {
         let own = entries.filter(|(entry, pieces)| {
             entry.role == Role::Train && pieces.iter().any(|piece| piece.fold == part)
         });
-        let names: Vec<&str> = own.map(|(entry, _)| entry.recording.name()).collect();
-        match &names[..] {
-            [] => String::new(),
-            [one] => (*one).to_owned(),
-            [first, others @ ..] => format!("{first} and {} more", others.len()),
-        }
+        first(1, own.map(|(entry, _)| entry.recording.name()))
     }
 }
 

@@ -23,6 +23,7 @@ use crate::scoring::cross_validation::are_left_out_whole;
 use crate::scoring::information::{Information, free_coefficients};
 use crate::scoring::left_out::LeftOut;
 use crate::scoring::numbers::significant;
+use crate::shown::{first, first_clauses};
 
 /// How many loads are proposed.
 const PROPOSED: usize = 6;
@@ -99,12 +100,10 @@ pub fn sufficiency(
     let mut reasons = said_already(&data.cautions(&calibration, true));
     let (faults, share) = faulty(&fitted, progress)?;
     if share > 0.0 {
-        let more = faults.len().saturating_sub(FAULTY);
-        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
         let text = format!(
-            "{} of the training samples are not to be trusted ({}{more}): leave such samples out, load less, or take a smaller gain",
+            "{} of the training samples are not to be trusted ({}): leave such samples out, load less, or take a smaller gain",
             percent(share),
-            faults[..faults.len().min(FAULTY)].join("; ")
+            first_clauses(FAULTY, &faults)
         );
         reasons.push(Reason { about: "faults", verdict: faults_verdict(share), text });
     }
@@ -267,11 +266,8 @@ fn undetermined(
     let no_past = |at: &&usize| matches!(columns[**at], Column::Past { gauge, .. } if present.contains(&gauge));
     let mut found = Vec::new();
     let mut say = |what: &str, gone: Vec<&usize>| {
-        let listed: Vec<&str> = gone.iter().take(NAMED).map(|at| &*names[**at]).collect();
-        let more = gone.len().saturating_sub(NAMED);
-        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-        if !listed.is_empty() {
-            found.push(format!("{what}: {}{more}", listed.join(", ")));
+        if !gone.is_empty() {
+            found.push(format!("{what}: {}", first(NAMED, gone.iter().map(|at| &names[**at]))));
         }
     };
     say("never changes", gone.iter().filter(still).collect());

@@ -4,6 +4,7 @@ use crate::questions::check::independent_loads::{AxisReach, Sufficiency, percent
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
+use crate::shown::and_more;
 
 /// No more recordings, or groups, are listed: those on which most rests.
 const LISTED: usize = 12;
@@ -133,12 +134,11 @@ fn leverage(of: &Sufficiency) -> Table {
     columns.extend(
         heads.map(|(name, about)| Column { about: about.to_owned(), ..Column::numbers(name) }),
     );
-    let more = of.leverage.len().saturating_sub(LISTED);
     Table {
         title: "What rests on each recording".to_owned(),
         columns,
         rows: if of.leverage.len() > 1 { rows.collect() } else { Vec::new() },
-        note: if more > 0 { format!("And {more} more.") } else { String::new() },
+        note: and_more(of.leverage.len(), LISTED).unwrap_or_default(),
     }
 }
 
@@ -160,12 +160,11 @@ fn outside(of: &Sufficiency) -> Table {
     });
     let mut columns = ["Of", "Axis"].map(Column::words).to_vec();
     columns.extend(["of its samples", "by up to"].map(Column::numbers));
-    let more = all.len().saturating_sub(LISTED);
     Table {
         title: "Loads outside those of the others".to_owned(),
         columns,
         rows: rows.collect(),
-        note: if more > 0 { format!("And {more} more.") } else { String::new() },
+        note: and_more(all.len(), LISTED).unwrap_or_default(),
     }
 }
 

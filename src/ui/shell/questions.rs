@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::export::utc;
+use crate::shown::first;
 use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, file_size};
@@ -236,17 +237,16 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
 
 /// The names of a session's files, as many as have room.
 fn files_of(session: &Session) -> String {
-    let names = session.files.iter().take(LEFT_FILES).map(|file| {
+    let names = session.files.iter().map(|file| {
         let path = &file.absolute;
         let name = path.file_name().unwrap_or(path.as_os_str());
         name.to_string_lossy().into_owned()
     });
     let built_in = session.built_in.then(|| "built-in sensor".to_owned());
-    let names: Vec<String> = built_in.into_iter().chain(names).collect();
-    match session.files.len() {
-        0 if names.is_empty() => "no files".to_owned(),
-        n if n > LEFT_FILES => format!("{} and {} more", names.join(", "), n - LEFT_FILES),
-        _ => names.join(", "),
+    let max = LEFT_FILES + usize::from(session.built_in);
+    match first(max, built_in.into_iter().chain(names)) {
+        none if none.is_empty() => "no files".to_owned(),
+        names => names,
     }
 }
 
