@@ -14,7 +14,7 @@ use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
-use crate::report::{Cell, Column, Table};
+use crate::report::Table;
 use crate::shown::{and_more, message, printable};
 
 /// Arguments of `inspect`.
@@ -185,27 +185,17 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     // More are no table that anybody looks through here.
     const LISTED: usize = 200;
-    let columns = ["column", "name", "is", "unit", "first values", "range"];
-    let rows = table.columns.iter().take(LISTED).map(|report| {
-        let range = match (report.min, report.max) {
+    let listed = Table::of(table.columns.iter().take(LISTED))
+        .words("column", |own| own.number.to_string())
+        .words("name", |own| start(&own.name))
+        .words("is", |own| start(&own.is.to_string()))
+        .words("unit", |own| start(own.unit.as_deref().unwrap_or_default()))
+        .words("first values", |own| start(&own.first.join("  ")))
+        .words("range", |own| match (own.min, own.max) {
             (Some(min), Some(max)) => format!("{min} to {max}"),
-            _ => report.content.name().to_owned(),
-        };
-        let cells = [
-            report.number.to_string(),
-            report.name.clone(),
-            report.is.to_string(),
-            report.unit.clone().unwrap_or_default(),
-            report.first.join("  "),
-            range,
-        ];
-        cells.map(|cell| Cell::words(start(&cell))).to_vec()
-    });
-    let listed = Table {
-        columns: columns.map(Column::words).to_vec(),
-        rows: rows.collect(),
-        ..Table::default()
-    };
+            _ => own.content.name().to_owned(),
+        })
+        .table("", "");
     write!(out, "{}", listed.text())?;
     match and_more(table.columns.len(), LISTED) {
         None => Ok(()),

@@ -377,23 +377,25 @@ fn print_curves(
         .map(|set| (set, map.curve(along, set, measure, at)))
         .filter(|(_, curve)| !curve.is_empty())
         .collect();
-    let mut columns = vec![Column::numbers(head)];
-    columns.extend(curves.iter().map(|(set, _)| Column::numbers(set.label())));
-    let sets = curves.iter().map(|(set, _)| map.conventional_value(*set, measure));
-    let sets = sets.map(|value| Cell::digits(value, 4));
-    let mut rows = vec![std::iter::once(Cell::words("conventional")).chain(sets).collect()];
-    let thresholds = curves.first().map_or(&[][..], |(_, curve)| curve);
-    rows.extend(thresholds.iter().enumerate().map(|(at, (threshold, _))| {
-        let values = curves.iter().map(|(_, curve)| curve.get(at).map(|(_, value)| *value));
-        let values = values.map(|value| Cell::digits(value, 4));
-        std::iter::once(Cell::number(*threshold, threshold.to_string())).chain(values).collect()
-    }));
-    let table = Table {
-        title: format!("RMSE of {label} [{unit}] {title}"),
-        columns,
-        rows,
-        ..Table::default()
-    };
+    let thresholds = curves.first().map_or(&[][..], |(_, curve)| curve).iter().enumerate();
+    let rows = std::iter::once(None).chain(thresholds.map(Some));
+    let table = Table::of(rows)
+        .column(Column::numbers(head), |row| match row {
+            None => Cell::words("conventional"),
+            Some((_, (threshold, _))) => Cell::number(*threshold, threshold.to_string()),
+        })
+        .columns(
+            &curves,
+            |(set, _)| Column::numbers(set.label()),
+            |row, (set, curve)| {
+                let value = match row {
+                    None => map.conventional_value(*set, measure),
+                    Some((at, _)) => curve.get(*at).map(|(_, value)| *value),
+                };
+                Cell::digits(value, 4)
+            },
+        )
+        .table(format!("RMSE of {label} [{unit}] {title}"), "");
     write!(out, "\n{}", table.text())
 }
 

@@ -67,22 +67,28 @@ impl Column {
 
     /// A column of numbers about one load.
     pub fn of(trace: Trace, unit: &'static str) -> Self {
-        Self {
-            unit,
-            about: trace.explanation().to_owned(),
-            trace: Some(trace),
-            ..Self::numbers(trace.label())
-        }
+        let head = Self { trace: Some(trace), ..Self::numbers(trace.label()) };
+        head.unit(unit).about(trace.explanation())
+    }
+
+    /// The same column with this unit.
+    pub fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// The same column with what it means.
+    pub fn about(self, about: impl Into<String>) -> Self {
+        Self { about: about.into(), ..self }
     }
 
     /// A column of loads.
     pub fn load(axis: Axis) -> Self {
-        Self { unit: axis.unit(), ..Self::numbers(axis.symbol()) }
+        Self::numbers(axis.symbol()).unit(axis.unit())
     }
 
     /// A column of [changes](Cell::change) between the columns to its left.
     pub fn change() -> Self {
-        Self { about: "From Conv. to Comp.".to_owned(), ..Self::numbers("change") }
+        Self::numbers("change").about("From Conv. to Comp.")
     }
 
     /// Group, name and unit.
@@ -141,6 +147,11 @@ impl Cell {
         value.map_or_else(Self::none, |value| Self::number(value, significant(value, digits)))
     }
 
+    /// A whole number.
+    pub fn whole(number: usize) -> Self {
+        Self::number(number as f64, number.to_string())
+    }
+
     /// By how many percent `to` is above `from`; a dash where that says nothing.
     pub fn change(from: f64, to: f64) -> Self {
         let change = percent_change(from, to);
@@ -150,6 +161,11 @@ impl Cell {
     /// No number, for this reason; `word` stands for it where there is no room.
     pub fn missing(word: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::new(Value::Missing, word, reason)
+    }
+
+    /// What is known, or a dash with the reason why nothing is.
+    pub fn known(cell: Option<Self>, reason: impl Into<String>) -> Self {
+        cell.unwrap_or_else(|| Self::missing("–", reason))
     }
 
     /// No number, and nothing to say about it.
@@ -174,7 +190,81 @@ impl Cell {
     }
 }
 
+/// A table in the making: a row for each of these, and the columns so far.
+pub struct Rows<R> {
+    of: Vec<R>,
+    table: Table,
+    /// What the next column has in a row, whatever it would make of it.
+    instead: Vec<Option<Cell>>,
+}
+
+impl<R> Rows<R> {
+    /// Adds a column: its head, and what it makes of a row.
+    pub fn column(mut self, head: Column, cell: impl Fn(&R) -> Cell) -> Self {
+        self.table.columns.push(head);
+        let rows = self.table.rows.iter_mut().zip(&self.of).zip(&mut self.instead);
+        for ((cells, row), instead) in rows {
+            cells.push(match instead {
+                Some(other) => std::mem::replace(other, Cell::continued()),
+                None => cell(row),
+            });
+        }
+        self
+    }
+
+    /// Adds a column for each of these.
+    pub fn columns<C>(
+        self,
+        of: impl IntoIterator<Item = C>,
+        head: impl Fn(&C) -> Column,
+        cell: impl Fn(&R, &C) -> Cell,
+    ) -> Self {
+        of.into_iter().fold(self, |rows, own| rows.column(head(&own), |row| cell(row, &own)))
+    }
+
+    /// Adds a column of words.
+    pub fn words<T: Into<String>>(self, name: impl Into<String>, text: impl Fn(&R) -> T) -> Self {
+        self.column(Column::words(name), |row| Cell::words(text(row)))
+    }
+
+    /// Adds a column of numbers with this many significant digits; a dash stands where there is none.
+    pub fn digits(
+        self,
+        name: impl Into<String>,
+        digits: usize,
+        value: impl Fn(&R) -> Option<f64>,
+    ) -> Self {
+        self.column(Column::numbers(name), |row| Cell::digits(value(row), digits))
+    }
+
+    /// Says what the last column means.
+    pub fn about(mut self, about: impl Into<String>) -> Self {
+        if let Some(last) = self.table.columns.last_mut() {
+            last.about = about.into();
+        }
+        self
+    }
+
+    /// Lets one cell take the place of all further columns in the rows for which there is one.
+    pub fn instead(mut self, cell: impl Fn(&R) -> Option<Cell>) -> Self {
+        self.instead = self.of.iter().map(cell).collect();
+        self
+    }
+
+    /// The table; title and note may be empty.
+    pub fn table(self, title: impl Into<String>, note: impl Into<String>) -> Table {
+        Table { title: title.into(), note: note.into(), ..self.table }
+    }
+}
+
 impl Table {
+    /// Begins a table with a row for each of these.
+    pub fn of<R>(rows: impl IntoIterator<Item = R>) -> Rows<R> {
+        let of: Vec<R> = rows.into_iter().collect();
+        let table = Self { rows: vec![Vec::new(); of.len()], ..Self::default() };
+        Rows { instead: vec![None; of.len()], of, table }
+    }
+
     /// A cell for whoever hears it alone: its column, its row, what it says, and in which unit; why there is no number.
     pub fn spoken(&self, row: usize, column: usize) -> String {
         let cell = &self.rows[row][column];

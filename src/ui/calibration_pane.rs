@@ -157,13 +157,14 @@ fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut V
 
 /// A matrix, one row per axis and one column per feature.
 fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
-    let mut columns = vec![report::Column::words("")];
-    columns.extend(names.iter().map(report::Column::numbers));
-    let rows = axes.iter().zip(&map.matrix).map(|(axis, row)| {
-        let numbers = row.iter().map(|value| Cell::digits(Some(*value), 5));
-        std::iter::once(Cell::words(axis.label())).chain(numbers).collect()
-    });
-    Table { columns, rows: rows.collect(), ..Table::default() }
+    Table::of(axes.iter().zip(&map.matrix))
+        .words("", |(axis, _)| axis.label())
+        .columns(
+            names.iter().enumerate(),
+            |(_, name)| report::Column::numbers(*name),
+            |(_, row), (at, _)| Cell::digits(Some(row[*at]), 5),
+        )
+        .table("", "")
 }
 
 /// A group of columns: the sign that stands for it in the equation, and which columns they are.

@@ -468,31 +468,31 @@ fn day_menu(
 /// The list as a table, with the errors of every axis.
 fn as_table(engine: &Engine) -> Table {
     let axes = engine.project().axes();
-    let mut columns = ["role", "name", "group"].map(report::Column::words).to_vec();
-    columns.push(report::Column::numbers("samples"));
-    for trace in [Trace::Conventional, Trace::Compensated] {
-        columns.extend(axes.iter().map(|axis| report::Column {
-            unit: axis.unit(),
-            ..report::Column::numbers(format!("{} RMSE {}", trace.label(), axis.symbol()))
-        }));
-    }
-    let entries = engine.entries().iter().enumerate();
-    let rows = entries.map(|(at, entry)| {
-        let group = group_of(engine, at).unwrap_or_default();
-        let mut cells =
-            [entry.role.label(), entry.recording.name(), group].map(Cell::words).to_vec();
-        let samples = entry.recording.n_samples();
-        cells.push(Cell::number(samples as f64, samples.to_string()));
-        let result = engine.result_of(at);
-        let rmse = result.map(|own| [&own.conventional_rmse, &own.compensated_rmse]);
-        for output in 0..2 {
-            let rmse = rmse.and_then(|rmse| rmse[output].as_ref());
-            let value = |axis: usize| rmse.and_then(|rmse| rmse.get(axis)).copied();
-            cells.extend((0..axes.len()).map(|axis| Cell::digits(value(axis), 5)));
-        }
-        cells
+    let errors = [Trace::Conventional, Trace::Compensated].into_iter().enumerate();
+    let errors = errors.flat_map(|(output, trace)| {
+        axes.iter().enumerate().map(move |(at, axis)| (output, trace, at, axis))
     });
-    Table { rows: rows.collect(), columns, ..Table::default() }
+    Table::of(engine.entries().iter().enumerate())
+        .words("role", |(_, entry)| entry.role.label())
+        .words("name", |(_, entry)| entry.recording.name())
+        .words("group", |(at, _)| group_of(engine, *at).unwrap_or_default())
+        .column(report::Column::numbers("samples"), |(_, entry)| {
+            Cell::whole(entry.recording.n_samples())
+        })
+        .columns(
+            errors,
+            |(_, trace, _, axis)| {
+                let name = format!("{} RMSE {}", trace.label(), axis.symbol());
+                report::Column::numbers(name).unit(axis.unit())
+            },
+            |(row, _), (output, _, at, _)| {
+                let result = engine.result_of(*row);
+                let rmse = result.map(|own| [&own.conventional_rmse, &own.compensated_rmse]);
+                let rmse = rmse.and_then(|rmse| rmse[*output].as_ref());
+                Cell::digits(rmse.and_then(|rmse| rmse.get(*at)).copied(), 5)
+            },
+        )
+        .table("", "")
 }
 
 fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {

@@ -30,64 +30,49 @@ pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
 
 /// The recordings with their files, and how large the error is on each.
 pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
-    let mut columns = ["Name", "Role", "Group"].map(Column::words).to_vec();
-    columns.extend(["Samples", "Duration [s]", "Rate [Hz]"].map(Column::numbers));
-    columns.push(Column::words("File"));
-    columns.push(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") });
-    let files = Table {
-        columns,
-        rows: report.recordings.iter().map(recording_row).collect(),
-        ..Table::default()
+    let files = Table::of(&report.recordings)
+        .words("Name", |own| &own.used.name)
+        .words("Role", |own| own.used.role.label())
+        .words("Group", |own| own.group.as_deref().unwrap_or("–"))
+        .column(Column::numbers("Samples"), |own| Cell::words(own.n_samples.to_string()))
+        .digits("Duration [s]", 5, |own| Some(own.duration_secs))
+        .digits("Rate [Hz]", 4, |own| own.rate_hz)
+        .words("File", |own| own.used.file.as_deref().unwrap_or("built-in simulated sensor"))
+        .column(Column { align: Align::Anywhere, ..Column::words("SHA-256 of the file") }, |own| {
+            match (&own.used.file, &own.used.sha256) {
+                (None, _) => Cell::words("–"),
+                (Some(_), Some(hash)) => Cell::words(hash),
+                (Some(_), None) => Cell::words("the file could not be read again"),
+            }
+        })
+        .table("", "");
+    let rmse = |own: &ReportRecording| {
+        Some([own.conventional_rmse.clone()?, own.compensated_rmse.clone()?])
     };
-    let mut columns = vec![Column::words("RMSE, Conv. → Comp.")];
-    columns.extend(report.calibration.axes.iter().copied().map(Column::load));
-    let rows = report.recordings.iter();
-    let rows = rows.map(|recording| rmse_row(recording, columns.len()));
-    let errors = Table { rows: rows.collect(), columns, ..Table::default() };
+    let errors = Table::of(report.recordings.iter().map(|own| (&own.used.name, rmse(own))))
+        .words("RMSE, Conv. → Comp.", |(name, _)| *name)
+        .instead(|(_, rmse)| match rmse {
+            Some(_) => None,
+            None => Some(Cell::missing("–", "no reference load")),
+        })
+        .columns(
+            report.calibration.axes.iter().copied().enumerate(),
+            |(_, axis)| Column::load(*axis),
+            |(_, rmse), (at, _)| {
+                let texts = rmse.iter().flatten().map(|rmse| significant(rmse[*at], 3));
+                Cell::words(texts.collect::<Vec<_>>().join(" → "))
+            },
+        )
+        .table("", "");
     [files, errors]
-}
-
-fn recording_row(recording: &ReportRecording) -> Vec<Cell> {
-    let used = &recording.used;
-    let (file, hash) = match (&used.file, &used.sha256) {
-        (None, _) => ("built-in simulated sensor", "–"),
-        (Some(file), Some(hash)) => (&**file, &**hash),
-        (Some(file), None) => (&**file, "the file could not be read again"),
-    };
-    vec![
-        Cell::words(&used.name),
-        Cell::words(used.role.label()),
-        Cell::words(recording.group.as_deref().unwrap_or("–")),
-        Cell::words(recording.n_samples.to_string()),
-        Cell::digits(Some(recording.duration_secs), 5),
-        Cell::digits(recording.rate_hz, 4),
-        Cell::words(file),
-        Cell::words(hash),
-    ]
-}
-
-fn rmse_row(recording: &ReportRecording, n_columns: usize) -> Vec<Cell> {
-    let mut row = vec![Cell::words(&recording.used.name)];
-    match (&recording.conventional_rmse, &recording.compensated_rmse) {
-        (Some(before), Some(after)) => row.extend(before.iter().zip(after).map(|both| {
-            let (before, after) = (significant(*both.0, 3), significant(*both.1, 3));
-            Cell::words(format!("{before} → {after}"))
-        })),
-        _ => row.push(Cell::missing("–", "no reference load")),
-    }
-    row.resize(n_columns, Cell::continued());
-    row
 }
 
 /// What the calibration was made with.
 pub(super) fn settings(calibration: &Calibration) -> Table {
-    let rows = setting_rows(calibration).into_iter();
-    let rows = rows.map(|(name, value)| vec![Cell::words(name), Cell::words(value)]);
-    Table {
-        columns: ["Setting", "Value"].map(Column::words).to_vec(),
-        rows: rows.collect(),
-        ..Table::default()
-    }
+    Table::of(setting_rows(calibration))
+        .words("Setting", |(name, _)| *name)
+        .words("Value", |(_, value)| value.clone())
+        .table("", "")
 }
 
 fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
@@ -130,16 +115,15 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
 }
 
 fn matrix(title: &str, map: &LinearMap, calibration: &Calibration) -> Table {
-    let mut columns = vec![Column::words("Feature")];
-    columns.extend(calibration.axes.iter().copied().map(Column::load));
-    let features = map.names(&calibration.gauges);
-    let features = features.iter().enumerate().take(MAX_FEATURES);
-    let rows = features.map(|(column, feature)| {
-        let numbers = map.matrix.iter();
-        let numbers = numbers.map(|numbers| Cell::digits(Some(numbers[column]), 7));
-        std::iter::once(Cell::words(feature)).chain(numbers).collect()
-    });
+    let features = map.names(&calibration.gauges).into_iter().enumerate();
     let more = and_more(map.columns.len(), MAX_FEATURES);
     let note = more.map(|more| format!("{more}, which the complete calibration (JSON) has."));
-    Table { title: title.to_owned(), columns, rows: rows.collect(), note: note.unwrap_or_default() }
+    Table::of(features.take(MAX_FEATURES))
+        .words("Feature", |(_, name)| name.clone())
+        .columns(
+            calibration.axes.iter().zip(&map.matrix),
+            |(axis, _)| Column::load(**axis),
+            |(feature, _), (_, numbers)| Cell::digits(Some(numbers[*feature]), 7),
+        )
+        .table(title, note.unwrap_or_default())
 }

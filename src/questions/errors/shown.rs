@@ -21,34 +21,34 @@ pub fn errors(
     let [Some(before), Some(after)] = scores else {
         return Err(missing(calibration, set));
     };
-    let mut columns = vec![Column::words("Axis")];
-    columns.extend(shown.columns(""));
-    columns.push(Column::change());
-    columns.extend(factory.map(|_| Column::of(Trace::Factory, "")));
-    let rows = calibration.axes.iter().enumerate().map(|(at, axis)| {
-        let full_scale = calibration.full_scale[at];
-        let mut cells = vec![Cell::words(axis.label())];
-        for rmse in [before[at], after[at]] {
-            let percent = (full_scale > 0.0).then(|| 100.0 * rmse / full_scale);
-            cells.extend(shown.both(Cell::digits(Some(rmse), 4), Cell::digits(percent, 3)));
-        }
-        cells.push(Cell::change(before[at], after[at]));
-        cells.extend(factory.map(|factory| {
-            let rmse = set.factory_rmse(factory).get(at);
-            Cell::digits(rmse.copied().flatten(), 4)
-        }));
-        cells
-    });
     let how = match (set, &quality.cross_validation) {
         (ScoreSet::LeftOut, Some(how)) => format!(" {how}"),
         _ => String::new(),
     };
-    Ok(Table {
-        title: format!("RMSE, {}{how}", set.label()),
-        columns,
-        rows: rows.collect(),
-        note: format!("{}.", set.explanation()),
-    })
+    let outputs = [(Trace::Conventional, before), (Trace::Compensated, after)];
+    let errors = outputs.into_iter().flat_map(|(trace, rmse)| {
+        shown.both("", "% FS").into_iter().map(move |unit| (Column::of(trace, unit), rmse))
+    });
+    Ok(Table::of(0..calibration.axes.len())
+        .words("Axis", |at| calibration.axes[*at].label())
+        .columns(
+            errors,
+            |(head, _)| head.clone(),
+            |at, (head, rmse)| {
+                let (rmse, full_scale) = (rmse[*at], calibration.full_scale[*at]);
+                match head.unit {
+                    "" => Cell::digits(Some(rmse), 4),
+                    _ => Cell::digits((full_scale > 0.0).then(|| 100.0 * rmse / full_scale), 3),
+                }
+            },
+        )
+        .column(Column::change(), |at| Cell::change(before[*at], after[*at]))
+        .columns(
+            factory,
+            |_| Column::of(Trace::Factory, ""),
+            |at, factory| Cell::digits(set.factory_rmse(factory).get(*at).copied().flatten(), 4),
+        )
+        .table(format!("RMSE, {}{how}", set.label()), format!("{}.", set.explanation())))
 }
 
 fn missing(calibration: &Calibration, set: ScoreSet) -> String {

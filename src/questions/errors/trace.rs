@@ -1,7 +1,5 @@
 //! What the loads are called, and what their errors are shown in.
 
-use crate::report::table::Column;
-
 /// One of the loads that are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
@@ -60,16 +58,6 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// Columns of conventional and compensated errors, in this unit.
-    pub(crate) fn columns(self, unit: &'static str) -> Vec<Column> {
-        let traces = [Trace::Conventional, Trace::Compensated].into_iter();
-        let columns = traces.flat_map(|trace| {
-            let [in_units, in_percent] = [unit, "% FS"].map(|unit| Column::of(trace, unit));
-            self.both(in_units, in_percent)
-        });
-        columns.collect()
-    }
-
     /// What is shown of the two.
     pub(crate) fn both<T>(self, in_units: T, in_percent: T) -> Vec<T> {
         match self {

@@ -1,55 +1,41 @@
 //! The expected error as a table.
 
-use crate::calibration::ExpectedError;
+use crate::calibration::{AxisExpectedError, ExpectedError};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
 /// Returns a row per axis; what was held out stands in the note.
 pub fn expected_error_table(of: &ExpectedError) -> Table {
-    let about =
-        |name: &str, about: &str| Column { about: about.to_owned(), ..Column::numbers(name) };
-    let columns = vec![
-        Column::words("Axis"),
-        about("Expected error", "95 % of the held-out errors lie within this value"),
-        about("Expected error [% FS]", "in percent of full scale"),
-        about(
-            "Cross-validation",
-            "on groups of training recordings, each predicted by a fit to the others",
-        ),
-        about("Test", "on the test recordings"),
-        about("Loads reached", "smallest to largest load of the recordings"),
-    ];
-    let rows = of.axes.iter().map(|own| {
-        let load = |value: Option<f64>, reason: &str| match value {
-            Some(value) => Cell::number(value, format!("{} {}", significant(value, 3), own.unit)),
-            None => Cell::missing("–", reason),
-        };
-        let (low, high) = own.range;
-        vec![
-            Cell::words(own.axis.symbol()),
-            load(own.value, "the axis hardly moves in the recordings"),
-            Cell::digits(own.percent_fs, 3),
-            load(own.cross_validation, "nothing was left out"),
-            load(own.test, "there is no test recording"),
-            Cell::words(format!("{} … {} {}", significant(low, 3), significant(high, 3), own.unit)),
-        ]
-    });
-    Table {
-        title: "Expected error".to_owned(),
-        columns,
-        rows: rows.collect(),
-        note: of.notes().join(" "),
-    }
+    let load = |own: &AxisExpectedError, value: Option<f64>, reason: &str| {
+        let value = value.map(|value| (value, format!("{} {}", significant(value, 3), own.unit)));
+        Cell::known(value.map(|(value, text)| Cell::number(value, text)), reason)
+    };
+    Table::of(&of.axes)
+        .words("Axis", |own| own.axis.symbol())
+        .column(Column::numbers("Expected error"), |own| {
+            load(own, own.value, "the axis hardly moves in the recordings")
+        })
+        .about("95 % of the held-out errors lie within this value")
+        .digits("Expected error [% FS]", 3, |own| own.percent_fs)
+        .about("in percent of full scale")
+        .column(Column::numbers("Cross-validation"), |own| {
+            load(own, own.cross_validation, "nothing was left out")
+        })
+        .about("on groups of training recordings, each predicted by a fit to the others")
+        .column(Column::numbers("Test"), |own| load(own, own.test, "there is no test recording"))
+        .about("on the test recordings")
+        .column(Column::numbers("Loads reached"), |own| {
+            let [low, high] = [own.range.0, own.range.1].map(|load| significant(load, 3));
+            Cell::words(format!("{low} … {high} {}", own.unit))
+        })
+        .about("smallest to largest load of the recordings")
+        .table("Expected error", of.notes().join(" "))
 }
 
 /// Returns the expected errors alone, to stand beside other errors of the same axes.
 pub fn expected_error_column(of: &ExpectedError) -> Table {
-    let rows =
-        of.axes.iter().map(|own| vec![Cell::words(own.axis.label()), Cell::digits(own.value, 3)]);
-    Table {
-        title: "Expected error".to_owned(),
-        columns: vec![Column::words("Axis"), Column::numbers("95 %")],
-        rows: rows.collect(),
-        note: of.notes().join(" "),
-    }
+    Table::of(&of.axes)
+        .words("Axis", |own| own.axis.label())
+        .digits("95 %", 3, |own| own.value)
+        .table("Expected error", of.notes().join(" "))
 }

@@ -49,6 +49,16 @@ pub(crate) fn moves(value: f64, basis: &Basis) -> String {
 /// What [`moves`] means.
 pub(crate) const MOVES: &str = "By how much the figure would change with half, and with twice the dead band; a dash where it would not be there";
 
+/// What a line says of a figure.
+enum Line {
+    /// The figure itself.
+    Units,
+    /// Its share of this.
+    Percent(f64),
+    /// How far it depends on the dead band.
+    Moves,
+}
+
 /// Largest width, mean width, area and dissipated work of each loop, in units and in percent, by how much the second differs from the first,
 /// and how far each depends on the dead band.
 pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
@@ -62,6 +72,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         Some(_) => ("%", "%", "In percent of half of what the gauge spans"),
         None => ("% FS", "% FS²", "In percent of full scale"),
     };
+    let area_scale = of.output_scale * of.full_scale;
     let described = [
         ("Largest width", "Largest |falling − rising| at equal load", unit, share, of.output_scale),
         (
@@ -76,92 +87,93 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
             "Integral of |falling − rising| over the load; in percent of the full scales of both",
             &area_unit,
             area_share,
-            of.output_scale * of.full_scale,
+            area_scale,
         ),
         (
             "Dissipated work",
             "Integral of falling − rising over the load: positive where the output lags behind, negative where it leads; parts of both signs cancel",
             &area_unit,
             area_share,
-            of.output_scale * of.full_scale,
+            area_scale,
         ),
     ];
-    let mut columns = vec![Column::words(""), Column::words("")];
-    columns.extend(loops.iter().map(|one| match one.trace {
-        Some(trace) => Column::of(trace, ""),
-        None => Column::numbers("Gauge"),
-    }));
-    let is_compared = loops.len() == 2;
-    columns.extend(is_compared.then(Column::change));
-    let mut rows = Vec::new();
-    for (at, (name, about, unit, share, scale)) in described.into_iter().enumerate() {
-        let values = || loops.iter().map(|one| one.figures[at].0);
-        let mut row = vec![Cell::words(name).about(about), Cell::words(unit).about(about)];
-        row.extend(values().map(|value| Cell::digits(Some(value), 4)));
-        if let [before, after] = loops {
-            let [before, after] = [before, after].map(|one| one.figures[at].0);
-            row.push(match before * after < 0.0 {
-                true => Cell::missing("–", "the sign changes"),
-                false => Cell::change(before.abs(), after.abs()),
-            });
-        }
-        rows.push(row);
-        let mut row = vec![Cell::words(""), Cell::words(share).about(of_what)];
-        row.extend(values().map(|value| {
-            let percent = (scale > 0.0).then(|| 100.0 * value / scale);
-            Cell::digits(percent, 3)
-        }));
-        row.extend(is_compared.then(|| Cell::words("")));
-        rows.push(row);
-        let mut row = vec![Cell::words("½, 2 × band").about(MOVES), Cell::words("%").about(MOVES)];
-        row.extend(loops.iter().map(|one| {
-            let (value, basis) = &one.figures[at];
-            Cell::words(moves(*value, basis).trim_end_matches(" %")).about(MOVES)
-        }));
-        row.extend(is_compared.then(|| Cell::words("")));
-        rows.push(row);
-    }
-    Table { columns, rows, ..Table::default() }
+    let rows = described.iter().enumerate().flat_map(|(at, (name, about, unit, share, scale))| {
+        [
+            (at, *name, *unit, *about, Line::Units),
+            (at, "", *share, of_what, Line::Percent(*scale)),
+            (at, "½, 2 × band", "%", MOVES, Line::Moves),
+        ]
+    });
+    Table::of(rows)
+        .column(Column::words(""), |(_, name, _, about, line)| match line {
+            Line::Percent(_) => Cell::words(*name),
+            Line::Units | Line::Moves => Cell::words(*name).about(*about),
+        })
+        .column(Column::words(""), |(_, _, unit, about, _)| Cell::words(*unit).about(*about))
+        .columns(
+            loops,
+            |one| one.trace.map_or_else(|| Column::numbers("Gauge"), |own| Column::of(own, "")),
+            |(at, .., line), one| {
+                let (value, basis) = &one.figures[*at];
+                match line {
+                    Line::Units => Cell::digits(Some(*value), 4),
+                    Line::Percent(scale) => {
+                        Cell::digits((*scale > 0.0).then(|| 100.0 * value / scale), 3)
+                    }
+                    Line::Moves => {
+                        Cell::words(moves(*value, basis).trim_end_matches(" %")).about(MOVES)
+                    }
+                }
+            },
+        )
+        .columns(
+            <&[_; 2]>::try_from(loops),
+            |_| Column::change(),
+            |(at, .., line), both| match (line, both.map(|one| one.figures[*at].0)) {
+                (Line::Units, [before, after]) if before * after < 0.0 => {
+                    Cell::missing("–", "the sign changes")
+                }
+                (Line::Units, [before, after]) => Cell::change(before.abs(), after.abs()),
+                (Line::Percent(_) | Line::Moves, _) => Cell::words(""),
+            },
+        )
+        .table("", "")
 }
 
 /// The exponential that each load's error follows over one dwell; `None` where no time passes.
 pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
-    let row = |name: String, about: &str, cell: &dyn Fn(&Drift) -> Cell| {
-        let cells = drifts.iter();
-        let cells = cells.map(|(_, drift)| drift.map_or_else(Cell::none, cell));
-        std::iter::once(Cell::words(name).about(about)).chain(cells).collect()
-    };
     let reasons = drifts.iter().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;
         Some(format!("{} {reason}", trace.label()))
     });
-    let mut columns = vec![Column::words("")];
-    columns.extend(drifts.iter().map(|(trace, _)| Column::of(*trace, "")));
-    Table {
-        columns,
-        rows: vec![
-            row(
-                format!("Drift [{}]", axis.unit()),
-                "Change of output − load from the beginning of the dwell to its end, on the fitted exponential",
-                &|drift| Cell::digits(Some(drift.size), 3),
-            ),
-            row(
-                "τ [s]".to_owned(),
-                "Time constant of a + b (1 − exp(−t / τ)); a dash where the data show none",
-                &|drift| match drift.tau_secs() {
-                    Ok(tau) => Cell::digits(Some(tau), 3),
-                    Err(reason) => Cell::missing("–", reason.to_string()),
-                },
-            ),
-            row(
-                format!("Noise [{}]", axis.unit()),
-                "Root mean square of what the fit leaves over",
-                &|drift| Cell::digits(Some(drift.noise), 3),
-            ),
-        ],
-        note: reasons.collect::<Vec<_>>().join("\n"),
-        ..Table::default()
-    }
+    let unit = axis.unit();
+    type OfDrift = fn(&Drift) -> Cell;
+    let rows: [(String, &str, OfDrift); 3] = [
+        (
+            format!("Drift [{unit}]"),
+            "Change of output − load from the beginning of the dwell to its end, on the fitted exponential",
+            |drift| Cell::digits(Some(drift.size), 3),
+        ),
+        (
+            "τ [s]".to_owned(),
+            "Time constant of a + b (1 − exp(−t / τ)); a dash where the data show none",
+            |drift| match drift.tau_secs() {
+                Ok(tau) => Cell::digits(Some(tau), 3),
+                Err(reason) => Cell::missing("–", reason.to_string()),
+            },
+        ),
+        (format!("Noise [{unit}]"), "Root mean square of what the fit leaves over", |drift| {
+            Cell::digits(Some(drift.noise), 3)
+        }),
+    ];
+    Table::of(rows)
+        .column(Column::words(""), |(name, about, _)| Cell::words(name).about(*about))
+        .columns(
+            drifts,
+            |(trace, _)| Column::of(*trace, ""),
+            |(.., cell), (_, drift)| drift.map_or_else(Cell::none, cell),
+        )
+        .table("", reasons.collect::<Vec<_>>().join("\n"))
 }
 
 #[cfg(test)]

@@ -10,77 +10,73 @@ use crate::report::table;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
+type Output = fn(&metrology::Cell) -> &Figure;
+
+/// What is measured, and where its figures are.
+const OUTPUTS: [(Trace, Output); 2] = [
+    (Trace::Conventional, |cell| &cell.conventional),
+    (Trace::Compensated, |cell| &cell.compensated),
+];
+
 /// The figures of the axis at this place, one row each, but those of crosstalk.
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
-    let mut columns = vec![Column::words("Figure")];
-    columns.extend(shown.columns(axis.unit()));
-    if shown == Shown::All {
-        columns.push(Column::change());
-        columns.push(Column {
-            about: "How many cycles the figure rests on, and which share of all loads they have in common".to_owned(),
-            ..Column::words("cycles")
-        });
-        columns.extend([Trace::Conventional, Trace::Compensated].map(|trace| Column {
-            about: MOVES.to_owned(),
-            ..Column::words(format!("{} at ½, 2 × dead band", trace.label()))
-        }));
-    }
-    Table {
-        title: format!(
-            "{} [{}], full scale {}, dead band {}",
-            axis.symbol(),
-            axis.unit(),
-            significant(metrology.full_scale[at], 4),
-            significant(metrology.dead_bands[at], 3)
-        ),
-        rows: metrology.own_rows().map(|row| axis_row(row, at, shown, columns.len())).collect(),
-        columns,
-        ..Table::default()
-    }
-}
-
-fn axis_row(row: &Row, at: usize, shown: Shown, n_columns: usize) -> Vec<Cell> {
-    let cell = &row.cells[at];
-    let name = match row.quantity.is_time() {
-        true => format!("{} [{}]", row.definition.name, cell.unit),
-        false => row.definition.name.clone(),
-    };
-    let mut cells = vec![defined(row, name)];
-    match (&cell.conventional, &cell.compensated) {
-        (Err(before), Err(after)) if before == after => {
-            cells.push(missing(before));
-            cells.resize(n_columns, Cell::continued());
-        }
-        (before, after) => {
-            for figure in [before, after] {
-                cells.extend(figure_cells(cell, figure, shown));
-            }
-            if shown == Shown::All {
-                cells.push(match (before, after) {
-                    (Ok(before), Ok(after)) if !row.quantity.is_time() => {
-                        Cell::change(before.value.abs(), after.value.abs())
-                    }
-                    _ => Cell::none(),
-                });
-                cells.extend(basis_cells([before, after]));
-            }
-        }
-    }
-    cells
-}
-
-/// How many cycles the figures rest on, and how far each depends on the dead band; empty for what does not come of loops.
-fn basis_cells(figures: [&Figure; 2]) -> [Cell; 3] {
-    let known = figures.map(|figure| {
-        let value = figure.as_ref().ok()?;
-        Some((value.value, value.basis?))
+    let title = format!(
+        "{} [{}], full scale {}, dead band {}",
+        axis.symbol(),
+        axis.unit(),
+        significant(metrology.full_scale[at], 4),
+        significant(metrology.dead_bands[at], 3)
+    );
+    let outputs = OUTPUTS.into_iter().flat_map(|output| {
+        let units = shown.both((false, axis.unit()), (true, "% FS"));
+        units.into_iter().map(move |(in_percent, unit)| (output, in_percent, unit))
     });
-    let cycles = known.iter().flatten().next().map(|(_, basis)| cycles(basis));
-    let moves =
-        known.map(|one| one.map_or_else(String::new, |(value, basis)| moves(value, &basis)));
-    let [before, after] = moves;
-    [cycles.unwrap_or_default(), before, after].map(Cell::words)
+    let rows = Table::of(metrology.own_rows().map(|row| (row, &row.cells[at])))
+        .column(Column::words("Figure"), |(row, cell)| match row.quantity.is_time() {
+            true => defined(row, format!("{} [{}]", row.definition.name, cell.unit)),
+            false => defined(row, row.definition.name.clone()),
+        })
+        .instead(|(_, cell)| match (&cell.conventional, &cell.compensated) {
+            (Err(before), Err(after)) if before == after => Some(missing(before)),
+            _ => None,
+        })
+        .columns(
+            outputs,
+            |((trace, _), _, unit)| Column::of(*trace, unit),
+            |(_, cell), ((_, output), in_percent, _)| match output(cell) {
+                Ok(value) => figure_cell(cell, value, *in_percent, shown),
+                Err(_) if shown == Shown::All && *in_percent => Cell::continued(),
+                Err(reason) => missing(reason),
+            },
+        );
+    if shown != Shown::All {
+        return rows.table(title, "");
+    }
+    rows.column(Column::change(), |(row, cell)| match (&cell.conventional, &cell.compensated) {
+        (Ok(before), Ok(after)) if !row.quantity.is_time() => {
+            Cell::change(before.value.abs(), after.value.abs())
+        }
+        _ => Cell::none(),
+    })
+    .words("cycles", |(_, cell)| {
+        let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
+        basis.map_or_else(String::new, |basis| cycles(&basis))
+    })
+    .about("How many cycles the figure rests on, and which share of all loads they have in common")
+    .columns(
+        OUTPUTS,
+        |(trace, _)| {
+            let name = format!("{} at ½, 2 × dead band", trace.label());
+            Column::words(name).about(MOVES)
+        },
+        |(_, cell), (_, output)| {
+            let value = output(cell).as_ref().ok();
+            let moved = value.and_then(|value| Some(moves(value.value, &value.basis?)));
+            Cell::words(moved.unwrap_or_default())
+        },
+    )
+    .table(title, "")
 }
 
 /// How many, and over how much.
@@ -89,30 +85,20 @@ fn cycles(basis: &Basis) -> String {
     format!("{} over {share} %", basis.n_cycles)
 }
 
-/// The cells of one output.
-fn figure_cells(cell: &metrology::Cell, figure: &Figure, shown: Shown) -> Vec<Cell> {
-    let value = match figure {
-        Ok(value) => value,
-        Err(reason) if shown == Shown::All => return vec![missing(reason), Cell::continued()],
-        Err(reason) => return vec![missing(reason)],
-    };
+/// A figure in the unit of its cell, or in percent of full scale.
+fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: Shown) -> Cell {
     let is_time = cell.unit == "s";
-    let in_units = Cell::digits(Some(value.value), 4);
-    let in_percent = match value.percent_fs {
-        None if is_time && shown == Shown::PercentFs => in_units.clone(),
+    let shown = match value.percent_fs {
+        _ if !in_percent => Cell::digits(Some(value.value), 4),
+        None if is_time && shown == Shown::PercentFs => Cell::digits(Some(value.value), 4),
         None if is_time => Cell::none(),
         None => missing(&Reason::NoFullScale { axis: cell.axis }),
         percent => Cell::digits(percent, 3),
     };
-    let about = told(cell, value);
-    shown
-        .both(in_units, in_percent)
-        .into_iter()
-        .map(|cell| match cell.value {
-            table::Value::Number(_) => cell.about(&about),
-            _ => cell,
-        })
-        .collect()
+    match shown.value {
+        table::Value::Number(_) => shown.about(told(cell, value)),
+        _ => shown,
+    }
 }
 
 /// A figure with all that is known of it.
@@ -161,45 +147,43 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
 /// `None` for a single axis.
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
-    let mut columns = vec![Column::words("Loaded alone"), Column::words("Output")];
-    columns.extend(axes.iter().map(|axis| Column::numbers(axis.symbol())));
-    let mut rows = Vec::new();
-    for (from, row) in metrology.crosstalk_rows() {
-        let largest = match row.quantity {
-            Quantity::CrosstalkDeviation(_) => ", largest",
-            _ => "",
+    let rows = metrology.crosstalk_rows().flat_map(|(from, row)| {
+        let outputs = match shared_reason(row) {
+            Some(reason) => vec![Err(reason)],
+            None => OUTPUTS.map(Ok).to_vec(),
         };
-        let name = defined(row, format!("from {}{largest}", from.symbol()));
-        if let Some(reason) = shared_reason(row) {
-            let mut cells = vec![name, missing(reason)];
-            cells.resize(columns.len(), Cell::continued());
-            rows.push(cells);
-            continue;
-        }
-        type Pick = fn(&metrology::Cell) -> &Figure;
-        let outputs: [(Trace, Pick); 2] = [
-            (Trace::Conventional, |cell| &cell.conventional),
-            (Trace::Compensated, |cell| &cell.compensated),
-        ];
-        for (trace, figure) in outputs {
-            let mut cells =
-                vec![name.clone(), Cell::words(trace.label()).about(trace.explanation())];
-            cells.extend(row.cells.iter().flat_map(|cell| match figure(cell) {
-                // That the loaded axis is the loaded one is no news.
-                Err(reason @ Reason::LoadedAxis { .. }) => {
-                    vec![Cell::words(reason.word()).about(reason.to_string())]
+        outputs.into_iter().map(move |output| (from, row, output))
+    });
+    let table = Table::of(rows)
+        .column(Column::words("Loaded alone"), |(from, row, _)| {
+            let largest = match row.quantity {
+                Quantity::CrosstalkDeviation(_) => ", largest",
+                _ => "",
+            };
+            defined(row, format!("from {}{largest}", from.symbol()))
+        })
+        .instead(|(.., output)| output.err().map(missing))
+        .column(Column::words("Output"), |(.., output)| match output {
+            Ok((trace, _)) => Cell::words(trace.label()).about(trace.explanation()),
+            Err(_) => Cell::none(),
+        })
+        .columns(
+            axes.iter().enumerate(),
+            |(_, axis)| Column::numbers(axis.symbol()),
+            |(_, row, output), (at, _)| {
+                let cell = &row.cells[*at];
+                match output.and_then(|(_, output)| output(cell).as_ref()) {
+                    Ok(value) => figure_cell(cell, value, true, Shown::PercentFs),
+                    // That the loaded axis is the loaded one is no news.
+                    Err(reason @ Reason::LoadedAxis { .. }) => {
+                        Cell::words(reason.word()).about(reason.to_string())
+                    }
+                    Err(reason) => missing(reason),
                 }
-                figure => figure_cells(cell, figure, Shown::PercentFs),
-            }));
-            rows.push(cells);
-        }
-    }
-    (axes.len() > 1).then(|| Table {
-        title: "Crosstalk, % of full scale".to_owned(),
-        columns,
-        rows,
-        ..Table::default()
-    })
+            },
+        )
+        .table("Crosstalk, % of full scale", "");
+    (axes.len() > 1).then_some(table)
 }
 
 /// Why no axis but the loaded one has a figure, if it is the same for all.
@@ -215,81 +199,60 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
 ///
 /// Full scale and dead band are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {
-    let rows = metrology.rows.iter();
-    let records = rows.flat_map(|row| {
-        let cells = row.cells.iter().enumerate();
-        cells.map(|(at, cell)| figure_record(metrology, row, at, cell))
-    });
-    let records: Vec<Vec<(String, Cell)>> = records.collect();
-    let names = records.first().into_iter().flatten();
-    Table {
-        columns: names.map(|(name, _)| Column::words(name)).collect(),
-        rows: records
-            .into_iter()
-            .map(|record| record.into_iter().map(|(_, cell)| cell).collect())
-            .collect(),
-        ..Table::default()
-    }
-}
-
-/// The figures of one quantity and the axis at this place, each with the name of its column.
-fn figure_record(
-    metrology: &Metrology,
-    row: &Row,
-    at: usize,
-    cell: &metrology::Cell,
-) -> Vec<(String, Cell)> {
     let number = |value: f64| Cell::number(value, value.to_string());
     let known = |value: Option<f64>| value.map_or_else(Cell::none, number);
-    let named = |(name, cell): (&str, Cell)| (name.to_owned(), cell);
-    let words = |(name, text): (&str, &str)| (name.to_owned(), Cell::words(text));
-    let outputs = [("conventional", &cell.conventional), ("compensated", &cell.compensated)];
-    let about = &row.definition;
-    let mut record = Vec::new();
-    record.extend(
-        [
-            ("id", &*about.id),
-            ("quantity", &*about.name),
-            ("axis", cell.axis.symbol()),
-            ("unit", cell.unit),
-        ]
-        .map(words),
-    );
-    record.push(named(("full_scale", number(metrology.full_scale[at]))));
-    for (output, figure) in outputs {
-        let value = figure.as_ref().ok();
-        let place = value.and_then(|value| value.place.as_ref());
-        let place =
-            place.map(|own| format!("{} {} s to {} s", own.name, own.from_secs, own.to_secs));
-        let reason = figure.as_ref().err().map(Reason::to_string);
-        let of_output = [
-            ("", known(value.map(|value| value.value))),
-            ("_percent_fs", known(value.and_then(|value| value.percent_fs))),
-            ("_place", Cell::words(place.unwrap_or_default())),
-            ("_reason", Cell::words(reason.unwrap_or_default())),
-        ];
-        record.extend(of_output.map(|(what, cell)| (format!("{output}{what}"), cell)));
+    let rows = metrology.rows.iter().flat_map(|row| {
+        let cells = row.cells.iter().enumerate();
+        cells.map(move |(at, cell)| (at, &row.definition, cell))
+    });
+    let mut rows = Table::of(rows)
+        .words("id", |(_, about, _)| &about.id)
+        .words("quantity", |(_, about, _)| &about.name)
+        .words("axis", |(.., cell)| cell.axis.symbol())
+        .words("unit", |(.., cell)| cell.unit)
+        .column(Column::words("full_scale"), |(at, ..)| number(metrology.full_scale[*at]));
+    let outputs = [("conventional", OUTPUTS[0].1), ("compensated", OUTPUTS[1].1)];
+    for (name, output) in outputs {
+        let value = |cell| output(cell).as_ref().ok();
+        let column = |what: &str| format!("{name}{what}");
+        rows = rows
+            .column(Column::words(name), |(.., cell)| known(value(cell).map(|own| own.value)))
+            .column(Column::words(column("_percent_fs")), |(.., cell)| {
+                known(value(cell).and_then(|own| own.percent_fs))
+            })
+            .words(column("_place"), |(.., cell)| {
+                let place = value(cell).and_then(|own| own.place.as_ref());
+                place.map_or_else(String::new, |own| {
+                    format!("{} {} s to {} s", own.name, own.from_secs, own.to_secs)
+                })
+            })
+            .words(column("_reason"), |(.., cell)| {
+                output(cell).as_ref().map_or_else(Reason::to_string, |_| String::new())
+            });
     }
-    record.push(named(("dead_band", number(metrology.dead_bands[at]))));
-    record.extend(
-        [
-            ("definition", about.definition),
-            ("source", about.source),
-            ("free_running", about.free_running),
-        ]
-        .map(words),
-    );
-    for (output, figure) in outputs {
-        let basis = figure.as_ref().ok().and_then(|value| value.basis);
-        let of_output = [
-            ("cycles", basis.map(|own| own.n_cycles as f64)),
-            ("range_share", basis.map(|own| own.range_share)),
-            ("dead_band_halved", basis.and_then(|own| own.dead_band_halved)),
-            ("dead_band_doubled", basis.and_then(|own| own.dead_band_doubled)),
-        ];
-        record.extend(of_output.map(|(what, value)| (format!("{output}_{what}"), known(value))));
+    rows = rows
+        .column(Column::words("dead_band"), |(at, ..)| number(metrology.dead_bands[*at]))
+        .words("definition", |(_, about, _)| about.definition)
+        .words("source", |(_, about, _)| about.source)
+        .words("free_running", |(_, about, _)| about.free_running);
+    type OfBasis = fn(&Basis) -> Option<f64>;
+    let of_basis: [(&str, OfBasis); 4] = [
+        ("cycles", |own| Some(own.n_cycles as f64)),
+        ("range_share", |own| Some(own.range_share)),
+        ("dead_band_halved", |own| own.dead_band_halved),
+        ("dead_band_doubled", |own| own.dead_band_doubled),
+    ];
+    for (name, output) in outputs {
+        rows = rows.columns(
+            of_basis,
+            |(what, _)| Column::words(format!("{name}_{what}")),
+            |(.., cell), (_, of)| {
+                let basis = output(cell).as_ref().ok().and_then(|value| value.basis);
+                known(basis.and_then(|basis| of(&basis)))
+            },
+        );
     }
-    record
+    rows.table("", "")
 }
 
 #[cfg(test)]

@@ -78,36 +78,22 @@ pub struct ComparedRow {
 /// scored.
 pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
     let axes = rows.first().map_or(&[][..], |row| &row.axes);
-    let mut columns = ["regressor", "history", "data"].map(Column::words).to_vec();
-    columns.push(Column::numbers("seconds"));
-    for set in sets {
-        columns.extend(axes.iter().map(|axis| match sets.len() {
-            1 => Column::load(*axis),
-            _ => Column::numbers(format!("{} [{}] {}", axis.symbol(), axis.unit(), set.label())),
-        }));
-    }
-    let cells = |row: &ComparedRow| {
-        let candidate = &row.candidate;
-        let regressor = candidate.regressor.label().to_owned();
-        let words = [regressor, candidate.history(), candidate.pattern()];
-        let mut cells = words.map(Cell::words).to_vec();
-        cells.push(Cell::words(format!("{:.3}", row.seconds)));
-        for set in sets {
-            let rmse = set.rmse(&row.scores);
-            cells.extend((0..axes.len()).map(|at| Cell::digits(rmse.map(|rmse| rmse[at]), 4)));
-        }
-        cells
-    };
-    Table {
-        title: sets
-            .iter()
-            .map(|set| format!("RMSE, {}", set.label()))
-            .collect::<Vec<_>>()
-            .join("; "),
-        rows: rows.iter().map(cells).collect(),
-        columns,
-        ..Table::default()
-    }
+    let title = sets.iter().map(|set| format!("RMSE, {}", set.label()));
+    let scores = sets.iter().flat_map(|set| axes.iter().enumerate().map(move |own| (set, own)));
+    Table::of(rows)
+        .words("regressor", |row| row.candidate.regressor.label())
+        .words("history", |row| row.candidate.history())
+        .words("data", |row| row.candidate.pattern())
+        .column(Column::numbers("seconds"), |row| Cell::words(format!("{:.3}", row.seconds)))
+        .columns(
+            scores,
+            |(set, (_, axis))| match sets.len() {
+                1 => Column::load(**axis),
+                _ => Column::numbers(format!("{} {}", axis.label(), set.label())),
+            },
+            |row, (set, (at, _))| Cell::digits(set.rmse(&row.scores).map(|rmse| rmse[*at]), 4),
+        )
+        .table(title.collect::<Vec<_>>().join("; "), "")
 }
 
 /// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a

@@ -183,147 +183,107 @@ pub fn model_table<'a>(
     rows: impl Iterator<Item = ModelRow<'a>>,
 ) -> Table {
     let rows: Vec<ModelRow<'_>> = rows.collect();
-    let words = |name: &str, about: &str| Column { about: about.to_owned(), ..Column::words(name) };
-    let numbers = |name: &str, unit: &'static str, about: &str| Column {
-        unit,
-        about: about.to_owned(),
-        ..Column::numbers(name)
+    let in_group = |set: &ScoreSet, head: Column| Column {
+        group: (sets.len() > 1).then(|| (set.label().to_owned(), set.explanation().to_owned())),
+        ..head
     };
-    let group = |set: &ScoreSet| {
-        let group = (set.label().to_owned(), set.explanation().to_owned());
-        (sets.len() > 1).then_some(group)
-    };
-    let mut columns = vec![
-        words(
-            "",
-            "→: proposed, the cheapest within one standard error of the best; =: within it, too; others: made of other recordings",
-        ),
-        words("model", "What it is called"),
-    ];
-    columns.extend(sets.iter().map(|set| Column {
-        group: group(set),
-        ..numbers(RELATIVE, "%", "Of the conventional calibration's error, all axes alike")
-    }));
     let has_spread = |row: &ModelRow<'_>| row.state.as_ref().is_ok_and(|own| own.spread.is_some());
     let has_spread = sets.contains(&ScoreSet::LeftOut) && rows.iter().any(has_spread);
-    if has_spread {
-        columns.push(numbers(
-            "±",
-            "%",
-            "Standard error of its mean squared error's difference to the conventional one, over the folds",
-        ));
-    }
-    columns.extend([
-        words("features", "What is appended to the gauges"),
-        words("regressor", "How the load is made of them"),
-        words("data", "A: all samples; B: every tenth; else every so many-th"),
-    ]);
-    for set in sets {
-        for axis in axes {
-            columns.push(Column {
-                group: group(set),
-                about: format!("RMSE, {}", set.label()),
-                ..Column::load(*axis)
-            });
-            if *set == ScoreSet::LeftOut {
-                let about = "Standard deviation of the RMSE over what is left out in turn";
-                columns.push(Column {
-                    group: group(set),
-                    ..numbers(&format!("± {}", axis.symbol()), axis.unit(), about)
-                });
-            }
-        }
-    }
-    columns.extend([
-        numbers(
-            "numbers",
-            "",
-            "Numbers that it consists of",
-        ),
-        numbers(
-            "memory",
-            "B",
-            "Of an export in single precision, its numbers and its state, at the rate of the recordings",
-        ),
-        numbers("a sample", "µs", "Time of a sample, measured on this machine"),
-        numbers("took", "s", "How long it took to try"),
-    ]);
-    let rows = rows.iter();
-    Table {
-        rows: rows.map(|row| row.cells(axes, sets, has_spread, columns.len())).collect(),
-        columns,
-        ..Table::default()
-    }
-}
-
-impl ModelRow<'_> {
-    fn cells(
-        &self,
-        axes: &[Axis],
-        sets: &[ScoreSet],
-        has_spread: bool,
-        n_columns: usize,
-    ) -> Vec<Cell> {
-        let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
-        let relative = |set: &ScoreSet| match &self.state {
-            Ok(model) => Cell::digits(percent(model.relative(*set)), 3),
-            Err(said) => said.clone(),
-        };
-        let model = self.state.as_ref().ok();
-        let data = match (self.data, self.settings.decimation) {
+    let errors = sets.iter().flat_map(|set| {
+        axes.iter().flat_map(move |axis| {
+            let spread = (*set == ScoreSet::LeftOut).then_some((set, axis, true));
+            std::iter::once((set, axis, false)).chain(spread)
+        })
+    });
+    let percent = |share: Option<f64>| share.map(|share| 100.0 * share);
+    let model = |row: &ModelRow<'a>| row.state.as_ref().ok().copied();
+    let whole = |row: &ModelRow<'a>, number: fn(&Cost) -> usize| {
+        model(row).map_or_else(Cell::none, |own| Cell::whole(number(&own.cost)))
+    };
+    Table::of(rows)
+        .column(Column::words(""), |row| row.mark.clone())
+        .about("→: proposed, the cheapest within one standard error of the best; =: within it, too; others: made of other recordings")
+        .words("model", |row| row.name)
+        .about("What it is called")
+        .columns(
+            sets,
+            |set| {
+                let head = Column::numbers(RELATIVE).unit("%");
+                in_group(set, head.about("Of the conventional calibration's error, all axes alike"))
+            },
+            |row, set| match &row.state {
+                Ok(model) => Cell::digits(percent(model.relative(**set)), 3),
+                Err(said) => said.clone(),
+            },
+        )
+        .columns(
+            has_spread.then(|| Column::numbers("±").unit("%").about(
+                "Standard error of its mean squared error's difference to the conventional one, over the folds",
+            )),
+            Column::clone,
+            |row, _| Cell::digits(percent(model(row).and_then(|model| model.spread)), 2),
+        )
+        .words("features", |row| row.settings.features.describe())
+        .about("What is appended to the gauges")
+        .words("regressor", |row| row.settings.regressor.label())
+        .about("How the load is made of them")
+        .words("data", |row| match (row.data, row.settings.decimation) {
             ("", 1) => "A".to_owned(),
             ("", 10) => "B".to_owned(),
             ("", step) => format!("1/{step}"),
             (data, _) => data.to_owned(),
-        };
-        let mut cells = vec![self.mark.clone(), Cell::words(self.name)];
-        cells.extend(sets.iter().map(relative));
-        if has_spread {
-            let spread = model.and_then(|model| model.spread);
-            cells.push(Cell::digits(percent(spread), 2));
-        }
-        let features = self.settings.features.describe();
-        let regressor = self.settings.regressor.label();
-        cells.extend([&features, regressor, &data].map(Cell::words));
-        if let Some(model) = model {
-            sets.iter().for_each(|set| errors(model, axes, *set, &mut cells));
-            let Cost { coefficients, bytes, micros_a_sample } = model.cost;
-            let whole = |number: usize| Cell::number(number as f64, number.to_string());
-            cells.extend([coefficients, bytes].map(whole));
-            let micros = Some(micros_a_sample).filter(|micros| micros.is_finite());
-            cells.push(Cell::digits(micros, 2));
-            cells.push(Cell::digits(model.seconds, 2));
-        }
-        cells.resize(n_columns, Cell::none());
-        cells
-    }
+        })
+        .about("A: all samples; B: every tenth; else every so many-th")
+        .columns(
+            errors,
+            |(set, axis, is_spread)| match is_spread {
+                true => in_group(
+                    set,
+                    Column::numbers(format!("± {}", axis.symbol()))
+                        .unit(axis.unit())
+                        .about("Standard deviation of the RMSE over what is left out in turn"),
+                ),
+                false => in_group(set, Column::load(**axis).about(format!("RMSE, {}", set.label()))),
+            },
+            |row, (set, axis, is_spread)| match model(row) {
+                Some(model) => error(model, **axis, **set, *is_spread),
+                None => Cell::none(),
+            },
+        )
+        .column(Column::numbers("numbers"), |row| whole(row, |cost| cost.coefficients))
+        .about("Numbers that it consists of")
+        .column(Column::numbers("memory").unit("B"), |row| whole(row, |cost| cost.bytes))
+        .about("Of an export in single precision, its numbers and its state, at the rate of the recordings")
+        .column(Column::numbers("a sample").unit("µs"), |row| {
+            let micros = model(row).map(|model| model.cost.micros_a_sample);
+            Cell::digits(micros.filter(|micros| micros.is_finite()), 2)
+        })
+        .about("Time of a sample, measured on this machine")
+        .column(Column::numbers("took").unit("s"), |row| {
+            Cell::digits(model(row).and_then(|model| model.seconds), 2)
+        })
+        .about("How long it took to try")
+        .table("", "")
 }
 
-/// A model's errors on these samples.
-fn errors(model: &Model, axes: &[Axis], set: ScoreSet, cells: &mut Vec<Cell>) {
-    let rmse = set.rmse(&model.scores);
+/// A model's error on these samples, or its spread over what was left out in turn.
+fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
+    let at = model.axes.iter().position(|own| *own == axis);
+    let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
+    let value = set.rmse(&model.scores).and_then(of);
+    if is_spread {
+        let spread = of(&model.cv_spread).filter(|_| value.is_some());
+        let spread = spread.map(|spread| Cell::digits(Some(spread), 2));
+        return Cell::known(spread, "only \"Find the best\" scores each fold by itself");
+    }
     let why = match (set, model.settings.regressor.learner()) {
         (ScoreSet::Test, _) => "no recording is in the test role",
         (ScoreSet::LeftOut, Some(Learner::Network)) => "the network was not cross-validated",
         (ScoreSet::LeftOut, _) => "it was not cross-validated: too little is left without a part",
         (ScoreSet::Train, _) => "it was not scored on what it was fitted to",
     };
-    for axis in axes {
-        let at = model.axes.iter().position(|own| own == axis);
-        let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
-        let value = rmse.and_then(of);
-        cells.push(match value {
-            Some(_) if set == ScoreSet::LeftOut => Cell::digits(value, 4).about(&model.left_out),
-            Some(_) => Cell::digits(value, 4),
-            None => Cell::missing("–", why),
-        });
-        if set == ScoreSet::LeftOut {
-            cells.push(match of(&model.cv_spread).filter(|_| value.is_some()) {
-                Some(spread) => Cell::digits(Some(spread), 2),
-                None => Cell::missing("–", "only \"Find the best\" scores each fold by itself"),
-            });
-        }
-    }
+    let about = if set == ScoreSet::LeftOut { &*model.left_out } else { "" };
+    Cell::known(value.map(|value| Cell::digits(Some(value), 4).about(about)), why)
 }
 
 #[cfg(test)]

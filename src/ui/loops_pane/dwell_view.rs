@@ -57,21 +57,13 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     ui.horizontal(|ui| {
         ui.label(format!("{n} dwell{}", if n == 1 { "" } else { "s" }));
         if ui.press_small("Copy list", "As tab-separated text") {
-            let rows = picture.dwells.iter().enumerate().map(|(at, rest)| {
-                let [from, to] = [rest.place.from_secs, rest.place.to_secs];
-                vec![
-                    Cell::words(&rest.place.name),
-                    Cell::digits(Some(from), 5),
-                    Cell::digits(Some(to), 5),
-                    Cell::words(level(at)),
-                ]
-            });
-            let titles = ["recording", "from [s]", "to [s]", "level"];
-            let list = Table {
-                columns: titles.map(Column::words).to_vec(),
-                rows: rows.collect(),
-                ..Table::default()
-            };
+            let place = |at: &usize| &picture.dwells[*at].place;
+            let list = Table::of(0..picture.dwells.len())
+                .words("recording", |at| &place(at).name)
+                .column(Column::words("from [s]"), |at| Cell::digits(Some(place(at).from_secs), 5))
+                .column(Column::words("to [s]"), |at| Cell::digits(Some(place(at).to_secs), 5))
+                .words("level", |at| level(*at))
+                .table("", "");
             ui.copy_text(list.tab_separated());
         }
     });

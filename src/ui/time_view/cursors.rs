@@ -216,29 +216,30 @@ impl Cursors {
 
 /// What lies at A and at B, between them, and the figures of the span; of A alone without a B.
 fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
-    let mut columns = ["", "unit"].map(Column::words).to_vec();
-    columns.extend(["A", "B", "Δ", "mean", "SD", "min", "max"].map(Column::numbers));
-    let rows = span.rows.iter().map(|row| {
-        let (at_a, figures) = (row.series.value(a), &row.figures);
-        let at_b = b.map(|b| row.series.value(b));
-        let of_span = |value: f64| b.map(|_| value);
-        let numbers = [
-            Some(at_a),
-            at_b,
-            at_b.map(|at_b| at_b - at_a),
-            of_span(figures.mean),
-            of_span(figures.deviation()),
-            of_span(figures.min),
-            of_span(figures.max),
-        ];
-        let numbers = numbers.map(|number| match number {
-            Some(_) => Cell::digits(number, 4),
-            None => Cell::words(""),
-        });
-        let names = [Cell::words(&row.name), Cell::words(row.unit)];
-        names.into_iter().chain(numbers).collect()
-    });
-    Table { columns, rows: rows.collect(), ..Table::default() }
+    let number = |number: Option<f64>| match number {
+        Some(_) => Cell::digits(number, 4),
+        None => Cell::words(""),
+    };
+    let at_b = |row: &Row| b.map(|b| row.series.value(b));
+    type OfSpan = fn(&Figures) -> f64;
+    let of_span: [(&str, OfSpan); 4] = [
+        ("mean", |own| own.mean),
+        ("SD", |own| own.deviation()),
+        ("min", |own| own.min),
+        ("max", |own| own.max),
+    ];
+    Table::of(&span.rows)
+        .words("", |row| &row.name)
+        .words("unit", |row| row.unit)
+        .column(Column::numbers("A"), |row| number(Some(row.series.value(a))))
+        .column(Column::numbers("B"), |row| number(at_b(row)))
+        .column(Column::numbers("Δ"), |row| number(at_b(row).map(|b| b - row.series.value(a))))
+        .columns(
+            of_span,
+            |(name, _)| Column::numbers(*name),
+            |row, (_, of)| number(b.map(|_| of(&row.figures))),
+        )
+        .table("", "")
 }
 
 #[cfg(test)]
