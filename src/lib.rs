@@ -83,6 +83,7 @@ pub mod questions;
 mod random;
 pub mod recording;
 pub mod report;
+mod same;
 pub mod scoring;
 mod shown;
 mod small_file;

@@ -11,7 +11,7 @@ use super::choices::{ModelArgs, RecordingArgs};
 use super::{JobError, named_file};
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{Sufficiency, Verdict};
-use crate::questions::check::query::sufficiency;
+use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::check::sufficiency_tables;
 use crate::questions::{HangingMass, Request};
 use crate::shown::printable;
@@ -75,11 +75,9 @@ pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
     let features = settings.features.describe();
     let simulated = set.is_simulated();
     let hanging = (!mass.is_empty()).then_some(HangingMass { masses: mass, arms: arm });
-    let request = Request {
-        gauge_range: recordings.read.gauge_range.clone(),
-        ..Request::fit(Arc::new(set), settings)
-    };
-    let found = sufficiency(&request, hanging.as_ref(), &Progress::default())?;
+    let request = Request::fit(Arc::new(set), settings);
+    let asked = CheckData::of(&request, recordings.read.gauge_range.clone(), hanging);
+    let found = sufficiency(&asked, &Progress::default())?;
     let mut out = io::stdout().lock();
     if json {
         let report = Report { simulated, features, found: &found };

@@ -10,8 +10,8 @@ use super::metrology::MeasuringArgs;
 use super::{JobError, keep_limits, named_file, print_path};
 use crate::export::{check_targets, write_report};
 use crate::progress::Progress;
-use crate::questions::page::report;
-use crate::questions::{Request, handed_over, read_factory};
+use crate::questions::page::{ReportRequest, report};
+use crate::questions::{Request, read_factory};
 use crate::recording::simulated;
 
 /// Arguments of `report`.
@@ -69,16 +69,15 @@ pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
         }
         None => None,
     };
-    let request = Request {
-        factory,
-        gauge_range: args.recordings.read.gauge_range.clone(),
+    let asked = ReportRequest {
+        request: Request { factory, ..Request::fit(Arc::new(recordings), settings) },
+        identity: sensor.identity,
+        notes: args.notes.replace("\\n", "\n"),
+        limits,
         measuring: args.measuring.settings(),
-        ..Request::fit(Arc::new(recordings), settings)
+        gauge_range: args.recordings.read.gauge_range.clone(),
     };
-    let progress = Progress::default();
-    let mut data = report(&request, &sensor.identity, &limits, &progress)?;
-    data.calibration = Arc::new(handed_over(&request, &data.calibration, &progress)?);
-    data.notes = args.notes.replace("\\n", "\n");
+    let mut data = report(&asked, &Progress::default())?;
     data.warnings.extend(heard);
     write_report(&args.out, &data)?;
     print_path(&args.out)?;

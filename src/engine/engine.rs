@@ -13,6 +13,7 @@ use crate::engine::files::{Opened, OpenedFile};
 use crate::engine::importing;
 use crate::engine::importing::ImportCommand;
 use crate::engine::importing::{Importing, Preview};
+use crate::engine::lanes::Lanes;
 use crate::engine::live::{Current, Follow, Followed};
 use crate::engine::models::{ModelChange, Models};
 use crate::engine::notice::{Level, Notice};
@@ -20,24 +21,24 @@ use crate::engine::preferences::Preferences;
 use crate::engine::project::SessionFile;
 use crate::engine::project::{Edit, FromFile, Project, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
-use crate::engine::questions::{
-    Analyse, AskExpectedError, CheckData, ChooseBlock, Compare, FaultyRecording, FindBest,
-    FindFaults, LookAt, StudyThresholds, Train, Trained,
-};
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
-use crate::engine::saving::{About, Doubt, Existing, FileContent, TracesToWrite};
+use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::import::map::ColumnMap;
-use crate::questions::loops::LookRequest;
-use crate::questions::loops::Question;
+use crate::questions::check::faulty::{FaultyRecording, FindFaults};
+use crate::questions::errors::asked::Analyse;
+use crate::questions::loops::asked::{AskFigures, AskLoops};
+use crate::questions::loops::{LookRequest, Question};
+use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Trained};
+use crate::questions::page::ReportRequest;
+use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
-use crate::questions::{
-    Analysis, Datasets, HangingMass, HistoryBlock, RecordingResult, Request, Search, View,
-};
+use crate::questions::thresholds::asked::ChooseBlock;
+use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 use crate::scoring::numbers::significant;
 
@@ -206,24 +207,7 @@ pub struct Engine {
     pub preferences: Preferences,
     /// Everything that was tried.
     pub models: Models,
-    /// What is wrong with the recordings.
-    pub faults: Lane<FindFaults>,
-    /// What the loop pane shows.
-    pub loops: Lane<LookAt>,
-    /// What the metrology pane shows.
-    pub figures: Lane<LookAt>,
-    /// What the thresholds pane shows.
-    pub study: Lane<StudyThresholds>,
-    /// What the pane of the data check shows.
-    pub check: Lane<CheckData>,
-    /// Expected error of the calibration that is shown.
-    pub expected_error: Lane<AskExpectedError>,
-    /// The choice of a block's numbers.
-    pub choice: Lane<ChooseBlock>,
-    analysis: Lane<Analyse>,
-    training: Lane<Train>,
-    comparing: Lane<Compare>,
-    searching: Lane<FindBest>,
+    lanes: Lanes,
     following: Lane<Follow>,
     /// What a file is followed with.
     current: Current,
@@ -261,17 +245,7 @@ impl Engine {
             closes: false,
             preferences: Preferences::default(),
             models: Models::default(),
-            faults: Lane::new(&notify),
-            loops: Lane::new(&notify),
-            figures: Lane::new(&notify),
-            study: Lane::new(&notify),
-            check: Lane::new(&notify),
-            expected_error: Lane::new(&notify),
-            choice: Lane::new(&notify),
-            analysis: Lane::new(&notify),
-            training: Lane::new(&notify),
-            comparing: Lane::new(&notify),
-            searching: Lane::new(&notify),
+            lanes: Lanes::new(&notify),
             following: Lane::new(&notify),
             current: Current::default(),
             preview: Lane::new(&notify),
@@ -299,18 +273,18 @@ impl Engine {
 
     /// The newest analysis of recordings like those that are loaded; it stays while the next one runs.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
-        let (own, of) = (&self.project.recordings, self.analysis.answered()?);
+        let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
         let of = &of.0.recordings;
         let fits = own.layout() == of.layout()
             && own.is_simulated() == of.is_simulated()
             && !own.entries().is_empty();
-        self.analysis.answer().filter(|_| fits)
+        self.lane::<Analyse>().answer().filter(|_| fits)
     }
 
     /// How a recording of the document came out, in the newest analysis that has it.
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
         let own = &self.entries().get(at)?.recording;
-        let of = self.analysis.answered()?.0.recordings.entries();
+        let of = self.lane::<Analyse>().answered()?.0.recordings.entries();
         let is_own = |at: &usize| Arc::ptr_eq(&of[*at].recording, own);
         let same_place = Some(at).filter(|at| *at < of.len() && is_own(at));
         let place = same_place.or_else(|| (0..of.len()).find(is_own))?;
@@ -319,23 +293,23 @@ impl Engine {
 
     /// Whether the analysis is that of the document as it is now.
     pub fn is_current(&self) -> bool {
-        self.analysis.is_current()
+        self.lane::<Analyse>().is_current()
     }
 
     /// Why the newest analysis failed.
     pub fn problem(&self) -> Option<&str> {
-        self.analysis.problem()
+        self.lane::<Analyse>().problem()
     }
 
     /// How far the last training is, or what came of it.
     pub fn trained(&self) -> Option<&Trained> {
-        self.training.answer()
+        self.lane::<Train>().answer()
     }
 
     /// The newest analysis that is no preview, with what it is of.
-    fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
+    pub fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
         self.analysis()?;
-        let (Analyse(request), analysis) = self.analysis.whole()?;
+        let (Analyse(request), analysis) = self.lane::<Analyse>().whole()?;
         Some((request, analysis))
     }
 
@@ -360,30 +334,24 @@ impl Engine {
 
     /// The training that runs.
     pub fn training(&self) -> Option<Running> {
-        self.training.running()
+        self.lane::<Train>().running()
     }
 
     /// Whether models are being tried.
     pub fn is_trying(&self) -> bool {
-        !self.comparing.is_idle() || !self.searching.is_idle()
+        !self.lane::<Compare>().is_idle() || !self.lane::<FindBest>().is_idle()
     }
 
     /// The refit that runs.
     pub fn refit(&self) -> Option<Running> {
-        self.analysis.running()
+        self.lane::<Analyse>().running()
     }
 
     /// What else runs and is worth a word.
     pub fn running(&self) -> Vec<Running> {
         let seen = self.tasks.iter().filter(|task| task.is_seen);
         let tasks = seen.filter_map(|task| task.lane.running());
-        let others = [
-            self.training.running(),
-            self.comparing.running(),
-            self.searching.running(),
-            self.choice.running(),
-        ];
-        tasks.chain(others.into_iter().flatten()).collect()
+        tasks.chain(self.lanes.running()).collect()
     }
 
     /// What the thresholds begin with in these recordings.
@@ -423,34 +391,26 @@ impl Engine {
         self.following.problem()
     }
 
-    /// All that answer questions about the document.
-    fn lanes(&self) -> [&dyn Background; 11] {
-        [
-            &self.faults,
-            &self.loops,
-            &self.figures,
-            &self.study,
-            &self.check,
-            &self.expected_error,
-            &self.choice,
-            &self.analysis,
-            &self.training,
-            &self.comparing,
-            &self.searching,
-        ]
+    /// The lane of a kind of question: what was asked on it last, and the answer.
+    pub fn lane<Q: Query>(&self) -> &Lane<Q> {
+        self.lanes.of()
+    }
+
+    /// Asks, unless this was asked last.
+    pub fn ask<Q: Query>(&mut self, question: Q) {
+        self.lanes.of_mut().ask(question);
     }
 
     /// Whether anything runs or waits to run.
     pub fn is_busy(&self) -> bool {
-        let is_asked = self.lanes().iter().any(|lane| !lane.is_idle());
-        is_asked || !self.tasks.is_empty() || !self.preview.is_idle()
+        !self.lanes.are_idle() || !self.tasks.is_empty() || !self.preview.is_idle()
     }
 
     /// Whether something would be lost with the window.
     pub fn is_unsaved(&self) -> bool {
         let recordings = &self.project.recordings;
         let is_changed = match &self.saved {
-            Some(saved) => !saved.is_same(&self.project),
+            Some(saved) => *saved != self.project,
             None => !recordings.entries().is_empty() && !recordings.is_simulated(),
         };
         let trained = self.trained_to_save().map(Arc::as_ptr);
@@ -465,7 +425,7 @@ impl Engine {
 
     /// The last training, if it is of the recordings of now.
     fn last_training(&self) -> Option<(&FitSettings, &Trained, &Arc<Calibration>)> {
-        let (Train { request: of, .. }, trained) = self.training.whole()?;
+        let (Train { request: of, .. }, trained) = self.lane::<Train>().whole()?;
         let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
         let calibration = trained.calibration.as_ref().filter(|_| is_own)?;
         Some((&of.settings, trained, calibration))
@@ -504,9 +464,13 @@ impl Engine {
 
     /// A report as a file's content.
     pub fn report_content(&self) -> FileContent {
-        let about =
-            About { notes: self.project.notes.clone(), identity: self.project.identity.clone() };
-        FileContent::Report(Box::new(self.request()), Box::new(about))
+        FileContent::Report(Box::new(ReportRequest {
+            identity: self.project.identity.clone(),
+            notes: self.project.notes.clone(),
+            measuring: self.project.measuring.clone(),
+            gauge_range: self.project.gauge_range.clone(),
+            ..ReportRequest::of(self.request())
+        }))
     }
 
     /// The traces of this interval of their time as a file's content.
@@ -522,7 +486,7 @@ impl Engine {
     }
 
     /// What is to be analysed.
-    fn request(&self) -> Request {
+    pub fn request(&self) -> Request {
         Request { datasets: self.datasets.clone(), ..self.project.request(self.fitting()) }
     }
 
@@ -538,36 +502,26 @@ impl Engine {
             self.default_thresholds = Some((Arc::clone(own), distance, default));
         }
         // Before anything was opened there is nothing to ask, and nothing to complain about.
-        let is_empty = self.entries().is_empty();
-        if !is_empty || self.analysis.asked().is_some() {
-            if is_empty && self.analysis.answer().is_some() {
-                self.analysis.forget();
-            }
-            let request = self.request();
-            self.analysis.ask(Analyse(request));
+        let asked = self.lane::<Analyse>().asked();
+        if !self.entries().is_empty() {
+            self.ask(Analyse(self.request()));
+        } else if asked.is_some_and(|asked| !asked.0.recordings.entries().is_empty()) {
+            self.lanes.forget_shown();
+            self.ask(Analyse(self.request()));
         }
         let calibration = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
         *self.current.lock().unwrap_or_else(PoisonError::into_inner) = calibration;
         if self.analysis().is_none() {
-            self.loops.forget();
-            self.figures.forget();
+            self.lanes.of_mut::<AskLoops>().forget();
+            self.lanes.of_mut::<AskFigures>().forget();
         }
-    }
-
-    /// Asks what is wrong with the recordings of the document.
-    pub fn ask_faults(&mut self) {
-        self.faults.ask(FindFaults {
-            recordings: Arc::clone(&self.project.recordings),
-            range: self.project.valid_range(),
-            datasets: self.datasets.clone(),
-        });
     }
 
     /// What is wrong with each recording of the document, once it is known.
     pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
-        let of = self.faults.answered()?;
-        let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
-        self.faults.answer().filter(|_| is_own).map(Vec::as_slice)
+        let faults = self.lane::<FindFaults>();
+        let is_own = Arc::ptr_eq(&faults.answered()?.recordings, &self.project.recordings);
+        faults.answer().filter(|_| is_own).map(Vec::as_slice)
     }
 
     /// What is wrong with a recording of the document, as far as it is known.
@@ -575,23 +529,10 @@ impl Engine {
         self.all_faults()?.get(at)
     }
 
-    /// Asks what a pane shows of the loops, by the newest analysis.
-    pub fn ask_loops(&mut self, visible: Option<(f64, f64)>, question: Question) {
-        if let Some(look) = self.look(visible, question) {
-            self.loops.ask(look);
-        }
-    }
-
-    /// Asks for the metrology figures, by the newest analysis.
-    pub fn ask_figures(&mut self, question: Question) {
-        if let Some(look) = self.look(None, question) {
-            self.figures.ask(look);
-        }
-    }
-
-    fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookAt> {
+    /// What a pane asks of the loops, by the newest analysis, of this interval of time on screen.
+    pub fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookRequest> {
         let (of, analysis) = self.exact()?;
-        Some(LookAt(LookRequest {
+        Some(LookRequest {
             calibration: Arc::clone(&analysis.calibration),
             recordings: Arc::clone(&of.recordings),
             decimation: of.settings.decimation,
@@ -599,48 +540,7 @@ impl Engine {
             visible: visible.filter(|_| question.follows_screen()),
             measuring: self.project.measuring.clone(),
             question,
-        }))
-    }
-
-    /// Asks for the threshold study of the document; a study of others goes.
-    pub fn ask_study(&mut self) {
-        let project = &self.project;
-        if project.recordings.entries().is_empty() {
-            self.study.forget();
-            return;
-        }
-        let recordings = Arc::clone(&project.recordings);
-        let asked = StudyThresholds::new(
-            recordings,
-            &project.settings,
-            project.thresholds(),
-            &self.datasets,
-        );
-
-        self.study.ask(asked);
-    }
-
-    /// Asks whether the recordings of the document carry its model; the check of others goes.
-    pub fn ask_check(&mut self, hanging: Option<HangingMass>) {
-        let request = self.request();
-        if request.recordings.entries().is_empty() {
-            self.check.forget();
-            return;
-        }
-
-        self.check.ask(CheckData { request, hanging });
-    }
-
-    /// Asks for the expected error of the calibration that is shown, once no slider moves.
-    pub fn ask_expected_error(&mut self) {
-        let Some((_, analysis)) = self.exact().filter(|_| self.gesture.is_none()) else {
-            return;
-        };
-        let (calibration, fitted) = (Arc::clone(&analysis.calibration), analysis.fitted);
-        if self.is_current() {
-            let request = self.request();
-            self.expected_error.ask(AskExpectedError { request, calibration, fitted });
-        }
+        })
     }
 
     /// Changes the document, as one step of undo.
@@ -748,21 +648,23 @@ impl Engine {
                 }
             }
             Action::Train => {
-                if self.training.is_idle() && self.project.settings.regressor.learner().is_some() {
+                if self.lane::<Train>().is_idle()
+                    && self.project.settings.regressor.learner().is_some()
+                {
                     let recordings = Arc::clone(&self.project.recordings);
                     let settings = self.project.settings.clone();
                     let request = Request {
                         datasets: self.datasets.clone(),
                         ..Request::fit(recordings, settings)
                     };
-                    let autosave = self.recovery.autosave();
-                    self.training.ask_again(Train { request, autosave });
+                    let on_trained = self.on_trained();
+                    self.lanes.of_mut::<Train>().ask_again(Train { request, on_trained });
                 }
             }
-            Action::StopTraining => self.training.cancel(),
+            Action::StopTraining => self.lane::<Train>().cancel(),
             Action::ChooseBlock(block, measure) => {
-                if self.choice.is_idle() {
-                    self.choice.ask_again(ChooseBlock {
+                if self.lane::<ChooseBlock>().is_idle() {
+                    self.lanes.of_mut::<ChooseBlock>().ask_again(ChooseBlock {
                         block,
                         measure,
                         recordings: Arc::clone(&self.project.recordings),
@@ -774,8 +676,8 @@ impl Engine {
             Action::FindBest(time_limit) => self.find_best(time_limit),
             Action::ComparePaper => self.compare(),
             Action::StopTrying => {
-                self.comparing.cancel();
-                self.searching.cancel();
+                self.lane::<Compare>().cancel();
+                self.lane::<FindBest>().cancel();
             }
             Action::Follow(path) => {
                 self.following.cancel();
@@ -823,7 +725,7 @@ impl Engine {
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
             Action::Cancel => {
-                self.lanes().iter().for_each(|lane| lane.cancel());
+                self.lanes.cancel();
                 // Nobody waits for what cannot be stopped.
                 let seen = self.tasks.iter().filter(|task| task.is_seen);
                 seen.for_each(|task| task.lane.cancel());
@@ -843,35 +745,20 @@ impl Engine {
 
     /// Takes what has been answered and done.
     pub fn take(&mut self) {
-        self.analysis.take();
-        self.faults.take();
-        self.loops.take();
-        self.figures.take();
-        self.study.take();
-        self.check.take();
-        self.expected_error.take();
-        for heard in self.training.take() {
-            if heard == LaneEvent::Problem {
-                let problem = self.training.problem().unwrap_or_default();
-                self.tell(Level::Error, format!("Training: {problem}"));
-            }
+        // Asked before: whoever finds a lane idle also finds its answer.
+        let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];
+        for failed in self.lanes.take() {
+            self.tell(Level::Error, failed);
         }
-        self.following.take();
-        self.take_models();
-        for heard in self.choice.take() {
-            match heard {
-                LaneEvent::Answer => {
-                    let chosen = self.choice.answer().cloned();
-                    chosen.into_iter().for_each(|chosen| self.edit(Edit::Block(chosen)));
-                }
-                LaneEvent::Problem => {
-                    let problem = self.choice.problem().unwrap_or_default().to_owned();
-                    self.tell(Level::Error, problem);
-                }
-                LaneEvent::Part | LaneEvent::Cancelled => {}
-            }
+        self.take_models(have_ended);
+        let choice = self.lane::<ChooseBlock>();
+        if choice.happened().contains(&LaneEvent::Answer)
+            && let Some(chosen) = choice.answer().cloned()
+        {
+            self.edit(Edit::Block(chosen));
         }
-        if !self.preview.take().is_empty()
+        self.following.hear_all();
+        if !self.preview.hear_all().is_empty()
             && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
         {
             // What was found before the newest change of the map would take it back.
@@ -891,7 +778,7 @@ impl Engine {
         let mut ended = Vec::new();
         self.tasks.retain_mut(|Begun { lane: task, .. }| {
             let is_idle = task.is_idle();
-            task.take();
+            task.hear_all();
             if is_idle {
                 ended.push((task.take_whole(), task.problem().map(str::to_owned)));
             }
@@ -1120,8 +1007,16 @@ impl Engine {
             ..Request::fit(recordings, self.project.settings.clone())
         };
         let trained = Trained { calibration: Some(calibration), ..Trained::default() };
+        let on_trained = self.on_trained();
+        self.lanes.of_mut::<Train>().put(Train { request, on_trained }, trained);
+    }
+
+    /// Keeps a training's result safe at once, even while the window draws nothing.
+    fn on_trained(&self) -> OnTrained {
         let autosave = self.recovery.autosave();
-        self.training.put(Train { request, autosave }, trained);
+        Arc::new(move |request, calibration| {
+            autosave.take_trained(&request.recordings, &request.settings, calibration);
+        })
     }
 
     /// Puts a session in place of everything that is loaded; one without a path was recovered.
@@ -1155,7 +1050,7 @@ impl Engine {
         self.session = path;
         // Its file must not be saved over with what was loaded before.
         self.history = History::default();
-        self.analysis.forget();
+        self.lanes.of_mut::<Analyse>().forget();
         self.prove();
     }
 
@@ -1191,7 +1086,7 @@ impl Engine {
     pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
-        let is_same = |own: &Project| own.is_same(&self.project);
+        let is_same = |own: &Project| *own == self.project;
         if !(self.kept.as_ref().is_some_and(is_same) && self.recovery.has(trained, is_saved)) {
             let newest = Unsaved {
                 session: Session::of(&self.project, Some(layout())),
@@ -1266,7 +1161,7 @@ impl Engine {
             time_limit,
         };
         let run = self.models.next_run();
-        self.searching.ask_again(FindBest { run, search });
+        self.lanes.of_mut::<FindBest>().ask_again(FindBest { run, search });
     }
 
     fn compare(&mut self) {
@@ -1274,7 +1169,7 @@ impl Engine {
             return;
         }
         match self.models.begin_paper(&self.project) {
-            Some(compare) => self.comparing.ask_again(compare),
+            Some(compare) => self.lanes.of_mut::<Compare>().ask_again(compare),
             None => self
                 .tell(Level::Info, "Every row of the comparison already has a result that holds"),
         }
@@ -1296,37 +1191,26 @@ impl Engine {
     }
 
     /// Takes how far the models are that are being tried.
-    fn take_models(&mut self) {
-        // Asked before: whoever finds a lane idle also finds its answer.
-        let has_ended = [self.comparing.is_idle(), self.searching.is_idle()];
-        let heard = [self.comparing.take(), self.searching.take()];
-        if let (Some(asked), Some(states)) = (self.comparing.answered(), self.comparing.answer())
-            && !heard[0].is_empty()
+    fn take_models(&mut self, [has_compared, has_searched]: [bool; 2]) {
+        let comparing = self.lanes.of_mut::<Compare>();
+        if let (Some(asked), Some(states)) = (comparing.answered(), comparing.answer())
+            && !comparing.happened().is_empty()
         {
             self.models.take_paper(asked, states);
         }
-        if has_ended[0] {
+        // What was found is on the list; the recordings need not be kept for it.
+        if has_compared {
             self.models.end_paper();
+            comparing.forget();
         }
-        if let (Some(asked), Some(best)) = (self.searching.answered(), self.searching.answer())
-            && !heard[1].is_empty()
+        let searching = self.lanes.of_mut::<FindBest>();
+        if let (Some(asked), Some(best)) = (searching.answered(), searching.answer())
+            && !searching.happened().is_empty()
         {
             self.models.take_search(asked.run, best, &asked.search.recordings);
         }
-        let problems = [self.comparing.problem(), self.searching.problem()];
-        let problems = heard.iter().zip(problems);
-        let problems = problems.filter(|(heard, _)| heard.contains(&LaneEvent::Problem));
-        let problems: Vec<_> =
-            problems.filter_map(|(_, problem)| Some(problem?.to_owned())).collect();
-        for problem in problems {
-            self.tell(Level::Error, format!("Trying models: {problem}"));
-        }
-        // What was found is on the list; the recordings need not be kept for it.
-        if has_ended[0] {
-            self.comparing.forget();
-        }
-        if has_ended[1] {
-            self.searching.forget();
+        if has_searched {
+            searching.forget();
         }
     }
 

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::engine::preferences::Preferences;
-use crate::engine::query::{Answered, Query, Unanswered, Work};
 use crate::formats::text::TextLayout;
 use crate::import::inspect::{Inspection, Known, Question, inspect};
 use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
+use crate::questions::question::{Answered, Query, Unanswered, Work};
 use crate::scoring::numbers::significant;
 use crate::shown::first;
 
@@ -27,7 +27,7 @@ pub enum KnownOf {
 }
 
 /// A file to look at for the import window.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Preview {
     /// The file.
     pub path: PathBuf,
@@ -41,10 +41,6 @@ impl Query for Preview {
 
     fn title(&self) -> String {
         "Looking at a file".to_owned()
-    }
-
-    fn key(&self) -> impl PartialEq {
-        (&self.path, &self.known)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {

@@ -6,10 +6,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, Estimator};
-use crate::engine::query::{Query, Unanswered, Work};
 use crate::import::live::{GrowingFile, Grown, LiveRow, LiveSource, LiveTable};
 use crate::progress::Progress;
+use crate::questions::question::{Query, Unanswered, Work};
 use crate::recording::Axis;
+use crate::same::same_where;
 use crate::scoring::series::Series;
 
 /// How much of the file is shown (s).
@@ -32,6 +33,8 @@ pub struct Follow {
     /// What it is followed with.
     pub calibration: Current,
 }
+
+same_where!(Follow: shared(calibration) value(path) besides());
 
 /// The newest minute.
 #[derive(Clone, Debug, Default)]
@@ -69,10 +72,6 @@ impl Query for Follow {
 
     fn title(&self) -> String {
         "Following".to_owned()
-    }
-
-    fn key(&self) -> impl PartialEq {
-        (&self.path, Arc::as_ptr(&self.calibration))
     }
 
     fn compute(&self, Work { progress, show, .. }: Work<'_, Self>) -> Result<Followed, Unanswered> {

@@ -7,7 +7,7 @@ use std::sync::{Arc, Weak};
 
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::project::Project;
-use crate::engine::questions::{Compare, RowState};
+use crate::questions::models::asked::{Compare, RowState};
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,

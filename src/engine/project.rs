@@ -19,6 +19,7 @@ use crate::recording::{
     Axis, Day, Entry, GaugeRange, Identity, Judged, Recording, RecordingSet, Role, Source, Tare,
     ValidRange, load_ranges,
 };
+use crate::same::same_where;
 use crate::scoring::numbers::round_step;
 
 /// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
@@ -35,12 +36,8 @@ pub struct FromFile {
     pub calibration: Arc<Calibration>,
 }
 
-impl PartialEq for FromFile {
-    /// Equal ones that were opened twice count as two.
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.calibration, &other.calibration)
-    }
-}
+// Equal ones that were opened twice count as two.
+same_where!(FromFile: shared(calibration) value() besides(path));
 
 /// Recordings that are split in time into training and test.
 #[derive(Clone, Debug)]
@@ -51,11 +48,7 @@ pub struct Split {
     pub fraction: f64,
 }
 
-impl PartialEq for Split {
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.whole, &other.whole) && self.fraction == other.fraction
-    }
-}
+same_where!(Split: shared(whole) value(fraction) besides());
 
 /// One file of a session.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -118,6 +111,13 @@ pub struct Project {
     /// Files of the session that are not where they were.
     pub lost: Vec<SessionFile>,
 }
+
+// Equal where nothing was edited in between.
+same_where!(Project:
+    shared(recordings)
+    value(split, settings, measuring, gauge_range, hidden_axes, applied, factory, notes, identity)
+    besides(view, maps, lost)
+);
 
 /// One change of the document: one step of undo.
 #[derive(Clone, Debug)]
@@ -282,20 +282,6 @@ impl Project {
         Ok(())
     }
 
-    /// Whether nothing was edited in between; recordings are not compared number by number.
-    pub fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings)
-            && self.split == other.split
-            && self.settings == other.settings
-            && self.measuring == other.measuring
-            && self.gauge_range == other.gauge_range
-            && self.hidden_axes == other.hidden_axes
-            && self.applied == other.applied
-            && self.factory == other.factory
-            && self.notes == other.notes
-            && self.identity == other.identity
-    }
-
     /// This document with the edits of another moment; what is no edit stays.
     pub fn with_edits_of(&self, other: Self) -> Self {
         Self {
@@ -393,8 +379,6 @@ impl Project {
             trained: trained.is_some(),
             calibration: applied.cloned().or(trained),
             factory: factory.cloned(),
-            gauge_range: self.gauge_range.clone(),
-            measuring: self.measuring.clone(),
             datasets: Datasets::default(),
         }
     }
@@ -673,7 +657,7 @@ mod tests {
         assert!(project.split.is_none());
         let before = project.clone();
         project.edit(Edit::Unsplit).unwrap();
-        assert!(project.is_same(&before));
+        assert!(project == before);
     }
 
     #[test]
@@ -701,7 +685,7 @@ mod tests {
         let before = project.clone();
         let error = project.edit(Edit::Split(0.001)).unwrap_err();
         assert!(error.to_string().contains("nothing to split"), "{error}");
-        assert!(project.is_same(&before) && project.view == before.view);
+        assert!(project == before && project.view == before.view);
         assert_eq!(project.split, before.split, "the cut can still be taken back");
     }
 
@@ -712,7 +696,7 @@ mod tests {
         let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
         assert!(refused[0].contains("other: its gauges are G1"), "{refused:?}");
         assert_eq!(refused.len(), 1);
-        assert!(project.is_same(&before));
+        assert!(project == before);
     }
 
     #[test]
@@ -723,7 +707,7 @@ mod tests {
         let before = project.clone();
         let error = project.edit(Edit::Apply(Some(applied(calibration))));
         assert!(error.unwrap_err().to_string().contains("G1"));
-        assert!(project.applied.is_none() && project.is_same(&before));
+        assert!(project.applied.is_none() && project == before);
     }
 
     #[test]

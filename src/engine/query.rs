@@ -4,6 +4,7 @@
 //! question wins; the previous answer stays until there is a newer one; a panic is an error of that question, and the next one
 //! is answered again.
 
+use std::any::Any;
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -13,10 +14,8 @@ use std::time::{Duration, Instant};
 use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
 use crate::panicked::caught;
-use crate::progress::{Cancelled, Progress};
-
-/// A run this young is allowed to finish when a newer question arrives, so that a slider on the move shows something.
-pub const PATIENCE: Duration = Duration::from_millis(150);
+use crate::progress::Progress;
+use crate::questions::question::{PATIENCE, Query, Unanswered, Work};
 
 /// Of 0 to 99; an idle processor works as fast as ever, a busy one draws the window first (niceness 10 on Linux).
 const BACKGROUND_PRIORITY: u8 = 25;
@@ -41,65 +40,6 @@ fn stand_back() {
 
 /// Called from another thread when there is something to take.
 pub type Notify = Arc<dyn Fn() + Send + Sync>;
-
-/// Why a question has no answer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Unanswered {
-    /// Somebody asked to stop.
-    Cancelled,
-    /// In a sentence.
-    Because(String),
-}
-
-impl From<Cancelled> for Unanswered {
-    fn from(_: Cancelled) -> Self {
-        Self::Cancelled
-    }
-}
-
-/// Something that takes its time to find out or to do.
-pub trait Query: Clone + Send + Sync + 'static {
-    /// What comes of it.
-    type Answer: Send + 'static;
-    /// What the next question may find ready.
-    type Cache: Default;
-
-    /// How long one that has shown a part is allowed to go on when a newer question arrives, see [`PATIENCE`].
-    const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
-
-    /// Parts of an answer, but for the first, are told of no oftener than this: the window looks now and then while something runs.
-    const PARTS_INTERVAL: Duration = Duration::from_secs(1);
-
-    /// What people see while it runs.
-    fn title(&self) -> String;
-
-    /// What the answer depends on: what is shared by its place in memory, settings by their values.
-    fn key(&self) -> impl PartialEq;
-
-    /// Returns true if an answer to the other question may stay on screen until this one is answered.
-    fn is_akin(&self, _other: &Self) -> bool {
-        true
-    }
-
-    /// Finds the answer.
-    ///
-    /// # Errors
-    /// [`Unanswered`] if there is none.
-    fn compute(&self, work: Work<'_, Self>) -> Answered<Self>;
-}
-
-/// The answer to a question, or why there is none.
-pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
-
-/// What a question is answered with.
-pub struct Work<'a, Q: Query> {
-    /// What the questions before have left.
-    pub cache: &'a mut Q::Cache,
-    /// How far it is.
-    pub progress: &'a Progress,
-    /// Takes what can be shown before the answer.
-    pub show: &'a (dyn Fn(Q::Answer) + Sync),
-}
 
 /// How far something is.
 #[derive(Clone, Debug)]
@@ -136,12 +76,27 @@ pub enum LaneEvent {
 }
 
 /// A lane, whatever is asked on it.
-pub trait Background {
+pub trait Background: Any {
     /// Whether nothing runs or waits; all answers that will come can then be taken.
     fn is_idle(&self) -> bool;
 
     /// Drops what waits and asks what runs to stop; the same question again is not asked then.
     fn cancel(&self);
+
+    /// What runs, or waits to.
+    fn running(&self) -> Option<Running>;
+
+    /// Takes what has been answered; returns what happened, in order, which [`Lane::happened`] keeps.
+    fn hear_all(&mut self) -> &[LaneEvent];
+
+    /// Why the newest question has no answer.
+    fn problem(&self) -> Option<&str>;
+
+    /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
+    fn forget(&mut self);
+
+    /// How a notice about a failure begins, where the user begins the work: see [`Query::BEGUN_BY_USER`].
+    fn begun_by_user(&self) -> Option<&'static str>;
 }
 
 /// Answers one question after another, the newest first, on a thread that begins with the first.
@@ -157,6 +112,8 @@ pub struct Lane<Q: Query> {
     /// The whole answer before, while only a part is shown.
     before: Option<Shown<Q>>,
     problem: Option<String>,
+    /// What was heard when it was looked at last.
+    happened: Vec<LaneEvent>,
 }
 
 /// An answer with its question.
@@ -218,13 +175,14 @@ impl<Q: Query> Lane<Q> {
             shown: None,
             before: None,
             problem: None,
+            happened: Vec::new(),
         }
     }
 
     /// Asks, unless this is what was asked last; an answer to a question that is not akin goes.
     pub fn ask(&mut self, question: Q) {
         if let Some(asked) = &self.asked {
-            if asked.key() == question.key() {
+            if *asked == question {
                 return;
             }
             if !question.is_akin(asked) {
@@ -274,11 +232,14 @@ impl<Q: Query> Lane<Q> {
         self.shown = Some(Shown { question, answer, is_whole: true });
     }
 
-    /// Takes what has been answered; what was heard, in order.
-    pub fn take(&mut self) -> Vec<LaneEvent> {
-        let replies = self.inbox.iter().flat_map(Receiver::try_iter);
-        let replies: VecDeque<Reply<Q>> = replies.collect();
-        replies.into_iter().filter_map(|reply| self.hear(reply)).collect()
+    /// Why the newest question has no answer.
+    pub fn problem(&self) -> Option<&str> {
+        self.problem.as_deref()
+    }
+
+    /// What was heard when it was looked at last, in order.
+    pub fn happened(&self) -> &[LaneEvent] {
+        &self.happened
     }
 
     fn hear(&mut self, reply: Reply<Q>) -> Option<LaneEvent> {
@@ -347,26 +308,7 @@ impl<Q: Query> Lane<Q> {
     pub fn is_current(&self) -> bool {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let both = shown.zip(self.asked.as_ref());
-        both.is_some_and(|(shown, asked)| shown.question.key() == asked.key())
-    }
-
-    /// Why the newest question has no answer.
-    pub fn problem(&self) -> Option<&str> {
-        self.problem.as_deref()
-    }
-
-    /// What runs, or waits to.
-    pub fn running(&self) -> Option<Running> {
-        let slot = self.shared.lock();
-        let waiting = slot.waiting.as_ref().map(|(_, _, waiting)| waiting);
-        slot.running.as_ref().or(waiting).cloned()
-    }
-
-    /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
-    pub fn forget(&mut self) {
-        self.cancel();
-        self.forgotten = self.newest;
-        (self.asked, self.shown, self.before, self.problem) = (None, None, None, None);
+        both.is_some_and(|(shown, asked)| shown.question == *asked)
     }
 }
 
@@ -382,6 +324,33 @@ impl<Q: Query> Background for Lane<Q> {
         if let Some(running) = &slot.running {
             running.progress.cancel();
         }
+    }
+
+    fn running(&self) -> Option<Running> {
+        let slot = self.shared.lock();
+        let waiting = slot.waiting.as_ref().map(|(_, _, waiting)| waiting);
+        slot.running.as_ref().or(waiting).cloned()
+    }
+
+    fn hear_all(&mut self) -> &[LaneEvent] {
+        let replies = self.inbox.iter().flat_map(Receiver::try_iter);
+        let replies: VecDeque<Reply<Q>> = replies.collect();
+        self.happened = replies.into_iter().filter_map(|reply| self.hear(reply)).collect();
+        &self.happened
+    }
+
+    fn problem(&self) -> Option<&str> {
+        Lane::problem(self)
+    }
+
+    fn forget(&mut self) {
+        self.cancel();
+        self.forgotten = self.newest;
+        (self.asked, self.shown, self.before, self.problem) = (None, None, None, None);
+    }
+
+    fn begun_by_user(&self) -> Option<&'static str> {
+        Q::BEGUN_BY_USER
     }
 }
 
@@ -456,6 +425,8 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::questions::question::Answered;
+    use crate::same::same_where;
 
     /// Answers with its number when its gate opens.
     #[derive(Clone)]
@@ -465,16 +436,14 @@ mod tests {
         gate: Arc<Mutex<Receiver<()>>>,
     }
 
+    same_where!(Gated: shared() value(number) besides(started, gate));
+
     impl Query for Gated {
         type Answer = u32;
         type Cache = u32;
 
         fn title(&self) -> String {
             "a test".to_owned()
-        }
-
-        fn key(&self) -> impl PartialEq {
-            self.number
         }
 
         fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -509,7 +478,7 @@ mod tests {
 
     fn wait(lane: &mut Lane<Gated>) -> Vec<LaneEvent> {
         settle(lane);
-        lane.take()
+        lane.hear_all().to_vec()
     }
 
     #[test]
@@ -520,7 +489,7 @@ mod tests {
         (2..=30).for_each(|number| lane.ask(question(number)));
         open.send(()).unwrap();
         assert_eq!(started.recv().unwrap(), 30);
-        lane.take();
+        lane.hear_all();
         assert_eq!(lane.answer(), Some(&130), "a part of the newest answer");
         assert!(!lane.is_current());
         open.send(()).unwrap();
@@ -557,7 +526,7 @@ mod tests {
         lane.ask(question(2));
         assert_eq!((lane.answer(), lane.is_current()), (Some(&1001), false));
         started.iter().find(|number| *number == 2).unwrap();
-        lane.take();
+        lane.hear_all();
         assert_eq!(lane.answer(), Some(&102));
         assert_eq!(whole(&lane), Some((1, 1001)));
         lane.cancel();
@@ -579,7 +548,7 @@ mod tests {
         lane.ask(question(1));
         settle(&lane);
         lane.forget();
-        assert_eq!(lane.take(), [], "it had ended, but nobody had looked");
+        assert_eq!(lane.hear_all().to_vec(), [], "it had ended, but nobody had looked");
         assert_eq!(lane.answer(), None);
         open.send(()).unwrap();
         lane.ask(question(2));

@@ -15,6 +15,7 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::engine::session::{Session, trained_beside, write_session};
 use crate::export::clean_up_in;
 use crate::recording::RecordingSet;
+use crate::same::same_where;
 
 /// Time between two autosaves.
 const EVERY: Duration = Duration::from_secs(30);
@@ -61,11 +62,9 @@ pub struct Unsaved {
     pub of: Arc<RecordingSet>,
 }
 
-impl Unsaved {
-    fn is_same(&self, other: &Self) -> bool {
-        self.session == other.session && self.has_same_training(other)
-    }
+same_where!(Unsaved: shared(trained) value(session) besides(of));
 
+impl Unsaved {
     fn has_same_training(&self, other: &Self) -> bool {
         let trained = |own: &Self| own.trained.as_ref().map(Arc::as_ptr);
         trained(self) == trained(other)
@@ -97,7 +96,7 @@ struct Desk {
 
 impl Desk {
     fn is_due(&self) -> bool {
-        let is_known = self.written.as_ref().is_some_and(|own| own.is_same(&self.newest));
+        let is_known = self.written.as_ref().is_some_and(|own| *own == self.newest);
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 

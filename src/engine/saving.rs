@@ -8,17 +8,16 @@ use crate::engine::project::Project;
 use crate::engine::session::Session;
 use crate::engine::session::write_session;
 use crate::export::{
-    FileFormat, MAP_FORMATS, ReportData, TARGETS, TRACE_FORMATS, Together, WriteError, caution,
-    map_format, write_atomically, write_calibration, write_report, write_traces,
+    FileFormat, MAP_FORMATS, TARGETS, TRACE_FORMATS, Together, WriteError, caution, map_format,
+    write_atomically, write_calibration, write_report, write_traces,
 };
 use crate::progress::Progress;
-use crate::questions::expected_error::limits::Limits;
 use crate::questions::metrology::Metrology;
 use crate::questions::metrology::figure_records;
-use crate::questions::page::report;
+use crate::questions::page::{ReportRequest, report};
 use crate::questions::thresholds::{Measure, ThresholdMap};
-use crate::questions::{AnalysisError, Request, TraceSet, handed_over, intervals_on_screen};
-use crate::recording::{Identity, RecordingSet};
+use crate::questions::{Request, TraceSet, handed_over, intervals_on_screen};
+use crate::recording::RecordingSet;
 use crate::report::Table;
 
 /// What is to be written into a file; where there is a choice, the ending of its name says how.
@@ -27,7 +26,7 @@ pub enum FileContent {
     /// A calibration, with the request that it answers where it was fitted.
     Calibration(Arc<Calibration>, Option<Box<Request>>),
     /// A report on what is asked for, with the notes.
-    Report(Box<Request>, Box<About>),
+    Report(Box<ReportRequest>),
     /// Loads and errors over time.
     Traces(Box<TracesToWrite>),
     /// The list of models as CSV.
@@ -64,15 +63,6 @@ pub enum Existing {
     Ask,
     /// Replace it: somebody was asked.
     Replace,
-}
-
-/// What a report says beside what is computed.
-#[derive(Clone, Debug)]
-pub struct About {
-    /// What somebody wrote down.
-    pub notes: String,
-    /// Which sensor it is.
-    pub identity: Identity,
 }
 
 /// Why somebody is asked before a file is written.
@@ -149,18 +139,9 @@ impl FileContent {
                 write_calibration(&own.map_err(|error| error.to_string())?, path)
             }
             Self::Calibration(calibration, None) => write_calibration(calibration, path),
-            Self::Report(request, about) => {
-                let told = |error: AnalysisError| error.to_string();
-                let made =
-                    report(request, &about.identity, &Limits::default(), progress).map_err(told)?;
-                let calibration = match made.fitted {
-                    true => {
-                        Arc::new(handed_over(request, &made.calibration, progress).map_err(told)?)
-                    }
-                    false => Arc::clone(&made.calibration),
-                };
-                let notes = about.notes.clone();
-                write_report(path, &ReportData { notes, calibration, ..made })
+            Self::Report(asked) => {
+                let made = report(asked, progress).map_err(|error| error.to_string())?;
+                write_report(path, &made)
             }
             Self::Traces(what) => {
                 let (recordings, decimation) = (&what.recordings, what.decimation);

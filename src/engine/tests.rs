@@ -17,8 +17,6 @@ use crate::engine::models::{ModelChange, Row};
 use crate::engine::notice::{Level, Notice};
 use crate::engine::project::SessionFile;
 use crate::engine::project::{Edit, Project};
-use crate::engine::query::Query;
-use crate::engine::questions::StudyThresholds;
 use crate::engine::recovery::LeftSession;
 use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::OpenedSession;
@@ -31,8 +29,11 @@ use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
 use crate::import::{Finding, LoadWarning, Loaded};
 use crate::progress::Progress;
 use crate::questions::Mark;
+use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Question, TableOf, TableQuestion};
+use crate::questions::question::Query;
 use crate::questions::thresholds::ScoreSet;
+use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, View, analyse};
 use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Source, Tare};
 
@@ -473,19 +474,37 @@ fn an_empty_document_has_nothing_to_complain_about() {
     assert_eq!(engine.problem(), None);
 }
 
-fn figures() -> Question {
-    Question::Table(TableQuestion { of: TableOf::All })
+/// Asks for the metrology figures, as their pane does.
+fn ask_figures(engine: &mut Engine) {
+    if let Some(look) = engine.look(None, Question::Table(TableQuestion { of: TableOf::All })) {
+        engine.ask::<AskFigures>(LookAt(look));
+    }
+}
+
+/// Asks for the study of thresholds, as its pane does.
+fn ask_study(engine: &mut Engine) {
+    if !engine.entries().is_empty() {
+        engine.ask(study_of(engine.project()));
+    }
+}
+
+fn study_of(project: &Project) -> StudyThresholds {
+    StudyThresholds::of(&project.request(None), project.thresholds())
 }
 
 #[test]
 fn answers_about_recordings_that_were_closed_are_not_shown() {
     let mut engine = engine_with_files();
     analysed(&mut engine);
-    engine.ask_figures(figures());
+    ask_figures(&mut engine);
     settle(&mut engine);
-    assert!(engine.figures.answer().is_some(), "{:?}", engine.figures.problem());
+    assert!(
+        engine.lane::<AskFigures>().answer().is_some(),
+        "{:?}",
+        engine.lane::<AskFigures>().problem()
+    );
     edit(&mut engine, Edit::CloseAll);
-    assert!(engine.figures.answer().is_none());
+    assert!(engine.lane::<AskFigures>().answer().is_none());
     // Others of the same gauges and axes, before and after what still ran has ended.
     for settled in [false, true] {
         open(&mut engine, &["c", "d"]);
@@ -493,13 +512,13 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
         if settled {
             settle(&mut engine);
         }
-        engine.ask_figures(figures());
+        ask_figures(&mut engine);
         edit(&mut engine, Edit::CloseAll);
         open(&mut engine, &["e", "f"]);
         assert!(engine.analysis().is_none());
-        assert!(engine.figures.answer().is_none());
+        assert!(engine.lane::<AskFigures>().answer().is_none());
         settle(&mut engine);
-        assert!(engine.figures.answer().is_none(), "nobody asked about these");
+        assert!(engine.lane::<AskFigures>().answer().is_none(), "nobody asked about these");
         assert_eq!(analysed(&mut engine).calibration.trained_on, ["e", "f"]);
         edit(&mut engine, Edit::CloseAll);
     }
@@ -509,58 +528,51 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
 fn figures_of_before_stay_while_the_next_are_made() {
     let mut engine = engine_with_files();
     analysed(&mut engine);
-    engine.ask_figures(figures());
+    ask_figures(&mut engine);
     settle(&mut engine);
     let other = with_f_th(&engine, 1.5);
     edit(&mut engine, other);
     analysed(&mut engine);
-    engine.ask_figures(figures());
-    assert!(engine.figures.answer().is_some() && !engine.figures.is_current());
+    ask_figures(&mut engine);
+    assert!(
+        engine.lane::<AskFigures>().answer().is_some() && !engine.lane::<AskFigures>().is_current()
+    );
     settle(&mut engine);
-    assert!(engine.figures.is_current());
+    assert!(engine.lane::<AskFigures>().is_current());
 }
 
 #[test]
 fn a_threshold_study_of_other_recordings_goes() {
-    let study_of = |project: &Project| {
-        let recordings = Arc::clone(&project.recordings);
-        StudyThresholds::new(
-            recordings,
-            &project.settings,
-            project.thresholds(),
-            &crate::questions::Datasets::default(),
-        )
-    };
     let mut engine = engine_with_files();
-    engine.ask_study();
+    ask_study(&mut engine);
     settle(&mut engine);
     let has_map = |engine: &Engine| {
-        let map = engine.study.answer().and_then(|study| study.map.as_ref());
+        let map = engine.lane::<StudyThresholds>().answer().and_then(|study| study.map.as_ref());
         map.is_some_and(|map| map.is_complete())
     };
-    assert!(has_map(&engine) && engine.study.is_current());
+    assert!(has_map(&engine) && engine.lane::<StudyThresholds>().is_current());
 
     let other = Thresholds { f_th: 2.5, ..engine.project().thresholds() };
     edit(&mut engine, Edit::Thresholds(other));
-    engine.ask_study();
+    ask_study(&mut engine);
     assert!(has_map(&engine), "it stays for other thresholds");
     settle(&mut engine);
-    assert!(has_map(&engine) && engine.study.is_current());
+    assert!(has_map(&engine) && engine.lane::<StudyThresholds>().is_current());
 
     edit(&mut engine, Edit::Role(1, Role::Off));
-    engine.ask_study();
-    assert!(engine.study.answer().is_none());
+    ask_study(&mut engine);
+    assert!(engine.lane::<StudyThresholds>().answer().is_none());
     // What runs still is of others by now.
     edit(&mut engine, Edit::Role(1, Role::Train));
-    engine.ask_study();
+    ask_study(&mut engine);
     settle(&mut engine);
-    let answered = engine.study.answered().unwrap();
+    let answered = engine.lane::<StudyThresholds>().answered().unwrap();
     assert!(Query::is_akin(answered, &study_of(engine.project())) && has_map(&engine));
 
     edit(&mut engine, Edit::CloseAll);
-    engine.ask_study();
+    ask_study(&mut engine);
     settle(&mut engine);
-    assert!(engine.study.answer().is_none());
+    assert!(engine.lane::<StudyThresholds>().answer().is_none());
 }
 
 #[test]
@@ -569,12 +581,12 @@ fn cancel_does_not_ask_the_same_again() {
     analysed(&mut engine);
     let other = with_f_th(&engine, 1.5);
     edit(&mut engine, other);
-    engine.ask_study();
+    ask_study(&mut engine);
     engine.act(Action::Cancel);
     settle(&mut engine);
     for _ in 0..3 {
         engine.take();
-        engine.ask_study();
+        ask_study(&mut engine);
         assert!(!engine.is_busy(), "nobody waits for it");
     }
     let other = with_f_th(&engine, 4.5);
@@ -991,7 +1003,7 @@ fn numbers_of_a_block_that_were_chosen_are_a_step() {
     let before = engine.project().settings.clone();
     engine.act(Action::ChooseBlock(&Creep, None));
     settle(&mut engine);
-    let chosen = engine.choice.answer().expect("a choice").clone();
+    let chosen = engine.lane::<ChooseBlock>().answer().expect("a choice").clone();
     let features = &engine.project().settings.features;
     assert_eq!(features.blocks.of(&Creep), chosen.values);
     if engine.history().can_undo() {
@@ -1042,7 +1054,7 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     assert_eq!(engine.project().settings.full_scale, before.settings.full_scale);
     assert!(engine.models.row(id).unwrap().is_present(engine.project()));
     engine.act(Action::Undo);
-    assert!(engine.project().is_same(&before));
+    assert!(*engine.project() == before);
     engine.act(Action::Redo);
     assert_eq!(engine.project().settings.features, own.features);
 
@@ -1220,7 +1232,7 @@ fn a_session_opened_over_what_is_not_saved_waits_for_an_answer() {
     for answer in [Action::Stay, Action::Discard] {
         finish(&mut engine, empty_session("s.json"));
         assert!(matches!(engine.leaving, Some(Leaving::Open(_))));
-        assert!(engine.project().is_same(&before) && engine.session.is_none());
+        assert!(*engine.project() == before && engine.session.is_none());
         engine.act(answer);
         assert!(engine.leaving.is_none());
     }

@@ -25,7 +25,7 @@ impl History {
     /// Keeps what a document was before an edit. What changes with one and the same gesture, as while a slider is dragged, is
     /// one step; what opened the first recordings is none.
     pub fn step(&mut self, before: Project, now: &Project, gesture: Option<u64>) {
-        if before.is_same(now) {
+        if before == *now {
             return;
         }
         let goes_on = gesture.is_some()
@@ -230,17 +230,17 @@ mod tests {
         settings.offset = false;
         edit(&mut project, &mut history, Edit::Settings(settings), None);
         let off = project.clone();
-        assert!(!before.is_same(&off));
+        assert!(before != off);
         edit(&mut project, &mut history, Edit::Remove(0), None);
         edit(&mut project, &mut history, Edit::Split(0.5), None);
         undo(&mut project, &mut history);
         undo(&mut project, &mut history);
         assert_eq!(roles(&project), [Role::Off, Role::Train, Role::Test]);
         assert!(!project.request(None).settings.offset && project.split.is_none());
-        assert!(project.is_same(&off));
+        assert!(project == off);
         undo(&mut project, &mut history);
         undo(&mut project, &mut history);
-        assert!(project.settings.offset && project.is_same(&before));
+        assert!(project.settings.offset && project == before);
         assert_eq!(roles(&project), [Role::Train, Role::Train, Role::Test]);
     }
 
@@ -346,13 +346,13 @@ mod tests {
             let before = project.clone();
             edit(&mut project, &mut history, asked.clone(), None);
             let after = project.clone();
-            assert!(!after.is_same(&before), "{asked:?} changes something");
+            assert!(after != before, "{asked:?} changes something");
             for _ in 0..2 {
                 undo(&mut project, &mut history);
-                assert!(project.is_same(&before), "{asked:?} taken back");
+                assert!(project == before, "{asked:?} taken back");
                 assert!(!history.can_undo());
                 redo(&mut project, &mut history);
-                assert!(project.is_same(&after), "{asked:?} made again");
+                assert!(project == after, "{asked:?} made again");
                 assert!(!history.can_redo());
             }
         }

@@ -21,6 +21,7 @@ use crate::recording::{
     Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
     load_ranges, median,
 };
+use crate::same::same_where;
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::coverage::Coverage;
 use crate::scoring::faults::{Faults, faults, faults_of};
@@ -40,14 +41,7 @@ pub(crate) struct Key {
     pub calibration: Option<Arc<Calibration>>,
 }
 
-impl Key {
-    fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.recordings, &other.recordings)
-            && self.offset == other.offset
-            && self.decimation == other.decimation
-            && is_same(&self.calibration, &other.calibration)
-    }
-}
+same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
 /// A load beyond the largest of the training recordings by more than this is beyond what is known of the sensor, where nobody
 /// entered a rated load.
@@ -144,7 +138,7 @@ impl Datasets {
         let mut kept = waited_for(&self.prepared, progress)?;
         // Taken away first: those of other recordings need not fit in memory at once.
         kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
-        let found = kept.iter().position(|own| own.key.is_same(key));
+        let found = kept.iter().position(|own| own.key == *key);
         let dataset = match found {
             Some(at) => kept.remove(at),
             None => {
@@ -481,15 +475,6 @@ impl Dataset {
             ..std::mem::take(&mut calibration.quality)
         };
         errors
-    }
-}
-
-/// Whether both are the same calibration, or none.
-pub(crate) fn is_same(own: &Option<Arc<Calibration>>, asked: &Option<Arc<Calibration>>) -> bool {
-    match (own, asked) {
-        (None, None) => true,
-        (Some(own), Some(asked)) => Arc::ptr_eq(own, asked),
-        _ => false,
     }
 }
 

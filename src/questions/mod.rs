@@ -13,6 +13,7 @@ pub mod loops;
 pub mod metrology;
 pub mod models;
 pub mod page;
+pub mod question;
 pub(crate) mod request;
 pub mod thresholds;
 

@@ -10,23 +10,23 @@ use crate::export::{
 };
 use crate::features::Thresholds;
 use crate::progress::Progress;
-use crate::questions::check::query::sufficiency;
+use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::query::{Analysis, Analyst, RecordingResult};
 use crate::questions::errors::traces::{AxisTraces, TraceSet};
 use crate::questions::errors::view::View;
 use crate::questions::expected_error::limits::{Checked, Limits, Measured};
-use crate::questions::expected_error::query::expected_error;
+use crate::questions::expected_error::query::{expected_error, handed_over_with};
 use crate::questions::loops::{
     FiguresOf, Inks, Look, LookError, LookRequest, LoopQuestion, LoopView, Output, Question, Span,
     TableOf, TableQuestion, Up, Viewer,
 };
-use crate::questions::metrology::Metrology;
+use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
-use crate::recording::{Axis, Identity, RecordingSet, Role};
+use crate::recording::{Axis, GaugeRange, Identity, RecordingSet, Role};
 use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};
 use crate::scoring::Series;
@@ -41,21 +41,47 @@ const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
 /// What a picture leaves free above and below.
 const MARGIN: f64 = 0.05;
 
-/// Fits what `request` asks for (or takes its calibration) and gathers a report on it, for a sensor that is known, with limits that it
-/// must keep.
+/// What a report is asked of.
+#[derive(Clone, Debug)]
+pub struct ReportRequest {
+    /// What is fitted, or applied.
+    pub request: Request,
+    /// Which sensor it is.
+    pub identity: Identity,
+    /// Free text.
+    pub notes: String,
+    /// Limits that the calibration must keep.
+    pub limits: Limits,
+    /// How loops and figures are measured.
+    pub measuring: MetrologySettings,
+    /// What gauges can show, where it was entered.
+    pub gauge_range: Option<GaugeRange>,
+}
+
+impl ReportRequest {
+    /// A report on this, with nothing else entered.
+    pub fn of(request: Request) -> Self {
+        Self {
+            request,
+            identity: Identity::default(),
+            notes: String::new(),
+            limits: Limits::default(),
+            measuring: MetrologySettings::default(),
+            gauge_range: None,
+        }
+    }
+}
+
+/// Fits what is asked for (or takes its calibration) and gathers a report on it.
 ///
 /// Loops and figures are of the test recordings, or of the training recordings where there is none; which recordings
-/// `request` shows plays no part. What cannot be computed becomes a sentence in its place.
+/// the request shows plays no part. What cannot be computed becomes a sentence in its place.
 ///
 /// # Errors
 /// [`AnalysisError`] where there is no calibration to report on, or the work was cancelled.
-pub fn report(
-    request: &Request,
-    identity: &Identity,
-    limits: &Limits,
-    progress: &Progress,
-) -> Result<ReportData, AnalysisError> {
+pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, AnalysisError> {
     const STAGES: u64 = 6;
+    let request = &asked.request;
     progress.add_total(STAGES);
     let calibration = match &request.calibration {
         Some(calibration) => Arc::clone(calibration),
@@ -85,26 +111,31 @@ pub fn report(
         false => Err(not_fitted.to_owned()),
     };
     let check = match analysis.fitted {
-        true => sufficiency(request, None, &progress.part())
-            .map_err(|error| sentence(&error.to_string())),
+        true => {
+            let data = CheckData::of(request, asked.gauge_range.clone(), None);
+            sufficiency(&data, &progress.part()).map_err(|error| sentence(&error.to_string()))
+        }
         false => Err(not_fitted.to_owned()),
     };
     progress.advance(1);
     let of = TableOf::usual(&applied.recordings);
-    let mut looker = Looker::new(&analysis, &applied, of, progress);
+    let mut looker = Looker::new(&analysis, &applied, &asked.measuring, of, progress);
     let loops = (analysis.calibration.axes.iter())
         .map(|axis| looker.loops(*axis))
         .collect::<Result<_, _>>()?;
     progress.advance(1);
     let metrology = looker.table()?;
     progress.advance(1);
-    let calibration = Arc::new(analysis.calibration.of_sensor(identity));
+    let mut calibration = analysis.calibration.of_sensor(&asked.identity);
     let expected_error = expected_error(request, &calibration, analysis.fitted, progress)?;
-    let checked = checked(limits, &calibration, &expected_error, &metrology);
+    if analysis.fitted {
+        calibration = handed_over_with(calibration, &expected_error, &request.recordings);
+    }
+    let checked = checked(&asked.limits, &calibration, &expected_error, &metrology);
     progress.advance(1);
     Ok(ReportData {
         made: SystemTime::now(),
-        notes: String::new(),
+        notes: asked.notes.clone(),
         factory: analysis.factory,
         fitted: analysis.fitted,
         recordings: recordings(&applied.recordings, &analysis.recordings),
@@ -121,7 +152,7 @@ pub fn report(
         expected_error: expected_error.map_err(|reason| sentence(&reason)),
         limits: checked,
         warnings,
-        calibration,
+        calibration: Arc::new(calibration),
     })
 }
 
@@ -162,7 +193,8 @@ pub fn check_limits(
             };
             let analysis = Analyst::default().analyse(&applied, progress)?;
             let of = TableOf::usual(&applied.recordings);
-            Looker::new(&analysis, &applied, of, progress).table()?
+            let measuring = MetrologySettings::default();
+            Looker::new(&analysis, &applied, &measuring, of, progress).table()?
         }
         false => Err("not measured".to_owned()),
     };
@@ -332,7 +364,13 @@ struct Looker<'a> {
 }
 
 impl<'a> Looker<'a> {
-    fn new(analysis: &Analysis, request: &Request, of: TableOf, progress: &'a Progress) -> Self {
+    fn new(
+        analysis: &Analysis,
+        request: &Request,
+        measuring: &MetrologySettings,
+        of: TableOf,
+        progress: &'a Progress,
+    ) -> Self {
         Self {
             viewer: Viewer::default(),
             request: LookRequest {
@@ -341,7 +379,7 @@ impl<'a> Looker<'a> {
                 decimation: request.settings.decimation,
                 traces: Arc::clone(&analysis.traces),
                 visible: None,
-                measuring: request.measuring.clone(),
+                measuring: measuring.clone(),
                 question: Question::Table(TableQuestion { of }),
             },
             of,

@@ -6,8 +6,8 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::questions::dataset::Datasets;
 use crate::questions::dataset::Key;
 use crate::questions::errors::view::View;
-use crate::questions::metrology::MetrologySettings;
-use crate::recording::{GaugeRange, RecordingSet};
+use crate::recording::RecordingSet;
+use crate::same::same_where;
 
 /// What is to be analysed.
 #[derive(Clone, Debug)]
@@ -24,13 +24,11 @@ pub struct Request {
     pub trained: bool,
     /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`](crate::questions::errors::factory::read_factory).
     pub factory: Option<Arc<Calibration>>,
-    /// What gauges can show, where somebody entered it: beyond, they are clipped.
-    pub gauge_range: Option<GaugeRange>,
-    /// How loops and figures are measured, in a [`report`](crate::questions::page::report).
-    pub measuring: MetrologySettings,
     /// What is shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
+
+same_where!(Request: shared(recordings, calibration, factory) value(settings, view, trained) besides(datasets));
 
 impl Request {
     /// The dataset that it needs.
@@ -52,8 +50,6 @@ impl Request {
             calibration: None,
             trained: false,
             factory: None,
-            gauge_range: None,
-            measuring: MetrologySettings::default(),
             datasets: Datasets::default(),
         }
     }

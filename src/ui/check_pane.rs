@@ -5,6 +5,7 @@ use egui::{ComboBox, RichText};
 use crate::engine::Engine;
 use crate::questions::HangingMass;
 use crate::questions::check::independent_loads::{Sufficiency, Verdict};
+use crate::questions::check::query::CheckData;
 use crate::questions::check::{pair_figure, sufficiency_tables};
 use crate::recording::Axis;
 use crate::report::Table;
@@ -51,16 +52,19 @@ impl Default for View {
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
-        // Asked only where it is on screen.
         let hanging =
             self.hangs.then(|| HangingMass { masses: vec![self.mass_kg], arms: vec![self.arm_m] });
-        cx.engine.ask_check(hanging);
+        let project = cx.engine.project();
+        if !project.recordings.entries().is_empty() {
+            cx.ask(CheckData::of(&cx.engine.request(), project.gauge_range.clone(), hanging));
+        }
     }
 }
 
 impl View {
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let found = engine.check.answer();
+        let check = engine.lane::<CheckData>();
+        let found = check.answer();
         let tables: Vec<Table> = found.map_or_else(Vec::new, sufficiency_tables);
         ui.horizontal_wrapped(|ui| {
             let hangs = ui.checkbox(&mut self.hangs, "Hanging mass");
@@ -81,7 +85,7 @@ impl View {
             table::copy_button(ui, &tables);
         });
         ui.separator();
-        if let Some(problem) = engine.check.problem() {
+        if let Some(problem) = check.problem() {
             ui.warn(problem);
         }
         let Some(found) = found else {
@@ -92,7 +96,7 @@ impl View {
         ui.scrolled(|ui| {
             ui.vertical(|ui| {
                 ui.set_max_width(width);
-                verdict(ui, found, engine.check.is_current());
+                verdict(ui, found, check.is_current());
             });
             ui.add_space(8.0);
             for shown in &tables {

@@ -3,6 +3,7 @@
 use crate::engine::Engine;
 use crate::questions::Analysis;
 use crate::questions::errors::{Shown, errors};
+use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::expected_error::{expected_error_column, expected_error_table};
 use crate::questions::thresholds::ScoreSet;
 use crate::report::Table;
@@ -26,8 +27,12 @@ pub struct View;
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         errors_pane(ui, cx.engine);
-        // Asked only where it is on screen.
-        cx.engine.ask_expected_error();
+        // While a slider moves, the answer to the settings before stays.
+        if let Some((of, analysis)) = cx.engine.exact().filter(|_| cx.engine.gesture.is_none())
+            && cx.engine.is_current()
+        {
+            cx.ask(AskExpectedError::of(of, analysis));
+        }
     }
 }
 
@@ -74,7 +79,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
 
 /// Draws the expected error, or says why there is none.
 fn expected(ui: &mut egui::Ui, engine: &Engine) {
-    let lane = &engine.expected_error;
+    let lane = engine.lane::<AskExpectedError>();
     match lane.answer() {
         Some(Ok(found)) => {
             let table = expected_error_table(found);
@@ -95,7 +100,7 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
 /// Returns a row per axis: the expected error, then the sets of samples beside each other as far as they are scored.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
-    let known = engine.expected_error.answer().and_then(|own| own.as_ref().ok());
+    let known = engine.lane::<AskExpectedError>().answer().and_then(|own| own.as_ref().ok());
     let known = known.filter(|own| own.axes.len() == analysis.calibration.axes.len());
     let expected = known.map(|own| ("Expected".to_owned(), expected_error_column(own)));
     let tables = ScoreSet::ALL.into_iter().filter_map(|set| {

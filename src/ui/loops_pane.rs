@@ -9,6 +9,7 @@ mod loop_view;
 mod save;
 
 use crate::engine::{Edit, Engine};
+use crate::questions::loops::asked::{AskLoops, LookAt};
 use crate::questions::loops::{
     Channel, CrossQuestion, DwellQuestion, FiguresOf, LoadKind, Look, LoopQuestion, Output,
     Question, Span, TableOf, Up,
@@ -24,6 +25,7 @@ use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
 use crate::ui::plots::{Drawn, Zoom};
+use crate::ui::time_view::TimeView;
 
 /// Beside the plot, so much is for figures.
 const FIGURES_WIDTH: f32 = 320.0;
@@ -133,7 +135,22 @@ fn no_times(ui: &mut egui::Ui) {
 
 impl PaneView for LoopsPane {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        let Cx { engine, time, out } = cx;
+        self.draw(ui, cx.engine, cx.time, cx.out);
+        // It was drawn, so its choices are those of now.
+        if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
+            cx.ask::<AskLoops>(LookAt(look));
+        }
+    }
+}
+
+impl LoopsPane {
+    fn draw(
+        &mut self,
+        ui: &mut egui::Ui,
+        engine: &Engine,
+        time: &mut TimeView,
+        out: &mut Vec<Command>,
+    ) {
         if engine.analysis().is_none() {
             nothing_yet(ui, engine);
             return;
@@ -146,13 +163,13 @@ impl PaneView for LoopsPane {
             out.push(Edit::Measuring(measuring).into());
         }
         ui.separator();
-        if let Some(problem) = engine.loops.problem() {
+        if let Some(problem) = engine.lane::<AskLoops>().problem() {
             ui.warn(problem);
         }
         let on_screen = ui.pixels_per_point() * plot_size(ui);
         self.pixels =
             [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
-        match (self.mode, engine.loops.answer()) {
+        match (self.mode, engine.lane::<AskLoops>().answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
                 loop_view::show(ui, self, engine, found, time, out)
             }
@@ -164,12 +181,8 @@ impl PaneView for LoopsPane {
             }
             _ => {}
         }
-        // It was drawn, so its choices are those of now.
-        engine.ask_loops(time.visible_time(), self.question());
     }
-}
 
-impl LoopsPane {
     /// What must be answered for the pane to be drawn.
     fn question(&self) -> Question {
         let frame = *self.zoom();
@@ -246,7 +259,7 @@ impl LoopsPane {
                 self.axis_choice(ui, engine);
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
-                let used = match engine.loops.answer() {
+                let used = match engine.lane::<AskLoops>().answer() {
                     Some(Look::Loops(found)) => Some(found.dead_band),
                     _ => None,
                 };

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::engine::{Edit, Engine, FileContent};
 use crate::questions::errors::Shown;
+use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::metrology::{crosstalk, overview};
@@ -44,7 +45,9 @@ impl PaneView for MetrologyPane {
         // It was drawn, so its choices are those of now.
         let of = self.of(cx.engine);
         let question = Question::Table(TableQuestion { of });
-        cx.engine.ask_figures(question);
+        if let Some(look) = cx.engine.look(None, question) {
+            cx.ask::<AskFigures>(LookAt(look));
+        }
     }
 }
 
@@ -55,7 +58,8 @@ impl MetrologyPane {
     }
 
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let table = match engine.figures.answer().filter(|_| engine.analysis().is_some()) {
+        let figures = engine.lane::<AskFigures>();
+        let table = match figures.answer().filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,
         };
@@ -85,7 +89,7 @@ impl MetrologyPane {
             saving.show(ui, text, content, out);
         });
         ui.separator();
-        if let Some(problem) = engine.figures.problem() {
+        if let Some(problem) = figures.problem() {
             ui.warn(problem);
         }
         let Some(table) = table else {

@@ -51,7 +51,7 @@ impl Default for View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        let (engine, out) = (&*cx.engine, &mut *cx.out);
+        let (engine, out) = (cx.engine, &mut *cx.out);
         ui.horizontal_wrapped(|ui| {
             self.trying(ui, engine, out);
             ui.separator();

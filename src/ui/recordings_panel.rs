@@ -7,6 +7,7 @@ use egui_extras::{Column, TableBuilder};
 use crate::engine::{Action, Edit, Engine, Project};
 use crate::questions;
 use crate::questions::RecordingResult;
+use crate::questions::check::faulty::FindFaults;
 use crate::recording::{Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare};
 use crate::report;
 use crate::report::{Cell, Table};
@@ -55,7 +56,7 @@ impl Default for View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        cx.engine.ask_faults();
+        cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         recordings_panel(ui, cx.engine, self, cx.out);
     }
 }

@@ -336,10 +336,11 @@ impl Shell {
         egui::Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });
-        let mut places = Vec::new();
+        let (mut places, mut asked) = (Vec::new(), Vec::new());
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
-            let mut cx = Cx { engine: &mut self.engine, time: &mut self.time, out };
+            let (engine, asked) = (&self.engine, &mut asked);
+            let mut cx = Cx { engine, time: &mut self.time, out, asked };
             self.workspace.show(ui, &mut |ui, pane| {
                 places.push((pane, ui.max_rect()));
                 if let Some(view) = self.views.of(pane) {
@@ -347,6 +348,7 @@ impl Shell {
                 }
             });
         });
+        asked.into_iter().for_each(|ask| ask(&mut self.engine));
         let engine = &self.engine;
         // Escape closes the help before an import.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));

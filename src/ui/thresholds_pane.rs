@@ -8,9 +8,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::engine::query::Background as _;
-use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level, ThresholdStudy};
+use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
 use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
 use crate::features::{BLOCKS, Distance, Thresholds};
+use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
 use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;
@@ -58,14 +59,17 @@ impl Default for View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        cx.engine.ask_study();
-        if let Some(problem) = cx.engine.study.problem() {
+        let project = cx.engine.project();
+        if !project.recordings.entries().is_empty() {
+            cx.ask(StudyThresholds::of(&cx.engine.request(), project.thresholds()));
+        }
+        let study = cx.engine.lane::<StudyThresholds>();
+        if let Some(problem) = study.problem() {
             ui.fail(problem);
         }
-        let study = cx.engine.study.answer();
-        match study.and_then(|study| Some((study, study.map.as_ref()?))) {
+        match study.answer().and_then(|study| Some((study, study.map.as_ref()?))) {
             Some((study, map)) => self.draw(ui, cx.engine, study, map, cx.out),
-            None if cx.engine.study.problem().is_none() => {
+            None if study.problem().is_none() => {
                 ui.weak("The map appears here as soon as recordings are loaded.");
             }
             None => {}
@@ -279,7 +283,8 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
 }
 
 fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Command>) {
-    let choosing = !engine.choice.is_idle();
+    let choice = engine.lane::<ChooseBlock>();
+    let choosing = !choice.is_idle();
     ui.horizontal_wrapped(|ui| {
         for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
             let label = format!("Choose {}", block.setting().label.to_lowercase());
@@ -293,7 +298,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
         }
         if choosing {
             busy(ui);
-        } else if let Some(chosen) = engine.choice.answer() {
+        } else if let Some(chosen) = choice.answer() {
             ui.label(format!(
                 "{}: {}; cross-validation {}, without {} ({} lists tried)",
                 chosen.block.setting().label,

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use egui::util::undoer::{Settings, Undoer};
 
-use crate::engine::FaultyRecording;
 use crate::questions::TraceSet;
+use crate::questions::check::faulty::FaultyRecording;
 use crate::recording::Axis;
 use crate::scoring::series::Columns;
 use crate::ui::command::TimeMove;

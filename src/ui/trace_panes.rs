@@ -8,6 +8,7 @@ mod pane;
 
 use crate::engine::{Action, Edit, Engine};
 use crate::features::Thresholds;
+use crate::questions::check::faulty::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
 use crate::ui::choice::choice;
@@ -52,7 +53,7 @@ pub struct View {
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        cx.engine.ask_faults();
+        cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();
         trace_panes(ui, cx.engine, (cx.time, &self.drawn), cx.out);
     }

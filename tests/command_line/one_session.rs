@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use loopscope::engine::{Action, Engine};
 use loopscope::progress::Progress;
+use loopscope::questions::loops::asked::{AskFigures, AskLoops, LookAt};
 use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, TableQuestion, Up};
 use loopscope::recording::Axis;
 use serde_json::{Value, json};
@@ -44,23 +45,22 @@ fn window_report_and_command_line_give_the_same_number() {
     let mut engine = Engine::new(Arc::new(|| {}));
     engine.act(Action::Open(vec![workshop.file("session.json")]));
     settle(&mut engine);
-    engine.ask_figures(Question::Table(TableQuestion { of: TableOf::Train }));
-    engine.ask_loops(
-        None,
-        Question::Loops(LoopQuestion {
-            axis: Axis::Fz,
-            up: Up::Load,
-            span: Span::Of(TableOf::Train),
-            frame: None,
-            pixels: [400.0, 300.0],
-        }),
-    );
+    let figures = Question::Table(TableQuestion { of: TableOf::Train });
+    engine.ask::<AskFigures>(LookAt(engine.look(None, figures).unwrap()));
+    let loops = Question::Loops(LoopQuestion {
+        axis: Axis::Fz,
+        up: Up::Load,
+        span: Span::Of(TableOf::Train),
+        frame: None,
+        pixels: [400.0, 300.0],
+    });
+    engine.ask::<AskLoops>(LookAt(engine.look(None, loops).unwrap()));
     settle(&mut engine);
-    let Some(Look::Table(table)) = engine.figures.answer() else {
-        panic!("no table: {:?}", engine.figures.problem())
+    let Some(Look::Table(table)) = engine.lane::<AskFigures>().answer() else {
+        panic!("no table: {:?}", engine.lane::<AskFigures>().problem())
     };
-    let Some(Look::Loops(picture)) = engine.loops.answer() else {
-        panic!("no loops: {:?}", engine.loops.problem())
+    let Some(Look::Loops(picture)) = engine.lane::<AskLoops>().answer() else {
+        panic!("no loops: {:?}", engine.lane::<AskLoops>().problem())
     };
     let progress = Progress::default();
     let calibration = engine.calibration_content().unwrap();

@@ -8,8 +8,8 @@ use loopscope::calibration::FitSettings;
 use loopscope::export::{ReportData, write_report};
 use loopscope::progress::Progress;
 use loopscope::questions::Request;
-use loopscope::questions::expected_error::limits::Limits;
-use loopscope::recording::{Axis, Entry, Identity, Recording, RecordingSet, Role, Source};
+use loopscope::questions::page::ReportRequest;
+use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 const HOSTILE: &str =
     "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
@@ -40,8 +40,8 @@ fn hostile_set(roles: &[Role]) -> Arc<RecordingSet> {
 }
 
 fn report(request: &Request) -> ReportData {
-    let (identity, limits) = (Identity::default(), Limits::default());
-    loopscope::questions::page::report(request, &identity, &limits, &Progress::default()).unwrap()
+    let asked = ReportRequest::of(request.clone());
+    loopscope::questions::page::report(&asked, &Progress::default()).unwrap()
 }
 
 fn reported(roles: &[Role]) -> ReportData {

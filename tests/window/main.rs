@@ -26,6 +26,7 @@ use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
 use loopscope::features::{Column, Play, Polynomial};
+use loopscope::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use loopscope::questions::{Analysis, View};
 use loopscope::recording;
 use loopscope::recording::Axis;
@@ -893,7 +894,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     let files = Files::new();
     let mut window = window(files.three());
     click(&mut window, Role::Button, "Thresholds");
-    let study = state(&window).study.answer();
+    let study = state(&window).lane::<StudyThresholds>().answer();
     let study = study.expect("the map is made while the pane is shown");
     let map = Arc::clone(study.map.as_ref().unwrap());
     assert!(map.is_complete());
@@ -918,7 +919,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!(files.path("map_f_th.svg").is_file());
     // What it was made of has not changed, so the same map stays.
     let shown = |window: &Window| {
-        let study = state(window).study.answer().unwrap();
+        let study = state(window).lane::<StudyThresholds>().answer().unwrap();
         Arc::clone(study.map.as_ref().unwrap())
     };
     assert!(Arc::ptr_eq(&map, &shown(&window)));
@@ -932,7 +933,7 @@ fn play_radii_are_chosen_by_leave_one_out() {
     let mut window = window(files.three());
     click(&mut window, Role::Button, "Thresholds");
     click(&mut window, Role::Button, "Choose play radii");
-    let chosen = state(&window).choice.answer().cloned().expect("a list was chosen");
+    let chosen = state(&window).lane::<ChooseBlock>().answer().cloned().expect("a list was chosen");
     assert_eq!(analysis(&window).calibration.features.blocks.of(&Play), chosen.values);
     assert!(chosen.left_out <= chosen.left_out_without);
     assert!(has(&window, "lists tried"));

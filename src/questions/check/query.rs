@@ -1,8 +1,10 @@
 //! Whether the training recordings carry the model that is asked for: everything from the sums of one pass, before anybody
 //! trusts the matrix.
 
+use std::sync::Arc;
+
 use crate::calibration::{
-    Calibration, NormalEquations, Past, Piece, Regressor, Terms, recording_sums,
+    Calibration, FitSettings, NormalEquations, Past, Piece, Regressor, Terms, recording_sums,
 };
 use crate::features::{Column, Design, FeatureStream};
 use crate::progress::Progress;
@@ -11,12 +13,14 @@ use crate::questions::check::independent_loads::{
     AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Part, Reason, Sufficiency, Verdict, enclosed,
     faults_verdict, is_far_outside, leverages, percent,
 };
-use crate::questions::dataset::{Dataset, in_role};
+use crate::questions::dataset::{Dataset, Datasets, Key, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::LinearFit;
+use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
-use crate::recording::{Axis, Recording, Role, ValidRange};
+use crate::recording::{Axis, GaugeRange, Recording, RecordingSet, Role, ValidRange};
+use crate::same::same_where;
 use crate::scoring::Sensitivity;
 use crate::scoring::coverage::{Coverage, outside_of_others};
 use crate::scoring::cross_validation::are_left_out_whole;
@@ -53,28 +57,81 @@ pub struct HangingMass {
     pub arms: Vec<f64>,
 }
 
+/// Do the training recordings determine the model?
+#[derive(Clone, Debug)]
+pub struct CheckData {
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// What would be fitted.
+    pub settings: FitSettings,
+    /// What gauges can show, where it was entered: beyond, they are clipped.
+    pub gauge_range: Option<GaugeRange>,
+    /// What loads are proposed of; `None`: any within the rated ones.
+    pub hanging: Option<HangingMass>,
+    /// What is shared with other questions about the same recordings.
+    pub datasets: Datasets,
+}
+
+same_where!(CheckData: shared(recordings) value(settings, gauge_range, hanging) besides(datasets));
+
+impl CheckData {
+    /// The check of what a request asks to fit.
+    pub fn of(
+        request: &Request,
+        gauge_range: Option<GaugeRange>,
+        hanging: Option<HangingMass>,
+    ) -> Self {
+        Self {
+            recordings: Arc::clone(&request.recordings),
+            settings: request.settings.clone(),
+            gauge_range,
+            hanging,
+            datasets: request.datasets.clone(),
+        }
+    }
+}
+
+impl Query for CheckData {
+    type Answer = Sufficiency;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Checking the data".to_owned()
+    }
+
+    fn is_akin(&self, other: &Self) -> bool {
+        self.recordings.layout() == other.recordings.layout()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        Ok(sufficiency(self, work.progress)?)
+    }
+}
+
 /// What the training recordings of a request tell of its linear model; proposes loads within the rated ones, or of those what
 /// a hanging mass makes.
 ///
 /// # Errors
 /// [`AnalysisError`] where there is nothing to fit.
-pub fn sufficiency(
-    request: &Request,
-    hanging: Option<&HangingMass>,
-    progress: &Progress,
-) -> Result<Sufficiency, AnalysisError> {
-    request.settings.validate()?;
-    if request.recordings.entries().is_empty() {
+pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency, AnalysisError> {
+    let settings = &asked.settings;
+    settings.validate()?;
+    if asked.recordings.entries().is_empty() {
         return Err(AnalysisError::NoRecordings);
     }
-    let fitted = Request { calibration: None, ..request.clone() };
-    let data = fitted.datasets.get(&fitted.key(), progress)?;
-    let mut calibration = data.blank_calibration(&fitted.settings)?;
+    let key = Key {
+        recordings: Arc::clone(&asked.recordings),
+        offset: settings.offset,
+        decimation: settings.decimation,
+        calibration: None,
+    };
+    let data = asked.datasets.get(&key, progress)?;
+    let mut calibration = data.blank_calibration(settings)?;
     let past = data.past(&calibration, progress)?;
     let design = calibration.design();
     let sums = data.sums(&design, &past, calibration.axes.len(), progress);
     progress.check()?;
-    let fit = data.fit_sums(fitted.settings.ridge, &sums, &mut calibration);
+    let fit = data.fit_sums(settings.ridge, &sums, &mut calibration);
     let by_load = data.load_cases_left_out(&calibration, &past, &fit, &sums.train, progress);
     progress.check()?;
 
@@ -98,7 +155,7 @@ pub fn sufficiency(
     let of_recordings: Vec<_> = of_recordings.collect();
     let names = calibration.feature_names();
     let mut reasons = said_already(&data.cautions(&calibration, true));
-    let (faults, share) = faulty(&fitted, progress)?;
+    let (faults, share) = faulty(asked, progress)?;
     if share > 0.0 {
         let text = format!(
             "{} of the training samples are not to be trusted ({}): leave such samples out, load less, or take a smaller gain",
@@ -107,7 +164,7 @@ pub fn sufficiency(
         );
         reasons.push(Reason { about: "faults", verdict: faults_verdict(share), text });
     }
-    if fitted.settings.regressor != Regressor::Linear {
+    if settings.regressor != Regressor::Linear {
         let text = "all this is of the linear model on these features; what a network or a kernel learns beside it has more freedom \
                     still, which cross-validation alone can judge";
         reasons.push(Reason {
@@ -123,7 +180,7 @@ pub fn sufficiency(
         training: &training,
         sums: &sums.train,
         n_cases: coverage.cases.len(),
-        hanging,
+        hanging: asked.hanging.as_ref(),
     });
     let free = fit.shares.iter().filter_map(|shares| free_coefficients(&sums.train, shares));
     let found = Sufficiency {
@@ -182,13 +239,11 @@ fn said_already(cautions: &[Caution]) -> Vec<Reason> {
 }
 
 /// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
-fn faulty(request: &Request, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
-    let range = ValidRange {
-        gauges: request.gauge_range.clone(),
-        rated: request.settings.full_scale.clone(),
-    };
-    let found = (request.datasets).faults(&request.recordings, &range, progress)?;
-    let all = request.recordings.entries().iter().zip(&found);
+fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
+    let range =
+        ValidRange { gauges: asked.gauge_range.clone(), rated: asked.settings.full_scale.clone() };
+    let found = (asked.datasets).faults(&asked.recordings, &range, progress)?;
+    let all = asked.recordings.entries().iter().zip(&found);
     let training = all.filter(|(entry, _)| entry.role == Role::Train);
     let (mut words, mut spoiled, mut n) = (Vec::new(), 0, 0);
     for (entry, found) in training {
@@ -564,14 +619,16 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::calibration::{FitSettings, RidgeChoice};
+    use crate::calibration::RidgeChoice;
     use crate::features::{Blocks, FeatureSettings, Polynomial};
     use crate::questions::errors::query::analyse;
     use crate::random::Random;
-    use crate::recording::{Entry, GaugeRange, RecordingSet, Source, simulated};
+    use crate::recording::{Entry, Source, simulated};
+
+    fn check_of(request: &Request, hanging: Option<HangingMass>) -> Sufficiency {
+        sufficiency(&CheckData::of(request, None, hanging), &Progress::default()).unwrap()
+    }
 
     /// Static poses on three axes, each held for `held` samples, in recordings of so many poses.
     fn poses(n: usize, held: usize, per_recording: usize) -> Arc<RecordingSet> {
@@ -616,7 +673,7 @@ mod tests {
     }
 
     fn of(set: Arc<RecordingSet>, settings: FitSettings) -> Sufficiency {
-        sufficiency(&Request::fit(set, settings), None, &Progress::default()).unwrap()
+        check_of(&Request::fit(set, settings), None)
     }
 
     fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<&'static str> {
@@ -698,24 +755,24 @@ mod tests {
     #[test]
     fn entered_limits_of_gauges_count_and_faults_are_looked_for_once() {
         let set = poses(40, 20, 4);
-        let limited = |high: f64| Request {
-            gauge_range: Some(GaugeRange::All((-100.0, high))),
-            ..Request::fit(Arc::clone(&set), quadratic(0.0))
+        let limited = |high: f64| {
+            let request = Request::fit(Arc::clone(&set), quadratic(0.0));
+            CheckData::of(&request, Some(GaugeRange::All((-100.0, high))), None)
         };
-        let told = |request: &Request| {
-            let found = sufficiency(request, None, &Progress::default()).unwrap();
+        let told = |asked: &CheckData| {
+            let found = sufficiency(asked, &Progress::default()).unwrap();
             let about = found.reasons.iter().find(|reason| reason.about == "faults");
             about.map(|reason| reason.verdict)
         };
-        let request = limited(5.0);
+        let asked = limited(5.0);
         assert_eq!(told(&limited(100.0)), None);
-        assert_eq!(told(&request), Some(Verdict::Doubtful));
+        assert_eq!(told(&asked), Some(Verdict::Doubtful));
         let range = ValidRange {
-            gauges: request.gauge_range.clone(),
-            rated: request.settings.full_scale.clone(),
+            gauges: asked.gauge_range.clone(),
+            rated: asked.settings.full_scale.clone(),
         };
         let again = || {
-            let found = request.datasets.faults(&set, &range, &Progress::default());
+            let found = asked.datasets.faults(&set, &range, &Progress::default());
             found.unwrap()
         };
         assert!(Arc::ptr_eq(&again()[0], &again()[0]));
@@ -725,14 +782,14 @@ mod tests {
     fn what_is_proposed_is_within_the_loads_or_hangs() {
         let rated = FitSettings { full_scale: vec![Some(20.0); 3], ..quadratic(0.0) };
         let request = Request::fit(poses(40, 5, 10), rated);
-        let free = sufficiency(&request, None, &Progress::default()).unwrap();
+        let free = check_of(&request, None);
         assert_eq!(free.next.len(), PROPOSED);
         assert!(free.next.iter().all(|own| own.load.iter().all(|load| load.abs() <= 20.0)));
         assert!(
             free.next.is_sorted_by(|a, b| a.gain >= b.gain && a.variance_left >= b.variance_left)
         );
         let hanging = HangingMass { masses: vec![1.5, 30.0], arms: vec![0.1] };
-        let hung = sufficiency(&request, Some(&hanging), &Progress::default()).unwrap();
+        let hung = check_of(&request, Some(hanging));
         assert!(!hung.next_note.contains("load nothing on"), "{}", hung.next_note);
         for own in &hung.next {
             let force = own.load.iter().map(|load| load * load).sum::<f64>().sqrt();

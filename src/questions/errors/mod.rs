@@ -1,5 +1,6 @@
 //! How far off is it? Errors of the fit per recording and axis, and the traces that show them.
 
+pub mod asked;
 pub(crate) mod factory;
 pub(crate) mod fit;
 pub(crate) mod intervals;

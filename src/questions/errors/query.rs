@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 use crate::calibration::{Calibration, FactoryScores, Past};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::check::cautions::Caution;
-use crate::questions::dataset::{Dataset, is_same};
+use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
 use crate::questions::errors::traces::FixedTraces;
 use crate::questions::errors::traces::TraceSet;
 use crate::questions::errors::view::View;
 use crate::questions::request::Request;
+use crate::same::Shared as _;
 
 /// What came out.
 #[derive(Clone, Debug)]
@@ -202,7 +203,7 @@ impl Analyst {
         let data = request.datasets.get(&request.key(), progress)?;
         let is_other = before.is_none_or(|before| before.as_ptr() != Arc::as_ptr(&data));
         let own = self.factory.as_ref().map(|(own, _)| Arc::clone(own));
-        if is_other || !is_same(&own, &request.factory) {
+        if is_other || own.place() != request.factory.place() {
             (self.factory, self.fixed_traces) = (None, None);
             if is_other {
                 self.thinned = None;

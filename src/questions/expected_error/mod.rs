@@ -6,6 +6,7 @@
 //! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups there is a reason in place of a value; what was recorded, and what the value does
 //! not cover, always stands beside it.
 
+pub mod asked;
 pub mod limits;
 pub(crate) mod limits_shown;
 pub mod query;

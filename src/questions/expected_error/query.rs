@@ -9,7 +9,7 @@ use crate::questions::error::AnalysisError;
 use crate::questions::expected_error::rule::{Evidence, HeldOutErrors};
 use crate::questions::models::learning::Moments;
 use crate::questions::request::Request;
-use crate::recording::{Axis, Entry, Role};
+use crate::recording::{Axis, Entry, RecordingSet, Role};
 
 /// Maximum number of samples whose errors are kept for each axis.
 pub(crate) const KEPT: usize = 200_000;
@@ -50,10 +50,19 @@ pub fn handed_over(
     calibration: &Calibration,
     progress: &Progress,
 ) -> Result<Calibration, AnalysisError> {
-    let mut calibration = with_sources(calibration, &request.recordings);
-    calibration.quality.expected_error =
-        expected_error(request, &calibration, true, progress)?.ok();
-    Ok(calibration)
+    let expected = expected_error(request, calibration, true, progress)?;
+    Ok(handed_over_with(calibration.clone(), &expected, &request.recordings))
+}
+
+/// Returns a fitted calibration as it leaves the program, where its expected error is known already.
+pub(crate) fn handed_over_with(
+    calibration: Calibration,
+    expected: &Result<ExpectedError, String>,
+    recordings: &RecordingSet,
+) -> Calibration {
+    let mut calibration = with_sources(&calibration, recordings);
+    calibration.quality.expected_error = expected.as_ref().ok().cloned();
+    calibration
 }
 
 impl Dataset {

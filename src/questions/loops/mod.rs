@@ -6,6 +6,7 @@
 //! Guarantees: every number in an answer is finite; loops and cross-plots are drawn to the pixel, whatever the number of
 //! samples; what the data cannot give is a sentence.
 
+pub mod asked;
 mod cross;
 mod dwell;
 pub(crate) mod error;

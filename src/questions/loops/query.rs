@@ -15,6 +15,7 @@ use crate::questions::loops::source::Source;
 use crate::questions::loops::{cross, dwell, picture};
 use crate::questions::metrology::{Metrology, MetrologySettings, Run, table_by};
 use crate::recording::RecordingSet;
+use crate::same::same_where;
 
 /// What is asked for the metrology pane.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +67,12 @@ pub struct LookRequest {
     /// The question.
     pub question: Question,
 }
+
+same_where!(LookRequest:
+    shared(calibration, recordings, traces)
+    value(decimation, visible, measuring, question)
+    besides()
+);
 
 /// An answer.
 #[derive(Clone, Debug)]

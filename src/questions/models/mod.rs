@@ -1,5 +1,6 @@
 //! Which model is best? Candidates fitted and scored, one table of them, and the training of networks and kernels.
 
+pub mod asked;
 pub(crate) mod best;
 pub(crate) mod comparison;
 pub(crate) mod learning;

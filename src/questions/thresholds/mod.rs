@@ -12,6 +12,7 @@
 //! Guarantees: every number is that of a fresh fit at that pair, up to rounding; where the past never differs, it is that
 //! of the conventional calibration exactly. Test recordings are scored, and take no part in a suggestion.
 
+pub mod asked;
 mod grid;
 mod map;
 mod measure;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use egui_plot::{FilledArea, Plot, PlotBounds, PlotItemBase, PlotResponse, PlotUi, Span, VLine};
 
-use crate::engine::FaultyRecording;
+use crate::questions::check::faulty::FaultyRecording;
 use crate::questions::{AxisTraces, TraceSet};
 use crate::recording::Axis;
 use crate::report::figure;

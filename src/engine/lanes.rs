@@ -1,0 +1,85 @@
+//! The list of questions about the document, each with its lane. A new question is a line here.
+
+use std::any::Any;
+
+use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
+use crate::questions::check::faulty::FindFaults;
+use crate::questions::check::query::CheckData;
+use crate::questions::errors::asked::Analyse;
+use crate::questions::expected_error::asked::AskExpectedError;
+use crate::questions::loops::asked::{AskFigures, AskLoops};
+use crate::questions::models::asked::{Compare, FindBest, Train};
+use crate::questions::question::Query;
+use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
+
+/// A lane for each kind of question.
+pub struct Lanes(Vec<Box<dyn Background>>);
+
+impl Lanes {
+    /// Lanes on which nothing has been asked.
+    pub fn new(notify: &Notify) -> Self {
+        Self(vec![
+            Box::new(Lane::<Analyse>::new(notify)),
+            Box::new(Lane::<FindFaults>::new(notify)),
+            Box::new(Lane::<AskLoops>::new(notify)),
+            Box::new(Lane::<AskFigures>::new(notify)),
+            Box::new(Lane::<StudyThresholds>::new(notify)),
+            Box::new(Lane::<CheckData>::new(notify)),
+            Box::new(Lane::<AskExpectedError>::new(notify)),
+            Box::new(Lane::<ChooseBlock>::new(notify)),
+            Box::new(Lane::<Train>::new(notify)),
+            Box::new(Lane::<Compare>::new(notify)),
+            Box::new(Lane::<FindBest>::new(notify)),
+        ])
+    }
+
+    /// The lane of this kind of question.
+    ///
+    /// # Panics
+    /// If the list above has no such line.
+    pub fn of<Q: Query>(&self) -> &Lane<Q> {
+        let own = self.0.iter().find_map(|lane| (&**lane as &dyn Any).downcast_ref());
+        own.expect("each question has a line in the list of lanes")
+    }
+
+    /// The same, to ask on it.
+    ///
+    /// # Panics
+    /// As [`Self::of`].
+    pub fn of_mut<Q: Query>(&mut self) -> &mut Lane<Q> {
+        let own = self.0.iter_mut().find_map(|lane| (&mut **lane as &mut dyn Any).downcast_mut());
+        own.expect("each question has a line in the list of lanes")
+    }
+
+    /// Takes what has been answered on all of them; returns why work that the user began has failed.
+    pub fn take(&mut self) -> Vec<String> {
+        let taken = self.0.iter_mut().filter_map(|lane| {
+            let failed = lane.hear_all().contains(&LaneEvent::Problem);
+            let (begins, problem) = (lane.begun_by_user()?, lane.problem()?);
+            failed.then(|| format!("{begins}{problem}"))
+        });
+        taken.collect()
+    }
+
+    /// Whether nothing runs or waits on any of them.
+    pub fn are_idle(&self) -> bool {
+        self.0.iter().all(|lane| lane.is_idle())
+    }
+
+    /// Stops what runs or waits on all of them.
+    pub fn cancel(&self) {
+        self.0.iter().for_each(|lane| lane.cancel());
+    }
+
+    /// The work that the user began and that still runs.
+    pub fn running(&self) -> impl Iterator<Item = Running> {
+        let begun = self.0.iter().filter(|lane| lane.begun_by_user().is_some());
+        begun.filter_map(|lane| lane.running())
+    }
+
+    /// Forgets what panes have asked, for there are no recordings any more; work that the user began goes on.
+    pub fn forget_shown(&mut self) {
+        let asked = self.0.iter_mut().filter(|lane| lane.begun_by_user().is_none());
+        asked.for_each(|lane| lane.forget());
+    }
+}

@@ -1,0 +1,72 @@
+//! The faults of recordings, as they are shown.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::questions::dataset::Datasets;
+use crate::questions::question::{Answered, Query, Work};
+use crate::questions::request::Request;
+use crate::recording::{Entry, Recording, RecordingSet, ValidRange};
+use crate::same::same_where;
+use crate::scoring::faults::Faults;
+
+/// What is wrong with recordings.
+#[derive(Clone, Debug)]
+pub struct FindFaults {
+    /// Which.
+    pub recordings: Arc<RecordingSet>,
+    /// What is known of the sensor.
+    pub range: ValidRange,
+    /// What is shared with other questions about the same recordings.
+    pub datasets: Datasets,
+}
+
+/// What is wrong with one of them, as it is shown.
+#[derive(Debug)]
+pub struct FaultyRecording {
+    /// How many samples cannot be used.
+    pub n_samples: usize,
+    /// Each kind in words.
+    pub words: Vec<String>,
+    /// From when to when they are, on the recording's own clock (s).
+    pub intervals: Vec<(f64, f64)>,
+}
+
+impl FaultyRecording {
+    fn of(recording: &Recording, faults: &Faults) -> Self {
+        let (samples, times) = (faults.samples(), recording.times());
+        let interval = |samples: &Range<usize>| (times[samples.start], times[samples.end - 1]);
+        Self {
+            n_samples: faults.n_samples(),
+            words: faults.in_words(recording),
+            intervals: samples.iter().map(interval).collect(),
+        }
+    }
+}
+
+impl FindFaults {
+    /// The faults of a request's recordings.
+    pub fn of(request: &Request, range: ValidRange) -> Self {
+        let recordings = Arc::clone(&request.recordings);
+        Self { recordings, range, datasets: request.datasets.clone() }
+    }
+}
+
+same_where!(FindFaults: shared(recordings) value(range) besides(datasets));
+
+impl Query for FindFaults {
+    /// In the order of the recordings.
+    type Answer = Vec<Arc<FaultyRecording>>;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Looking for faulty samples".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let found = (self.datasets).faults(&self.recordings, &self.range, work.progress)?;
+        let entries = self.recordings.entries().iter().zip(&found);
+        let of = |entry: &Entry, found: &Faults| FaultyRecording::of(&entry.recording, found);
+        Ok(entries.map(|(entry, found)| Arc::new(of(entry, found))).collect())
+    }
+}

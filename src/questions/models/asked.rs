@@ -1,0 +1,152 @@
+//! Training, the search for a model and the comparison of models, as questions.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::calibration::{Calibration, EpochReport, FitSettings};
+use crate::questions::models::best::{Best, Search, find_best};
+use crate::questions::models::comparison::{Candidate, ComparedRow, RowEvent, compare};
+use crate::questions::models::learning::TrainingStep;
+use crate::questions::models::training::train;
+use crate::questions::question::{Answered, Query, Work};
+use crate::questions::request::Request;
+use crate::recording::RecordingSet;
+use crate::same::same_where;
+
+/// Train a network or a kernel, which takes longer than a slider may wait. When it is stopped, a network keeps the best it had.
+#[derive(Clone)]
+pub struct Train {
+    /// What is asked for.
+    pub request: Request,
+    /// Called with the result at once, even while the window draws nothing.
+    pub on_trained: OnTrained,
+}
+
+same_where!(Train: shared() value(request) besides(on_trained));
+
+/// Takes a calibration that was trained for this request.
+pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
+
+/// How far a training is.
+#[derive(Clone, Debug, Default)]
+pub struct Trained {
+    /// The network's reports, epoch by epoch.
+    pub epochs: Vec<EpochReport>,
+    /// How far it is.
+    pub step: Option<TrainingStep>,
+    /// What came of it.
+    pub calibration: Option<Arc<Calibration>>,
+}
+
+impl Trained {
+    /// Whether what came of it was scored on left-out parts.
+    pub fn is_cross_validated(&self) -> bool {
+        let calibration = self.calibration.as_ref();
+        calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())
+    }
+}
+
+impl Query for Train {
+    type Answer = Trained;
+    type Cache = ();
+    const BEGUN_BY_USER: Option<&'static str> = Some("Training: ");
+
+    fn title(&self) -> String {
+        "Training".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, show, .. } = work;
+        let mut trained = Trained::default();
+        show(trained.clone());
+        let calibration = train(&self.request, progress, &mut |step| {
+            trained.step = Some(step);
+            if let TrainingStep::Epoch(report) = step {
+                trained.epochs.push(report);
+            }
+            show(trained.clone());
+        })?;
+        let calibration = Arc::new(calibration);
+        (self.on_trained)(&self.request, &calibration);
+        trained.calibration = Some(calibration);
+        Ok(trained)
+    }
+}
+
+/// Find the model to calibrate with.
+#[derive(Clone, Debug)]
+pub struct FindBest {
+    /// Its number among the runs.
+    pub run: u64,
+    /// What is asked.
+    pub search: Search,
+}
+
+same_where!(FindBest: shared() value(run) besides(search));
+
+impl Query for FindBest {
+    type Answer = Best;
+    type Cache = ();
+    const BEGUN_BY_USER: Option<&'static str> = Some("Trying models: ");
+
+    fn title(&self) -> String {
+        "Finding the best model".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, show, .. } = work;
+        Ok(find_best(&self.search, progress, &|best| show(best.clone()))?)
+    }
+}
+
+/// Fit regressors and features side by side.
+#[derive(Clone, Debug)]
+pub struct Compare {
+    /// Its number among the runs.
+    pub run: u64,
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// What the candidates do not say.
+    pub settings: FitSettings,
+    /// What is fitted.
+    pub candidates: Vec<Candidate>,
+}
+
+same_where!(Compare: shared() value(run) besides(recordings, settings, candidates));
+
+/// How far a row of a comparison is.
+#[derive(Clone, Debug, Default)]
+pub enum RowState {
+    /// It has not begun.
+    #[default]
+    Waits,
+    /// It is fitted; a network has passed over its samples so often.
+    Runs(Option<TrainingStep>),
+    /// It has ended.
+    Ended(Result<ComparedRow, String>),
+}
+
+impl Query for Compare {
+    type Answer = Vec<RowState>;
+    type Cache = ();
+    const BEGUN_BY_USER: Option<&'static str> = Some("Trying models: ");
+
+    fn title(&self) -> String {
+        "Comparing regressors".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        let Work { progress, show, .. } = work;
+        let rows = Mutex::new(vec![RowState::Waits; self.candidates.len()]);
+        let Self { recordings, settings, candidates, .. } = self;
+        compare(recordings, settings, candidates, progress, &|at, event| {
+            let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
+            rows[at] = match event {
+                RowEvent::Started => RowState::Runs(None),
+                RowEvent::Step(step) => RowState::Runs(Some(step)),
+                RowEvent::Ended(row) => RowState::Ended(row.map_err(|error| error.to_string())),
+            };
+            show(rows.clone());
+        });
+        Ok(rows.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
+}
