@@ -5,16 +5,13 @@ use std::path::{Path, PathBuf};
 use super::named_column::NamedColumn;
 use super::warning::LoadWarning;
 use crate::formats::FileError;
-use crate::import::map::{ColumnKey, ColumnRole, MapError};
+use crate::import::map::{ColumnRole, KeyError, MapError, OTHER_MAP};
 use crate::progress::Cancelled;
 use crate::recording::{Axis, TareError};
 use crate::shown::{listed, shown};
 
 /// The way out where names settle too little.
 const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
-/// The way out where a map does not fit.
-const OTHER_MAP: &str = "take another map, or none; `loopscope inspect` shows what the file holds";
-
 /// What is wrong with a table, at one of its lines. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
@@ -80,23 +77,8 @@ pub enum TableError {
         shown(expected)
     )]
     MapOtherName { column: usize, expected: String, actual: String },
-    #[error(
-        "the column map needs a column {}, here are {}; {OTHER_MAP}",
-        shown(expected),
-        listed(names)
-    )]
-    MapNoColumn { expected: String, names: Vec<String> },
-    #[error(
-        "columns {first} and {second} are both called {}; list them in the column map by their numbers",
-        shown(name)
-    )]
-    MapSameNames { name: String, first: usize, second: usize },
-    #[error(
-        "the column map speaks of column {column} twice, as {} and as {}; say once what it is",
-        quoted(first),
-        quoted(second)
-    )]
-    MapTwice { column: usize, first: ColumnKey, second: ColumnKey },
+    #[error(transparent)]
+    MapKey(#[from] KeyError),
     #[error(
         "the reference's time goes back from {from_secs} s to {to_secs} s; two clocks can be joined only where both go on, so cut the files there"
     )]
@@ -218,13 +200,5 @@ pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
 impl From<Cancelled> for ReadError {
     fn from(_: Cancelled) -> Self {
         Self::Cancelled
-    }
-}
-
-/// What a map calls a column.
-fn quoted(key: &ColumnKey) -> String {
-    match key {
-        ColumnKey::Number(number) => number.to_string(),
-        ColumnKey::Name(name) => format!("\"{}\"", shown(name)),
     }
 }

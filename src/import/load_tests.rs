@@ -392,10 +392,7 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
     ] {
         let text = "t [s],S1,S2,Fx [N]\n0,1,2,3\n0.1,2,3,4\n";
         let error = read_one(text, &parts(columns)).unwrap_err();
-        assert!(
-            matches!(error, ReadError::Table { source: TableError::MapTwice { .. }, .. }),
-            "{error}"
-        );
+        assert!(matches!(error, ReadError::Table { source: TableError::MapKey(_), .. }), "{error}");
         let told = error.to_string();
         let place = format!("run.csv:1: the column map speaks of column {number} twice, {keys}");
         assert!(told.contains(&place), "{told}");

@@ -1,7 +1,11 @@
 //! What a column's name says: its kind and its unit.
 
+mod kind;
 mod path;
 mod words;
+
+pub(crate) use kind::Kind;
+use kind::{LONGEST, plain, plain_kind};
 
 use crate::recording::Axis;
 use crate::recording::units::{
@@ -27,18 +31,8 @@ const OF_GAUGES_ALONE: [&str; 13] = [
     "με",
     "microstrain",
 ];
-/// No name that is understood is longer (bytes).
-const LONGEST: usize = 64;
 /// What a time is only called in a header that gives its unit.
 const TIMES_WITH_UNIT: [&str; 1] = ["temps"];
-
-/// What a column is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Time,
-    Gauge,
-    Load(Axis),
-}
 
 /// A column's name, understood.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -189,26 +183,6 @@ fn kind_of(name: &str) -> Option<Kind> {
         return Some(Kind::Time);
     }
     plain_kind(name)
-}
-
-/// In small letters without separators.
-fn plain(name: &str) -> String {
-    name.to_lowercase().replace(['_', ' '], "")
-}
-
-/// What a name is by itself.
-fn plain_kind(name: &str) -> Option<Kind> {
-    if name.len() > LONGEST {
-        return None;
-    }
-    let plain = plain(name);
-    if words::is_time(&plain) {
-        Some(Kind::Time)
-    } else if words::gauge_stem(name).is_some() {
-        Some(Kind::Gauge)
-    } else {
-        words::axis_of(&plain.replace('-', "")).map(Kind::Load)
-    }
 }
 
 /// Whether a column with this name is a gauge.

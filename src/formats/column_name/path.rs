@@ -3,7 +3,8 @@
 //!
 //! Guarantees: a part that is neither plainly a gauge's nor plainly a load's is neither.
 
-use super::{Kind, plain, plain_kind, words};
+use super::kind::{Kind, plain, plain_kind};
+use super::words;
 
 /// Words of a path whose numbers are no load but something about one, or one that was only wished for.
 const NO_LOADS: [&str; 16] = [

@@ -1,7 +1,7 @@
 //! What columns may be where their names do not say it: a proposal for a person to look through.
 
 use super::super::names::{Guess, form_of_column};
-use super::super::plan::AUXILIARY_LIMIT;
+use super::super::plan::{AUXILIARY_LIMIT, GAUGE_LIMIT};
 use super::columns::{ColumnReport, Content};
 use super::question::Question;
 use crate::formats::Cell;
@@ -9,9 +9,6 @@ use crate::formats::column_name::{ColumnName, is_clock_name, is_load_unit};
 use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
-
-/// More are no gauges of one sensor.
-const GAUGE_LIMIT: usize = 64;
 
 /// Adds a time, and gauges, to a map that has none, and says what a person has to decide.
 pub(super) fn fill_in(

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::import::map::ColumnKey;
 use crate::import::map::role::ColumnRole;
+use crate::import::map::table::ColumnKey;
 use crate::import::map::weight::Attitude;
 
 /// Why a column map is of no use, whatever the recording.

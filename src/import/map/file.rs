@@ -9,10 +9,11 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::line_per_item::LinePerItem;
+use crate::import::map::column_map::{ColumnMap, Join, ReferenceFile};
 use crate::import::map::error::{MapError, MapFileError};
 use crate::import::map::header::{Header, KeyError};
+use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
 use crate::import::map::weight::{Attitude, WeightMap};
-use crate::import::map::{ColumnKey, ColumnMap, ColumnRule, Join, ReferenceFile, TableMap};
 use crate::recording::{GroupPattern, Tare};
 use crate::small_file::read_small;
 
@@ -187,8 +188,8 @@ impl TableMap {
         // As far as the map itself knows the header: what its names mean in a file is seen there.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
-            Err(KeyError::ListedTwice { index, first, second }) => {
-                Err(MapError::ListedTwice { number: index + 1, first, second })
+            Err(KeyError::ListedTwice { column, first, second }) => {
+                Err(MapError::ListedTwice { number: column, first, second })
             }
             Ok(_) | Err(KeyError::Missing { .. } | KeyError::SameNames { .. }) => Ok(()),
         }

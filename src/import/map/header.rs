@@ -6,7 +6,8 @@ use std::collections::HashMap;
 
 use crate::formats::text::Head;
 use crate::import::map::role::ColumnRole;
-use crate::import::map::{ColumnKey, ColumnRule, TableMap};
+use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
+use crate::shown::{listed, shown};
 
 /// What the columns of a file are called; without a header it knows no name.
 #[derive(Clone, Debug)]
@@ -16,15 +17,28 @@ pub struct Header<'a> {
     places: HashMap<&'a str, (usize, Option<usize>)>,
 }
 
-/// Why a map's keys are not the columns of a file, each once. Indices count from 0.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The way out where a map does not fit.
+pub(crate) const OTHER_MAP: &str =
+    "take another map, or none; `loopscope inspect` shows what the file holds";
+
+/// Why a map's keys are not the columns of a file, each once. Columns are counted from 1.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
-    /// No column is called so.
-    Missing { name: String },
-    /// Two columns are called so.
+    #[error(
+        "the column map needs a column {}, here are {}; {OTHER_MAP}",
+        shown(name),
+        listed(names)
+    )]
+    Missing { name: String, names: Vec<String> },
+    #[error(
+        "columns {first} and {second} are both called {}; list them in the column map by their numbers",
+        shown(name)
+    )]
     SameNames { name: String, first: usize, second: usize },
-    /// Two rules speak of one column.
-    ListedTwice { index: usize, first: ColumnKey, second: ColumnKey },
+    #[error(
+        "the column map speaks of column {column} twice, as {first} and as {second}; say once what it is"
+    )]
+    ListedTwice { column: usize, first: ColumnKey, second: ColumnKey },
 }
 
 impl<'a> Header<'a> {
@@ -68,9 +82,13 @@ impl<'a> Header<'a> {
             ColumnKey::Name(name) => match self.places.get(name.as_str()) {
                 Some(&(index, None)) => Ok(index),
                 Some(&(first, Some(second))) => {
-                    Err(KeyError::SameNames { name: name.clone(), first, second })
+                    let name = name.clone();
+                    Err(KeyError::SameNames { name, first: first + 1, second: second + 1 })
                 }
-                None => Err(KeyError::Missing { name: name.clone() }),
+                None => {
+                    let names = self.names.iter().map(|own| (*own).to_owned()).collect();
+                    Err(KeyError::Missing { name: name.clone(), names })
+                }
             },
         }
     }
@@ -88,7 +106,7 @@ impl<'a> Header<'a> {
         match rules.windows(2).find(twice) {
             None => Ok(rules),
             Some(pair) => Err(KeyError::ListedTwice {
-                index: pair[0].0,
+                column: pair[0].0 + 1,
                 first: pair[0].1.column.clone(),
                 second: pair[1].1.column.clone(),
             }),
@@ -136,7 +154,7 @@ mod tests {
         assert!(matches!(named("Fx"), Err(KeyError::Missing { .. })));
         assert!(matches!(named(""), Err(KeyError::Missing { .. })));
         let same = named("x").unwrap_err();
-        assert!(matches!(same, KeyError::SameNames { first: 1, second: 3, .. }));
+        assert!(matches!(same, KeyError::SameNames { first: 2, second: 4, .. }));
     }
 
     #[test]
@@ -154,7 +172,7 @@ mod tests {
         };
         assert_eq!(indices(&table), [0, 1]);
         table.columns.push(rule(&ColumnKey::Number(2)));
-        let twice = KeyError::ListedTwice { index: 1, first: name, second: ColumnKey::Number(2) };
+        let twice = KeyError::ListedTwice { column: 2, first: name, second: ColumnKey::Number(2) };
         assert_eq!(header.rules(&table).unwrap_err(), twice);
     }
 }

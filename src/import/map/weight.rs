@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::file::must;
-use crate::import::map::TableMap;
 use crate::import::map::error::MapError;
 use crate::import::map::role::{ColumnRole, PosePart};
+use crate::import::map::table::{ColumnRule, TableMap};
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
 /// A weight on a sensor whose pose is known: the reference is computed, not measured.
@@ -173,7 +173,7 @@ impl WeightMap {
     /// # Errors
     /// [`MapError`] naming what is missing, or too much.
     pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
-        let is_load = |rule: &&super::ColumnRule| matches!(rule.is, ColumnRole::Load(_));
+        let is_load = |rule: &&ColumnRule| matches!(rule.is, ColumnRole::Load(_));
         if let Some(rule) = table.columns.iter().find(is_load) {
             return Err(MapError::WeightAndLoad { role: rule.is });
         }

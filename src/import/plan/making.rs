@@ -1,13 +1,13 @@
 //! How a map becomes a plan, part by part, and what is refused on the way.
 
 use super::super::named_column::NamedColumn;
-use super::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 use crate::formats::text::Head;
 use crate::formats::text::ati::CountedUnit;
 use crate::formats::text::times::{DateOrder, TIME_SPELLINGS, TimeForm, TimeSpelling};
 use crate::import::error::TableError;
 use crate::import::map::{
-    Attitude, ColumnKey, ColumnRole, ColumnRule, Header, KeyError, PosePart, TableMap, WeightMap,
+    Attitude, ColumnKey, ColumnRole, ColumnRule, Header, PosePart, TableMap, WeightMap,
 };
 use crate::recording::Axis;
 use crate::recording::units;
@@ -24,17 +24,7 @@ fn resolved<'a>(
         return Err(TableError::MapShape { expected, actual });
     }
     let header = Header::of(head);
-    let columns = header.rules(table).map_err(|error| match error {
-        KeyError::Missing { name } => {
-            TableError::MapNoColumn { expected: name, names: head.names.clone() }
-        }
-        KeyError::SameNames { name, first, second } => {
-            TableError::MapSameNames { name, first: first + 1, second: second + 1 }
-        }
-        KeyError::ListedTwice { index, first, second } => {
-            TableError::MapTwice { column: index + 1, first, second }
-        }
-    })?;
+    let columns = header.rules(table)?;
     let by_number = columns.iter().filter(|(_, rule)| is_by_number(rule));
     let mut other_names = by_number.filter_map(|(index, _)| {
         let expected = table.shape.names.get(*index)?;
@@ -56,14 +46,16 @@ pub(super) struct Making<'a> {
     pub(super) table: &'a TableMap,
     pub(super) head: &'a Head,
     pub(super) side: Side,
-    /// Each with its index in the file, in file order.
+    /// Those that this side reads, each with its index in the file, in file order.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
 impl<'a> Making<'a> {
     /// Finds the columns of a map in a file.
     pub(super) fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
-        Ok(Self { table, head, side, columns: resolved(table, head)? })
+        let mut columns = resolved(table, head)?;
+        columns.retain(|(_, rule)| side.reads(rule.is));
+        Ok(Self { table, head, side, columns })
     }
 }
 
@@ -122,27 +114,22 @@ impl Making<'_> {
         TableError::NoTime { names: self.all_names() }
     }
 
-    /// As [`Self::times`], of a table that has none.
-    pub(super) fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
-        let n_columns = self.head.n_columns.max(self.head.names.len());
-        let mut uses = vec![Use::Ignored; n_columns];
+    /// What the columns are used for that do not belong to time, gauges or loads.
+    fn uses(&self) -> Result<Vec<Use>, TableError> {
+        let mut uses = vec![Use::Ignored; self.head.n_columns];
         if let Some((index, _)) = self.single(ColumnRole::Status)? {
             uses[index] = Use::Status;
         }
-        Ok((None, TimeScale::PerSecond(1.0), uses))
+        Ok(uses)
+    }
+
+    /// As [`Self::times`], of a table that has none.
+    pub(super) fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+        Ok((None, TimeScale::PerSecond(1.0), self.uses()?))
     }
 
     pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
-        let n_columns = match self.head.names.len() {
-            0 => self.head.n_columns,
-            n_names => n_names,
-        };
-        let mut uses = vec![Use::Ignored; n_columns];
-        if self.side != Side::Gauges
-            && let Some((index, _)) = self.single(ColumnRole::Status)?
-        {
-            uses[index] = Use::Status;
-        }
+        let mut uses = self.uses()?;
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
         let Some((index, rule)) = self.single(self.side.time_role())? else {
@@ -181,9 +168,7 @@ impl Making<'_> {
 
     /// The column with the rest of times that are whole seconds, or as the map says.
     fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
-        let role = ColumnRole::TimeFraction;
-        let Some((index, rule)) = self.single(role)?.filter(|_| self.side != Side::SecondClock)
-        else {
+        let Some((index, rule)) = self.single(ColumnRole::TimeFraction)? else {
             return Ok(scale);
         };
         let unit = self.unit(index, rule).unwrap_or_else(|| "ns".to_owned());
@@ -199,9 +184,6 @@ impl Making<'_> {
 
     /// The column with the day, which adds to a time of day.
     fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
-        if self.side.time_role() != ColumnRole::Time {
-            return Ok(());
-        }
         if let Some((index, rule)) = self.single(ColumnRole::Date)? {
             let form = match self.unit(index, rule) {
                 None => TimeForm::Date(DateOrder::YearMonthDay),
@@ -229,9 +211,6 @@ impl Making<'_> {
         uses: &mut [Use],
     ) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
-        if !self.side.has_gauges() {
-            return Ok((names, labels));
-        }
         let count = self.with_role(ColumnRole::Gauge).count();
         if count > GAUGE_LIMIT {
             return Err(TableError::TooManyGauges {
@@ -256,6 +235,7 @@ impl Making<'_> {
             labels.push(self.unit(index, rule).unwrap_or_default());
         }
         match names.len() {
+            0 if !self.side.has_gauges() => Ok((names, labels)),
             0 if self.head.ati.is_some() => Err(TableError::ReferenceAlone),
             0 => Err(TableError::NoGauges { names: self.all_names() }),
             _ => Ok((names, labels)),
@@ -268,9 +248,6 @@ impl Making<'_> {
         uses: &mut [Use],
     ) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
-        if !self.side.has_gauges() {
-            return Ok((names, labels));
-        }
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
             let name = self.channel_name(index, rule, "aux", names.len());
             if names.contains(&name) || names.len() == AUXILIARY_LIMIT {
@@ -295,7 +272,7 @@ impl Making<'_> {
         weight: Option<&WeightMap>,
         uses: &mut [Use],
     ) -> Result<Option<PosePlan>, TableError> {
-        let (Some(weight), true) = (weight, self.side.has_loads()) else {
+        let (Some(weight), true) = (weight, self.side != Side::Gauges) else {
             return Ok(None);
         };
         // Whether it is whole was checked with the map.
@@ -354,9 +331,6 @@ impl Making<'_> {
 
     pub(super) fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
         let mut axes = Vec::new();
-        if !self.side.has_loads() {
-            return Ok(axes);
-        }
         for axis in Axis::ALL {
             let mut candidates = self.with_role(ColumnRole::Load(axis));
             let Some((index, rule)) = candidates.next() else {
@@ -373,7 +347,7 @@ impl Making<'_> {
                 Use::Load { slot: axes.len(), factor: self.load_factor(axis, index, rule)? };
             axes.push(axis);
         }
-        if axes.is_empty() && self.side != Side::Both && !has_pose {
+        if axes.is_empty() && !self.side.has_gauges() && !has_pose {
             return Err(TableError::NoLoads { names: self.all_names() });
         }
         Ok(axes)

@@ -7,7 +7,8 @@ use std::fmt;
 
 use crate::report::figure::cloud::CloudPicture;
 use crate::report::figure::cloud::base64;
-use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
+use crate::report::figure::color;
+use crate::report::figure::parts::{Figure, HeatMap, Line, Scale};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;

@@ -3,7 +3,8 @@
 //! A row in which one gauge is off has that gauge misread; one in which most of them are, its load.
 
 use crate::recording::Recording;
-use crate::scoring::faults::{Channel, Expected, Fault, FaultKind, Own};
+use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
+use crate::scoring::faults::watched::{Expected, Own};
 
 /// So many standard deviations of what a straight line leaves …
 const FAR: f64 = 12.0;

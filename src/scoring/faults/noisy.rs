@@ -5,9 +5,8 @@
 use std::ops::Range;
 
 use crate::recording::median;
-use crate::scoring::faults::{
-    Channel, Expected, Fault, FaultKind, PILES_UP, Watched, joined, looked_at,
-};
+use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
+use crate::scoring::faults::watched::{Expected, PILES_UP, Watched, joined, looked_at};
 use crate::scoring::quantile::quantile;
 
 /// What is so many standard deviations from what the others say is not where they say.

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use crate::calibration::simplest_good;
-use crate::scoring::left_out::LeftOut;
+use crate::scoring::left_out::fits::LeftOut;
 
 /// Strengths that are tried, stronger ones first; before them stands "not at all".
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];

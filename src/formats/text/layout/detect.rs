@@ -5,7 +5,7 @@ use super::super::cells::{
     Cells, decimal_comma_number, delimiter_of_header, is_skipped, number, unmistakable_number,
 };
 use super::super::times::TimeForm;
-use super::{Line, first_lines, names, unbracketed};
+use super::start::{Line, first_lines, names, unbracketed};
 use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
 use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};
 

@@ -1,0 +1,227 @@
+//! A figure as plain data: two scales, and the lines or the cells that stand on them.
+
+use std::borrow::Cow;
+
+use crate::report::figure::cloud::Cloud;
+
+/// Width and height of a figure that stands alone, in its own units.
+pub const STANDS_ALONE: (f64, f64) = (800.0, 600.0);
+/// What tells a line from a solid one: the length of its dashes and of the gaps between them, in points of the screen.
+pub const DASHED: [f32; 2] = [7.0, 4.0];
+/// What tells a line from both.
+pub const DOTTED: [f32; 2] = [2.0, 4.0];
+
+/// How far the tip of an arrow is ahead of its place, how far its other corners are behind it and beside it, in points of the
+/// screen: slim, since a triangle of equal sides points three ways.
+const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
+
+/// Lines or a heat map over two scales.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figure<'a> {
+    /// What it shows.
+    pub title: String,
+    /// What goes across.
+    pub across: Scale,
+    /// What goes up.
+    pub up: Scale,
+    /// Colours under the lines.
+    pub heat_map: Option<HeatMap>,
+    /// Densities under the lines.
+    pub clouds: Vec<Cloud>,
+    /// In the order of drawing.
+    pub lines: Vec<Line<'a>>,
+    /// Which way lines go, over these.
+    pub arrows: Vec<Arrow>,
+    /// An interval of the scale across that is shaded.
+    pub shaded: Option<(f64, f64)>,
+    /// A place on the scale across that is marked by an upright line.
+    pub marked: Option<f64>,
+}
+
+/// One of the two scales, or that of the colours.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scale {
+    /// What is measured, with its unit.
+    pub label: String,
+    /// Least and greatest value on the figure.
+    pub range: (f64, f64),
+    /// Where cells of width one stand side by side from 0 on: the value that each is for. Else empty.
+    pub cells: Vec<f64>,
+}
+
+/// A line in one or more pieces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line<'a> {
+    /// What it is; lines with an empty name are not in the legend.
+    pub name: String,
+    /// Red, green, blue.
+    pub color: [u8; 3],
+    /// From 0, invisible, to 1.
+    pub opacity: f32,
+    /// In points of the screen.
+    pub width: f32,
+    /// Dashes and gaps, such as [`DASHED`].
+    pub dash: Option<[f32; 2]>,
+    /// Points `[across, up]`; pieces are not joined.
+    pub pieces: Vec<Cow<'a, [[f64; 2]]>>,
+}
+
+/// The head of an arrow on a line: which way it goes there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrow {
+    /// Where it stands.
+    pub at: [f64; 2],
+    /// It points as from the first of these to the second.
+    pub way: [[f64; 2]; 2],
+    /// Red, green, blue.
+    pub color: [u8; 3],
+}
+
+/// A number for every pair of cells of the two scales.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HeatMap {
+    /// What the colours stand for.
+    pub shades: Scale,
+    /// `n_across × n_up`, row-major: all up of the first across come first. What is not known is grey.
+    pub values: Vec<Option<f64>>,
+    /// The pair that is marked, by its positions across and up.
+    pub marked: Option<(usize, usize)>,
+}
+
+impl Scale {
+    /// Of this range.
+    pub fn new(label: impl Into<String>, range: (f64, f64)) -> Self {
+        Self { label: label.into(), range, cells: Vec::new() }
+    }
+
+    /// Spans the finite numbers with this share of their range as room on both sides; a single number has some about it too.
+    pub fn spanning(
+        label: impl Into<String>,
+        numbers: impl IntoIterator<Item = f64>,
+        room: f64,
+    ) -> Self {
+        let finite = numbers.into_iter().filter(|number| number.is_finite());
+        let ends = finite.map(|number| (number, number));
+        let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
+        let range = match ends.map(|(low, high)| (low, high, high - low)) {
+            Some((low, high, span)) if span > 0.0 && span.is_finite() => {
+                (low - room * span, high + room * span)
+            }
+            Some((only, _, 0.0)) => {
+                let half = 0.5_f64.max(0.01 * only.abs());
+                (only - half, only + half)
+            }
+            _ => (0.0, 1.0),
+        };
+        Self::new(label, range)
+    }
+
+    /// A cell of the same size for every value, however these are spaced.
+    pub fn of_cells(label: impl Into<String>, values: &[f64]) -> Self {
+        Self { cells: values.to_vec(), ..Self::new(label, (0.0, values.len().max(1) as f64)) }
+    }
+}
+
+impl Figure<'_> {
+    /// In words, for whoever does not see it.
+    pub fn described(&self) -> String {
+        let mut names: Vec<&str> =
+            self.lines.iter().map(|line| &*line.name).filter(|name| !name.is_empty()).collect();
+        names.dedup();
+        let of = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
+        format!("{}, {} over {}{of}", self.title, self.up.label, self.across.label)
+    }
+
+    /// The same, whatever its lines were borrowed from.
+    pub fn into_owned(self) -> Figure<'static> {
+        let owned = |Line { name, color, opacity, width, dash, pieces }: Line<'_>| {
+            let pieces = pieces.into_iter();
+            Line { opacity, width, dash, ..Line::new(name, color, pieces.map(Cow::into_owned)) }
+        };
+        let Self { title, across, up, heat_map, clouds, lines, arrows, shaded, marked } = self;
+        Figure {
+            title,
+            across,
+            up,
+            heat_map,
+            clouds,
+            lines: lines.into_iter().map(owned).collect(),
+            arrows,
+            shaded,
+            marked,
+        }
+    }
+}
+
+impl Arrow {
+    /// Its corners, the tip first, where `place` gives those of points on the picture; `None` where it points nowhere.
+    pub fn corners(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 3]> {
+        let [from, to] = self.way.map(&place);
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let length = way[0].hypot(way[1]);
+        let way = way.map(|part| part / length);
+        let at = place(self.at);
+        let corner = |along: f64, beside: f64| {
+            [at[0] + along * way[0] - beside * way[1], at[1] + along * way[1] + beside * way[0]]
+        };
+        let [ahead, behind, beside] = ARROW;
+        let corners = [(ahead, 0.0), (-behind, beside), (-behind, -beside)];
+        let corners = corners.map(|(along, beside)| corner(along, beside));
+        let is_there = corners.iter().flatten().all(|part| part.is_finite());
+        is_there.then_some(corners)
+    }
+}
+
+impl<'a> Line<'a> {
+    /// The line on which a load stands over itself, where it passes these ranges across and up.
+    pub fn one_to_one(across: (f64, f64), up: (f64, f64), color: [u8; 3]) -> Option<Self> {
+        let (low, high) = (across.0.max(up.0), across.1.min(up.1));
+        (low < high).then(|| Self {
+            width: 1.0,
+            dash: Some(DOTTED),
+            ..Line::new("", color, [vec![[low; 2], [high; 2]]])
+        })
+    }
+
+    /// A solid line.
+    pub fn new(
+        name: impl Into<String>,
+        color: [u8; 3],
+        pieces: impl IntoIterator<Item: Into<Cow<'a, [[f64; 2]]>>>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            color,
+            opacity: 1.0,
+            width: 2.0,
+            dash: None,
+            pieces: pieces.into_iter().map(Into::into).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a picture whose y goes down, an arrow that goes up points up.
+    #[test]
+    fn an_arrow_points_the_way_of_its_line() {
+        let arrow = |way| Arrow { at: [1.0, 2.0], way, color: [0; 3] };
+        let place = |[x, y]: [f64; 2]| [10.0 * x, 100.0 - 10.0 * y];
+        let up = arrow([[0.0, 0.0], [0.0, 3.0]]).corners(place).unwrap();
+        assert_eq!(up, [[10.0, 70.0], [14.0, 85.0], [6.0, 85.0]]);
+        let left = arrow([[3.0, 1.0], [0.0, 1.0]]).corners(place).unwrap();
+        assert_eq!(left[0], [0.0, 80.0]);
+        for way in [[[1.0; 2]; 2], [[0.0, f64::NAN], [1.0, 1.0]]] {
+            assert_eq!(arrow(way).corners(place), None, "{way:?}");
+        }
+    }
+
+    #[test]
+    fn the_one_to_one_line_stays_on_the_figure() {
+        let line = Line::one_to_one((-5.0, 5.0), (-1.0, 9.0), [0; 3]).unwrap();
+        assert_eq!(*line.pieces[0], [[-1.0; 2], [5.0; 2]]);
+        assert_eq!(Line::one_to_one((0.0, 1.0), (2.0, 3.0), [0; 3]), None);
+    }
+}

@@ -1,0 +1,421 @@
+//! One channel, and what the others say of it: where it is clipped, stuck or dropped out, and where it jumps.
+
+use std::ops::Range;
+
+use crate::recording::{GaugeRange, Recording, median};
+use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
+use crate::scoring::quantile::quantile;
+use crate::scoring::straight_lines;
+
+/// Samples that say what to expect of a channel; of more, as many spread evenly.
+const LOOKED_AT: usize = 4096;
+/// A channel that is expected to move by this share of its range, and so many standard deviations of what the others say of it,
+/// does not stand still by itself.
+const MOVES: (f64, f64) = (0.1, 6.0);
+/// So many equal values in a row are stuck, if the others move.
+const STUCK_SAMPLES: usize = 10;
+/// Of load cases, which differ, so many.
+const STUCK_CASES: usize = 4;
+/// A jump is so many times the usual step, and this share of the range.
+const JUMP: (f64, f64) = (30.0, 0.05);
+/// Of a jump that is real, the others show at least this share.
+const SHOWN_BY_OTHERS: f64 = 0.3;
+/// What repeats one value this share of the span, and so many standard deviations, from where the others say that it is, dropped out.
+const ELSEWHERE: (f64, f64) = (0.5, 20.0);
+/// After a spike the channel is where it was, but for this share of it.
+pub(super) const BACK_AGAIN: f64 = 0.25;
+/// No spike is longer than this (samples) …
+const SPIKE_SAMPLES: usize = 3;
+/// … and no dropout, unless it is stuck.
+pub(super) const DROPOUT_SAMPLES: usize = 50;
+/// An extreme is clipped if it is so many times as frequent as each of the values beside it.
+pub(super) const PILES_UP: usize = 3;
+
+/// A channel by itself.
+#[derive(Debug)]
+pub(super) struct Own {
+    pub(super) channel: Channel,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    /// Where nearly all of its values lie: without what is far off.
+    pub(super) span: f64,
+    /// The median step from sample to sample.
+    pub(super) step: f64,
+    /// The least step that is not zero.
+    pub(super) resolution: f64,
+    /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
+    piles_up: Vec<f64>,
+    /// Where it repeats one value, whatever the others do.
+    flat: Vec<Range<usize>>,
+}
+
+impl Own {
+    pub(super) fn of(recording: &Recording, channel: Channel) -> Self {
+        let n = recording.n_samples();
+        let value = |k: usize| channel.of(recording, k);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut resolution = f64::INFINITY;
+        let least = match recording.is_static() {
+            true => STUCK_CASES,
+            false => STUCK_SAMPLES,
+        };
+        let (mut flat, mut start) = (Vec::new(), 0);
+        for k in 0..n {
+            let own = value(k);
+            if own != value(start) {
+                flat.extend((k - start >= least).then_some(start..k));
+                start = k;
+            }
+            (low, high) = (low.min(own), high.max(own));
+            let step = if k > 0 { (own - value(k - 1)).abs() } else { 0.0 };
+            if step > 0.0 {
+                resolution = resolution.min(step);
+            }
+        }
+        flat.extend((n - start >= least).then_some(start..n));
+        let looked_at = looked_at(n);
+        let mut values: Vec<f64> = looked_at.clone().map(value).collect();
+        let [low_share, high_share] =
+            [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
+        let steps = looked_at.filter(|k| *k > 0);
+        let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
+        let piles_up = |extreme: &f64, inward: f64| {
+            let mut counts = [0_usize; 4];
+            for k in 0..n {
+                let steps = inward * (value(k) - extreme) / resolution;
+                if steps < 3.25 && (steps - steps.round()).abs() < 0.25 {
+                    counts[steps.round() as usize] += 1;
+                }
+            }
+            let [at, beside @ ..] = counts;
+            let most_beside = beside.into_iter().max().unwrap_or(0);
+            low < high && at >= PILES_UP.max(PILES_UP * most_beside)
+        };
+        let ends = [(low, 1.0), (high, -1.0)].into_iter();
+        let piles_up = ends.filter(|(extreme, inward)| piles_up(extreme, *inward));
+        Self {
+            channel,
+            low,
+            high,
+            piles_up: piles_up.map(|(extreme, _)| extreme).collect(),
+            flat,
+            span: high_share - low_share,
+            step: steps.unwrap_or(0.0),
+            resolution,
+        }
+    }
+}
+
+pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
+    (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
+}
+
+/// What the other channels say of one: a straight line in each.
+#[derive(Debug)]
+pub(super) struct Expected {
+    /// The channels, with the mean that is taken off and the factor.
+    pub(super) by: Vec<(Channel, f64, f64)>,
+    constant: f64,
+    /// How far off it is in general: a standard deviation, whatever lies far out.
+    pub(super) sigma: f64,
+}
+
+impl Expected {
+    /// By least squares, three times: each time without what is far from the one before; values that are `odd` say nothing.
+    pub(super) fn of(
+        recording: &Recording,
+        own: &Own,
+        by: Vec<Channel>,
+        odd: impl Fn(f64) -> bool,
+    ) -> Option<Self> {
+        let all = || looked_at(recording.n_samples());
+        let is_flat = |k: usize| {
+            let at = own.flat.partition_point(|run| run.end <= k);
+            own.flat.get(at).is_some_and(|run| run.start <= k)
+        };
+        let is_inside = |k: &usize| {
+            let value = own.channel.of(recording, *k);
+            !own.piles_up.contains(&value) && !odd(value) && !is_flat(*k)
+        };
+        let fewest = 2 * (by.len() + 1);
+        // What may be clipped or stuck would bend the line.
+        let mut samples: Vec<usize> = all().filter(is_inside).collect();
+        if samples.len() < fewest {
+            samples = all().collect();
+        }
+        if by.is_empty() || samples.len() < fewest {
+            return None;
+        }
+        let scaled: Vec<(Channel, f64, f64)> = (by.into_iter())
+            .map(|channel| {
+                let values = samples.iter().map(|k| channel.of(recording, *k));
+                let mean = values.clone().sum::<f64>() / samples.len() as f64;
+                let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+                let deviation = (squares / samples.len() as f64).sqrt();
+                (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
+            })
+            .collect();
+        let mut found = None;
+        for _ in 0..3 {
+            let n = samples.len();
+            let value = |k: usize| own.channel.of(recording, k);
+            let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
+            let ridge = (scaled.len(), 1e-4 * (n as f64).sqrt());
+            let of = |row: usize, column: usize| match scaled.get(column) {
+                None => 1.0,
+                Some((channel, mean, factor)) => {
+                    (channel.of(recording, samples[row]) - mean) * factor
+                }
+            };
+            let target = |row: usize| value(samples[row]) - mean;
+            let solved = straight_lines::factors(n, scaled.len() + 1, ridge, of, target);
+            let by = scaled.iter().enumerate();
+            let mut expected = Self {
+                by: by
+                    .map(|(at, (channel, mean, factor))| (*channel, *mean, solved[at] * factor))
+                    .collect(),
+                constant: mean + solved[scaled.len()],
+                sigma: 0.0,
+            };
+            let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
+            let sigma = 1.4826 * median(samples.iter().map(off))?;
+            let near: Vec<usize> =
+                (samples.iter().copied()).filter(|k| off(k) <= 4.0 * sigma).collect();
+            expected.sigma = sigma;
+            let is_finite = expected.by.iter().all(|(_, _, factor)| factor.is_finite());
+            found = Some(expected).filter(|_| is_finite && sigma.is_finite());
+            if near.len() <= scaled.len() + 1 {
+                break;
+            }
+            samples = near;
+        }
+        found
+    }
+
+    pub(super) fn at(&self, recording: &Recording, k: usize) -> f64 {
+        let by = self.by.iter();
+        let by = by.map(|(channel, mean, factor)| (channel.of(recording, k) - mean) * factor);
+        self.constant + by.sum::<f64>()
+    }
+
+    /// How far it goes in a run of samples, of which some are looked at; what a tenth of them says alone does not count.
+    fn spread(&self, recording: &Recording, samples: impl ExactSizeIterator<Item = usize>) -> f64 {
+        let every = samples.len().div_ceil(256).max(1);
+        let values = samples.step_by(every).map(|k| self.at(recording, k));
+        let mut values: Vec<f64> = values.collect();
+        values.sort_by(f64::total_cmp);
+        let cut = values.len().div_ceil(10);
+        match values.len() > 2 * cut {
+            true => values[values.len() - 1 - cut] - values[cut],
+            false => 0.0,
+        }
+    }
+}
+
+/// A channel that is looked at.
+pub(super) struct Watched<'a> {
+    pub(super) recording: &'a Recording,
+    pub(super) own: &'a Own,
+    pub(super) expected: Option<&'a Expected>,
+}
+
+impl Watched<'_> {
+    pub(super) fn value(&self, k: usize) -> f64 {
+        self.own.channel.of(self.recording, k)
+    }
+
+    pub(super) fn n(&self) -> usize {
+        self.recording.n_samples()
+    }
+
+    /// Whether the others say that it moves where it does not.
+    fn should_move(&self, samples: impl ExactSizeIterator<Item = usize>) -> bool {
+        let Own { span, resolution, .. } = self.own;
+        self.expected.is_some_and(|expected| {
+            let least = (MOVES.0 * span).max(MOVES.1 * expected.sigma.max(*resolution));
+            expected.spread(self.recording, samples) > least
+        })
+    }
+
+    /// Finds where the logger could not write more, and says between which values (as the logger writes them) it could.
+    pub(super) fn clipped(
+        &self,
+        entered: Option<&GaugeRange>,
+        found: &mut Vec<Fault>,
+    ) -> (Option<f64>, Option<f64>) {
+        let Channel::Gauge(gauge) = self.own.channel else {
+            return (None, None);
+        };
+        let entered = entered.and_then(|range| range.of(gauge));
+        let tared_by = self.recording.tared_by(gauge);
+        let limits = match entered {
+            Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
+            None => {
+                let limit = |extreme: f64, inward: f64| match self.is_clipped(extreme) {
+                    true => Some(extreme),
+                    false => self.noisy_limit(inward),
+                };
+                (limit(self.own.low, 1.0), limit(self.own.high, -1.0))
+            }
+        };
+        let beyond = |k: usize| {
+            let value = self.value(k);
+            limits.0.is_some_and(|low| value <= low) || limits.1.is_some_and(|high| value >= high)
+        };
+        let beyond = (0..self.n()).map(beyond);
+        push_runs(beyond, FaultKind::Saturated, self.own.channel, found);
+        match entered {
+            Some((low, high)) => (Some(low), Some(high)),
+            None => [limits.0, limits.1].map(|limit| limit.map(|limit| limit + tared_by)).into(),
+        }
+    }
+
+    /// Whether an extreme is where the logger ends: it is often exactly the same, and the others say that the channel should move there,
+    /// and mostly farther out.
+    fn is_clipped(&self, extreme: f64) -> bool {
+        let Own { resolution, span, .. } = self.own;
+        if !self.own.piles_up.contains(&extreme) {
+            return false;
+        }
+        let at: Vec<usize> = (0..self.n()).filter(|k| self.value(*k) == extreme).collect();
+        let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
+        let Some(expected) = self.expected else {
+            return false;
+        };
+        let farther = at.iter().map(|k| inward * (extreme - expected.at(self.recording, *k)));
+        let least = resolution.max(expected.sigma);
+        let is_farther = median(farther).is_some_and(|farther| farther > least);
+        let spread = expected.spread(self.recording, at.iter().copied());
+        is_farther && spread > (3.0 * resolution).max(0.03 * span)
+    }
+
+    /// Finds where it repeats one value though the others say that it moves, or is elsewhere.
+    pub(super) fn stuck(&self, found: &mut Vec<Fault>) {
+        for run in &self.own.flat {
+            if is_known(found, run) {
+                continue;
+            }
+            if !self.recording.is_static() && self.is_elsewhere(run) {
+                found.push(self.fault(FaultKind::Dropout, run.clone()));
+            } else if self.should_move(run.clone()) {
+                found.push(self.fault(FaultKind::Stuck, run.clone()));
+            }
+        }
+    }
+
+    /// Whether it jumps to one value that is far from where the others say that it is, and jumps back.
+    fn is_elsewhere(&self, run: &Range<usize>) -> bool {
+        let Some(expected) = self.expected else {
+            return false;
+        };
+        let value = self.value(run.start);
+        let every = run.len().div_ceil(256).max(1);
+        let off = run.clone().step_by(every);
+        let off = median(off.map(|k| (value - expected.at(self.recording, k)).abs()));
+        let least = (ELSEWHERE.0 * self.own.span).max(ELSEWHERE.1 * expected.sigma);
+        let inside = [run.start.checked_sub(1), Some(run.end)];
+        let mut beside = (inside.into_iter().flatten())
+            .filter(|k| *k < self.n())
+            .map(|k| (self.value(k) - value).abs())
+            .peekable();
+        let jumps = beside.peek().is_some();
+        off.is_some_and(|off| off > least && jumps && beside.all(|jump| jump > 0.5 * off))
+    }
+
+    /// Finds where it jumps away and back, and nothing else does.
+    pub(super) fn jumps(&self, found: &mut Vec<Fault>) {
+        let Own { step, span, resolution, .. } = self.own;
+        let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
+        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
+        let mut away: Vec<(Range<usize>, bool)> = Vec::new();
+        let mut k = 1;
+        while k < self.n() {
+            let jump = self.value(k) - self.value(k - 1);
+            let end = match jump.abs() >= least {
+                true => self.back_again(k, jump),
+                false => None,
+            };
+            let Some(end) = end else {
+                k += 1;
+                continue;
+            };
+            let is_one_value = (k + 1..end).all(|at| self.value(at) == self.value(k));
+            let is_short = end - k <= SPIKE_SAMPLES;
+            let shown = self.expected.map_or(0.0, |expected| {
+                let at = |k: usize| expected.at(self.recording, k);
+                ((at(k) - at(k - 1)) / jump).max((at(end - 1) - at(end)) / jump)
+            });
+            if (is_one_value || is_short) && shown < SHOWN_BY_OTHERS {
+                away.push((k..end, is_one_value));
+                k = end;
+            }
+            k += 1;
+        }
+        // A value that comes again is one that stands for none.
+        for (at, (samples, is_one_value)) in away.iter().enumerate() {
+            let value = self.value(samples.start);
+            let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {
+                other != at && self.value(samples.start) == value
+            };
+            let stands_for_none =
+                value == 0.0 || samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
+            let kind = match *is_one_value && stands_for_none {
+                true => FaultKind::Dropout,
+                false => FaultKind::Spike,
+            };
+            if !is_known(found, samples) {
+                found.push(self.fault(kind, samples.clone()));
+            }
+        }
+    }
+
+    /// Where a channel that jumped before sample `k` is back where it was.
+    fn back_again(&self, k: usize, jump: f64) -> Option<usize> {
+        let before = self.value(k - 1);
+        let is_back = |at: &usize| (self.value(*at) - before).abs() <= BACK_AGAIN * jump.abs();
+        (k + 1..self.n().min(k + 1 + DROPOUT_SAMPLES)).find(is_back)
+    }
+
+    pub(super) fn fault(&self, kind: FaultKind, samples: Range<usize>) -> Fault {
+        Fault { kind, channel: self.own.channel, samples }
+    }
+}
+
+/// Ranges that are sorted by their starts, those that touch made one.
+pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// Whether these samples have a fault already; `found` are those of one channel.
+fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
+    let is_all =
+        |fault: &Fault| fault.samples.start <= samples.start && samples.end <= fault.samples.end;
+    found.iter().any(is_all)
+}
+
+/// Notes each run of samples that are so.
+pub(super) fn push_runs(
+    samples: impl Iterator<Item = bool>,
+    kind: FaultKind,
+    channel: Channel,
+    found: &mut Vec<Fault>,
+) {
+    let mut start = None;
+    for (k, is_so) in samples.chain([false]).enumerate() {
+        match (is_so, start) {
+            (true, None) => start = Some(k),
+            (false, Some(from)) => {
+                found.push(Fault { kind, channel, samples: from..k });
+                start = None;
+            }
+            _ => {}
+        }
+    }
+}

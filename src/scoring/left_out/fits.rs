@@ -1,0 +1,469 @@
+//! Cross-validation from sums: fits that leave one part out, and their errors on it.
+//!
+//! Guarantees: the squared errors are those of [`fit`] to the sums of the other parts, up to rounding; a fit whose columns
+//! nearly explain each other, or of which hardly anything remains without the part, goes to [`fit`] itself and to sums
+//! that are added up anew, which finds the rank.
+
+use rayon::prelude::*;
+
+use crate::calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets};
+use crate::features::ColumnKind;
+use crate::scoring::cross_validation::{RIDGE_STRENGTHS, strongest_good};
+use crate::scoring::left_out::lanes::{LANES, Work};
+use crate::scoring::metrics::root_mean;
+
+/// From so many columns on groups of fits are worked on side by side; below, whoever calls has many of them to share out.
+const MANY_COLUMNS: usize = 48;
+
+/// The fits that leave each part out of the total, on some of the columns.
+#[derive(Clone, Copy, Debug)]
+pub struct LeftOut<'a> {
+    /// The sums over all parts.
+    pub total: &'a NormalEquations,
+    /// What is left out in turn; parts without samples say nothing and do not belong here.
+    pub parts: &'a [NormalEquations],
+    /// What is fitted.
+    pub terms: Terms<'a>,
+}
+
+impl LeftOut<'_> {
+    /// The coefficients of the fits to all parts but one, each in turn.
+    pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
+        let fits = NormalEquations::each_without(self.parts, |_| true, fit).into_iter();
+        fits.map(|(_, coefficients)| coefficients).collect()
+    }
+
+    /// Whether a fit has as many samples as coefficients that nothing shrinks, whichever part is left out; without that
+    /// an error says more about the solution that was picked among many than about the data.
+    pub fn is_determined(&self, strengths: &[f64]) -> bool {
+        let kinds = self.terms.used.iter();
+        let kinds = kinds.map(|&column| self.terms.kinds[column]);
+        let part_samples = self.parts.iter().map(|part| part.n_samples());
+        too_short(part_samples, kinds, strengths).is_none()
+    }
+
+    /// Root mean squared error per target over all parts, where their squared errors are these; `None` where the others do
+    /// not determine a fit with these strengths.
+    pub fn rmse(&self, strengths: &[f64], squares: impl FnOnce() -> Vec<f64>) -> Option<Vec<f64>> {
+        if !self.is_determined(strengths) {
+            return None;
+        }
+        let q = self.total.n_targets();
+        root_mean(&summed_by_target(&squares(), q), self.total.n_samples())
+    }
+
+    /// The strength of the ridge for each target, and [`Self::squares_by_target`] with it; none with fewer than two parts.
+    ///
+    /// An automatic ridge is the strongest one that does no worse than the best within one standard error over the parts:
+    /// the error of the difference to the best, part by part, of the sums of squares. So where the parts disagree about
+    /// what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing can
+    /// be compared, and all strengths are zero. Scores with strengths chosen by them are slightly too good: one number
+    /// per axis was fitted to all parts. One strength for all blocks, too, where each may have its own
+    /// ([`Self::by_block`] chooses these).
+    pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
+        let q = self.total.n_targets();
+        let enough = self.parts.len() > 1;
+        match ridge {
+            RidgeChoice::Strength(strength) => {
+                let squares = enough.then(|| self.squares(strength));
+                (vec![strength; q], squares)
+            }
+            RidgeChoice::Auto | RidgeChoice::ByBlock if !enough => (vec![0.0; q], None),
+            RidgeChoice::Auto | RidgeChoice::ByBlock => {
+                let tried: Vec<Vec<f64>> =
+                    RIDGE_STRENGTHS.iter().map(|strength| self.squares(*strength)).collect();
+                let n_parts = self.parts.len();
+                let chosen: Vec<usize> = (0..q)
+                    .map(|axis| strongest_good(n_parts, |at, part| tried[at][part * q + axis]))
+                    .collect();
+                let squares = (0..n_parts * q).map(|at| tried[chosen[at % q]][at]).collect();
+                let strengths = chosen.iter().map(|at| RIDGE_STRENGTHS[*at]).collect();
+                (strengths, Some(squares))
+            }
+        }
+    }
+
+    /// [`Self::squares_with`] shares of its own for each target.
+    pub fn squares_by_target(&self, shares: &[Vec<f64>]) -> Vec<f64> {
+        let q = self.total.n_targets();
+        let mut squares = vec![0.0; self.parts.len() * q];
+        for target in 0..q {
+            if shares[..target].contains(&shares[target]) {
+                continue; // filled in with the first target of these shares
+            }
+            let with_it = self.squares_with(&shares[target]);
+            for at in 0..squares.len() {
+                if shares[at % q] == shares[target] {
+                    squares[at] = with_it[at];
+                }
+            }
+        }
+        squares
+    }
+
+    /// Sums of squared errors of each part, predicted by the fit to the others with a ridge relative to the columns'
+    /// lengths.
+    ///
+    /// **Shapes** `n_parts × n_targets`, row-major.
+    ///
+    /// # Panics
+    /// If the sums differ in their columns, or the terms do not fit them.
+    pub fn squares(&self, strength: f64) -> Vec<f64> {
+        self.squares_with(&self.terms.shares(strength))
+    }
+
+    /// [`Self::squares`] with shares of their squared lengths for the columns; one without end leaves its column away.
+    pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
+        let q = self.total.n_targets();
+        // A column that is zero in every part would send each of them the careful way.
+        let used = self.total.present_among(&self.terms.kept(shares));
+        let left_out = LeftOut { terms: Terms { used: &used, ..self.terms }, ..*self };
+        let mut squares = vec![0.0; self.parts.len() * q];
+        let mut is_sure = vec![false; self.parts.len()];
+        let at_least = if used.len() < MANY_COLUMNS { usize::MAX } else { 1 };
+        (self.parts.par_chunks(LANES).with_min_len(at_least))
+            .zip(squares.par_chunks_mut(LANES * q))
+            .zip(is_sure.par_chunks_mut(LANES))
+            .for_each_init(
+                || Work::new(used.len(), q),
+                |work, ((parts, squares), is_sure)| {
+                    work.fit(left_out.total, left_out.terms, parts, shares);
+                    for (lane, (squares, is_sure)) in squares.chunks_mut(q).zip(is_sure).enumerate()
+                    {
+                        *is_sure = work.answer(lane, squares);
+                    }
+                },
+            );
+        let careful = NormalEquations::each_without(
+            self.parts,
+            |at| !is_sure[at],
+            |at, rest| {
+                let found = fit(rest, left_out.terms, Ridge::Shares(shares));
+                self.parts[at].squared_residuals(&found.coefficients)
+            },
+        );
+        for (at, careful) in careful {
+            squares[at * q..][..q].copy_from_slice(&careful);
+        }
+        squares
+    }
+}
+
+/// Sums over the parts of `n_parts × n_targets` squares.
+pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
+    (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
+}
+
+/// The fewest samples that are left to fit when a part is left out, and the coefficients that nothing shrinks, where they
+/// are more.
+pub fn too_short(
+    part_samples: impl Iterator<Item = u64> + Clone,
+    kinds: impl Iterator<Item = ColumnKind>,
+    strengths: &[f64],
+) -> Option<(u64, usize)> {
+    let is_shrunk = strengths.iter().all(|strength| *strength > 0.0);
+    let free = kinds.filter(|kind| !(is_shrunk && *kind == ColumnKind::Appended));
+    let free = free.count();
+    let samples = fewest_samples_without_a_part(part_samples).unwrap_or(0);
+    (samples < (free as u64).max(1)).then_some((samples, free))
+}
+
+/// The fewest samples that are left to fit when a part is left out; `None` with fewer than two parts.
+pub fn fewest_samples_without_a_part(
+    part_samples: impl Iterator<Item = u64> + Clone,
+) -> Option<u64> {
+    let total: u64 = part_samples.clone().sum();
+    let largest = part_samples.clone().max()?;
+    (part_samples.count() > 1).then(|| total - largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// A ridge shrinks what blocks append, which then needs no sample of its own.
+    #[test]
+    fn what_is_shrunk_needs_no_samples() {
+        let kinds = [ColumnKind::Gauge, ColumnKind::Appended];
+        let too_short = |samples: &[u64], strength| {
+            too_short(samples.iter().copied(), kinds.into_iter(), &[strength])
+        };
+        assert_eq!(too_short(&[1, 3], 0.0), Some((1, 2)));
+        assert_eq!(too_short(&[1, 3], 0.1), None);
+        assert_eq!(too_short(&[2, 3], 0.0), None);
+        assert_eq!(too_short(&[9], 0.1), Some((0, 1)));
+    }
+
+    /// `n` parts of `p` columns and two targets without a simple relation; column 1 is `explained` times column 0 plus
+    /// something small of its own.
+    fn parts(n: usize, p: usize, small: f64) -> (NormalEquations, Vec<NormalEquations>) {
+        let parts: Vec<_> = (0..n)
+            .map(|part| {
+                let mut sums = NormalEquations::new(p, 2);
+                for k in 0..40 + part {
+                    let t = (k * 7 + part * 131) as f64;
+                    let mut row = vec![0.0; sums.stride()];
+                    for (column, value) in row[..p + 2].iter_mut().enumerate() {
+                        *value = (t * (0.11 + 0.07 * column as f64)).sin() + 0.1 * column as f64;
+                    }
+                    if p > 1 {
+                        row[1] = 3.0 * row[0] + small * row[1];
+                    }
+                    sums.add_rows(&row);
+                }
+                sums
+            })
+            .collect();
+        let mut total = NormalEquations::new(p, 2);
+        parts.iter().for_each(|part| total.add(part));
+        (total, parts)
+    }
+
+    #[track_caller]
+    fn assert_as_one_by_one(n: usize, p: usize, small: f64, used: &[usize], strength: f64) {
+        let (total, parts) = parts(n, p, small);
+        let shrunk = |column: usize| match column % 3 {
+            0 => ColumnKind::Gauge,
+            _ => ColumnKind::Appended,
+        };
+        let terms = Terms { used, kinds: &(0..p).map(shrunk).collect::<Vec<_>>(), known: &[] };
+        let left_out = LeftOut { total: &total, parts: &parts, terms };
+        let one_by_one = NormalEquations::each_without(
+            &parts,
+            |_| true,
+            |at, rest| {
+                let found = fit(rest, terms, Ridge::Relative(strength));
+                parts[at].squared_residuals(&found.coefficients)
+            },
+        );
+        let expected = one_by_one.into_iter().flat_map(|(_, squares)| squares);
+        for (actual, expected) in left_out.squares(strength).iter().zip(expected) {
+            let error = (actual / expected - 1.0).abs();
+            assert!(error < 1e-10, "{n} parts, {p} columns, {small}: {error}");
+        }
+    }
+
+    #[test]
+    fn eight_at_once_equal_one_by_one() {
+        for n in [2, 7, 8, 9, 20] {
+            for p in [1, 2, 5, 14] {
+                let all: Vec<usize> = (0..p).collect();
+                for strength in [0.0, 0.01, 3.0] {
+                    assert_as_one_by_one(n, p, 1.0, &all, strength);
+                }
+            }
+        }
+        assert_as_one_by_one(10, 9, 1.0, &[7, 2, 4], 0.1);
+    }
+
+    /// Column 1 is column 0 again, up to nothing at all or to less than a thousandth.
+    #[test]
+    fn columns_that_explain_each_other_take_the_careful_way() {
+        for small in [0.0, 1e-4] {
+            assert_as_one_by_one(9, 6, small, &[0, 1, 2, 3, 4, 5], 0.0);
+        }
+    }
+
+    /// What only one part has cannot be learned from the others.
+    #[test]
+    fn a_column_that_only_the_left_out_part_has_gets_no_coefficient() {
+        let part = |has: f64| {
+            let mut sums = NormalEquations::new(2, 1);
+            for k in 0..5 {
+                let mut row = vec![0.0; sums.stride()];
+                let x = f64::from(k) - 1.7;
+                row[..3].copy_from_slice(&[x, has * x * x, 2.0 * x + 5.0 * has]);
+                sums.add_rows(&row);
+            }
+            sums
+        };
+        let parts = [part(1.0), part(0.0), part(0.0)];
+        let mut total = NormalEquations::new(2, 1);
+        parts.iter().for_each(|part| total.add(part));
+        let left_out = LeftOut {
+            total: &total,
+            parts: &parts,
+            terms: Terms { used: &[0, 1], kinds: &[ColumnKind::Gauge; 2], known: &[] },
+        };
+        assert!((left_out.squares(0.0)[0] - 125.0).abs() < 1e-9, "five errors of 5");
+    }
+
+    /// A mean fitted without the part: parts {0, 0} and {3} are scored by 3 and by 0, so every error is 3.
+    #[test]
+    fn a_left_out_part_takes_no_part_in_its_fit() {
+        let parts = [&[0.0, 0.0][..], &[3.0]].map(|values| {
+            let mut sums = NormalEquations::new(1, 1);
+            for value in values {
+                let mut row = vec![0.0; sums.stride()];
+                row[..2].copy_from_slice(&[1.0, *value]);
+                sums.add_rows(&row);
+            }
+            sums
+        });
+        let mut total = parts[0].clone();
+        total.add(&parts[1]);
+        let terms = Terms { used: &[0], kinds: &[ColumnKind::Offset], known: &[] };
+        let left_out = |parts| LeftOut { total: &total, parts, terms };
+        let rmse = left_out(&parts);
+        let rmse = rmse.rmse(&[0.0], || rmse.squares(0.0)).unwrap();
+        assert!((rmse[0] - 3.0).abs() < 1e-12);
+        assert_eq!(left_out(&parts[..1]).rmse(&[0.0], Vec::new), None);
+    }
+
+    /// Six parts whose target is the first column; the second is noise with another sign in every part.
+    #[test]
+    fn the_ridge_is_strong_where_the_columns_only_memorise() {
+        let part = |sign: f64, useful: f64| {
+            let mut sums = NormalEquations::new(1, 1);
+            for k in 0..20 {
+                let x = (f64::from(k) * 0.7).sin();
+                let mut row = vec![0.0; sums.stride()];
+                row[..2].copy_from_slice(&[x, (useful + sign) * x]);
+                sums.add_rows(&row);
+            }
+            sums
+        };
+        let strength = |useful: f64| {
+            let signs = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
+            let parts = signs.map(|sign| part(0.1 * sign, useful));
+            let mut total = NormalEquations::new(1, 1);
+            parts.iter().for_each(|part| total.add(part));
+            let terms = Terms { used: &[0], kinds: &[ColumnKind::Appended], known: &[] };
+            let left_out = LeftOut { total: &total, parts: &parts, terms };
+            left_out.with_ridge(RidgeChoice::Auto).0[0]
+        };
+        assert_eq!(strength(0.0), 1e9);
+        assert!(strength(10.0) < 0.1);
+    }
+
+    /// One part of a random design: rows `[x | load]`.
+    type Samples = Vec<Vec<f64>>;
+
+    /// Coefficients on the loads by Gram and Schmidt on the samples, a column that those before it explain left at zero.
+    fn explicit_fit(rows: &[&Vec<f64>], in_order: &[usize]) -> Vec<(usize, f64)> {
+        let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
+        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+        type MadeOf = Vec<(usize, f64)>;
+        let mut basis: Vec<(Vec<f64>, MadeOf)> = Vec::new(); // orthogonal, each with what it is made of
+        for &at in in_order {
+            let mut left = column(at);
+            let length = dot(&left, &left).sqrt();
+            let mut made_of = vec![(at, 1.0)];
+            for _ in 0..2 {
+                for (other, its) in &basis {
+                    let share = dot(&left, other) / dot(other, other);
+                    left.iter_mut().zip(other).for_each(|(x, o)| *x -= share * o);
+                    made_of.extend(its.iter().map(|(column, b)| (*column, -share * b)));
+                }
+            }
+            if dot(&left, &left).sqrt() > 1e-8 * length {
+                basis.push((left, made_of));
+            }
+        }
+        let loads = column(rows[0].len() - 1);
+        let shares = basis.iter().flat_map(|(own, made_of)| {
+            let share = dot(&loads, own) / dot(own, own);
+            made_of.iter().map(move |(column, b)| (*column, share * b))
+        });
+        shares.collect()
+    }
+
+    /// Thin ones among them, and gauges that move in one part alone, stand still at some value or at zero elsewhere, by
+    /// sizes that differ by up to a million.
+    #[test]
+    fn errors_are_those_of_explicit_refits_on_random_designs() {
+        for seed in 0..400 {
+            let mut random = Random::new(seed, &[]);
+            let mut whole =
+                |low: usize, high: usize| random.between(low as f64, high as f64) as usize;
+            let (n_parts, n_gauges, n_appended) = (whole(2, 8), whole(1, 7), whole(0, 5));
+            let p = n_gauges + n_appended + 1;
+            let lengths: Vec<usize> = (0..n_parts).map(|_| whole(p + 1, 3 * p + 4)).collect();
+            let lives_in: Vec<usize> = (0..n_gauges).map(|_| whole(0, 3 * n_parts)).collect();
+            let stands_at: Vec<f64> = (0..n_gauges)
+                .map(|_| if random.between(0.0, 1.0) < 0.5 { 0.0 } else { random.normal() })
+                .collect();
+            let size: Vec<f64> =
+                (0..n_gauges).map(|_| 10f64.powf(random.between(-3.0, 3.0))).collect();
+            let known: Vec<f64> = (0..p)
+                .map(|at| match at {
+                    _ if at < n_gauges => random.normal() / size[at],
+                    _ if at + 1 < p => 0.0,
+                    _ => random.normal(),
+                })
+                .collect();
+            let samples: Vec<Samples> = lengths
+                .iter()
+                .enumerate()
+                .map(|(part, &n)| {
+                    let sample = |_| {
+                        let mut row: Vec<f64> = (0..n_gauges)
+                            .map(|gauge| {
+                                let moves = lives_in[gauge] >= n_parts || lives_in[gauge] == part;
+                                let value = if moves { random.normal() } else { stands_at[gauge] };
+                                size[gauge] * value
+                            })
+                            .collect();
+                        row.extend((0..n_appended).map(|_| random.normal()));
+                        row.push(1.0);
+                        row.push(3.0 * random.normal() + row[0] / size[0]);
+                        row
+                    };
+                    (0..n).map(sample).collect()
+                })
+                .collect();
+            let parts: Vec<NormalEquations> = samples
+                .iter()
+                .map(|samples| {
+                    let mut sums = NormalEquations::new(p, 1);
+                    for row in samples {
+                        let mut padded = row.clone();
+                        padded[p] -= row.iter().zip(&known).map(|(x, b)| x * b).sum::<f64>();
+                        padded.resize(sums.stride(), 0.0);
+                        sums.add_rows(&padded);
+                    }
+                    sums
+                })
+                .collect();
+            let mut total = NormalEquations::new(p, 1);
+            parts.iter().for_each(|part| total.add(part));
+            let mut kinds = vec![ColumnKind::Gauge; n_gauges];
+            kinds.resize(p - 1, ColumnKind::Appended);
+            kinds.push(ColumnKind::Offset);
+            let used: Vec<usize> = (0..p).collect();
+            let terms = Terms { used: &used, kinds: &kinds, known: &known };
+            let left_out = LeftOut { total: &total, parts: &parts, terms };
+            let in_order: Vec<usize> = std::iter::once(p - 1).chain(0..p - 1).collect();
+            for (at, square) in left_out.squares(0.0).into_iter().enumerate() {
+                let others = samples.iter().enumerate().filter(|(other, _)| *other != at);
+                let rows: Vec<&Vec<f64>> = others.flat_map(|(_, samples)| samples).collect();
+                let fitted = explicit_fit(&rows, &in_order);
+                let explicit: f64 = samples[at]
+                    .iter()
+                    .map(|row| row[p] - fitted.iter().map(|(at, b)| row[*at] * b).sum::<f64>())
+                    .map(|error| error * error)
+                    .sum();
+                let error = (square / explicit - 1.0).abs();
+                assert!(error < 1e-6, "seed {seed}, part {at}: {square} instead of {explicit}");
+            }
+        }
+    }
+
+    /// Fewer samples than coefficients without a part: many solutions, so no figure, unless a ridge picks one.
+    #[test]
+    fn where_the_others_do_not_determine_a_fit_there_is_no_figure() {
+        let (total, parts) = parts(2, 60, 1.0);
+        let used: Vec<usize> = (0..60).collect();
+        let figure = |kinds: &[ColumnKind], strength: f64| {
+            let terms = Terms { used: &used, kinds, known: &[] };
+            let left_out = LeftOut { total: &total, parts: &parts, terms };
+            left_out.rmse(&[strength; 2], || left_out.squares(strength))
+        };
+        let appended = [&[ColumnKind::Gauge; 5][..], &[ColumnKind::Appended; 55]].concat();
+        assert_eq!(figure(&[ColumnKind::Gauge; 60], 0.1), None);
+        assert_eq!(figure(&appended, 0.0), None);
+        assert!(figure(&appended, 0.1).is_some());
+    }
+}
