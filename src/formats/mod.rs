@@ -8,14 +8,13 @@
 //!
 //! | room | what |
 //! |---|---|
-//! | [`text`], [`csv`] | delimited text: read as any logger writes it, written as every spreadsheet reads it |
+//! | [`text`], [`csv`] | delimited text: read as any logger writes it, LabVIEW's among them; written as every spreadsheet reads it |
 //! | `npy`, `npz` | NumPy's arrays and records, alone and in an archive |
 //! | `mat` | MATLAB's files of versions 4 and 5 (`save` without `-v7.3`) |
 //! | `hdf5` | groups of arrays and tables of records, MATLAB's files of version 7.3 among them; feature `hdf5` |
 //! | `parquet` | columns of numbers; feature `parquet` |
 //! | `mcap` | topics of a ROS 2 recording; feature `mcap` |
 //! | `xlsx` | sheets of a workbook; feature `xlsx` |
-//! | `lvm` | LabVIEW's measurement files |
 //! | `json_lines` | lines of JSON, an object for each sample |
 //! | `parts` | which of several tables in a file is read |
 //! | `opened`, `columns` | a file behind one face, whichever of these it is: where its table may be, and its rows |
@@ -30,7 +29,6 @@ mod error;
 mod format;
 mod hdf5;
 mod json_lines;
-mod lvm;
 pub(crate) mod mat;
 mod mcap;
 mod npy;
@@ -60,7 +58,7 @@ pub const FORMATS: &[Format] = &[
     parquet::FORMAT,
     mcap::FORMAT,
     xlsx::FORMAT,
-    lvm::FORMAT,
+    text::LABVIEW,
     json_lines::FORMAT,
 ];
 

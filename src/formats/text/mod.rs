@@ -11,6 +11,7 @@
 //! | `written`, `layout` | how a table is written, and where it stands |
 //! | `serial_monitor` | lines with the time of day and an arrow in front |
 //! | `ati` | the lines that ATI's program writes above its rows |
+//! | `lvm` | LabVIEW's segments of rows, each with a header |
 
 mod arriving;
 pub(crate) mod ati;
@@ -19,6 +20,7 @@ pub(crate) mod cells;
 mod encoding;
 mod file;
 mod layout;
+mod lvm;
 mod serial_monitor;
 pub(crate) mod times;
 mod written;
@@ -31,4 +33,5 @@ pub(crate) use file::TextFile;
 pub(crate) use layout::Head;
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};
+pub(super) use lvm::FORMAT as LABVIEW;
 pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};

@@ -1,0 +1,278 @@
+//! LabVIEW's measurement files (`.lvm`): text with a header for the file, then one for each segment of rows.
+//!
+//! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header names the delimiter and
+//! the decimal sign; `X_Columns` says whether the time stands in a column (`One`), in one for each channel (`Multi`), or
+//! follows from `X0` and `Delta_X` (`No`).
+
+use super::blocks::Blocks;
+use super::cells::{Cells, decimal_comma_number, delimiter_of_header, lines, number};
+use super::layout::names;
+use super::times::TimeForm;
+use super::written::Delimiter;
+use crate::formats::columns::{Column, Columns};
+use crate::formats::error::FileError;
+use crate::formats::format::{COLUMN_LIMIT, Format, Source};
+use crate::recording::Day;
+
+pub(in crate::formats) const FORMAT: Format = Format {
+    name: "LabVIEW measurement",
+    endings: &["lvm"],
+    signatures: &[b"LabVIEW Measurement", b"\xef\xbb\xbfLabVIEW Measurement"],
+    read: columns,
+};
+
+const BLOCK_BYTES: usize = 1 << 18;
+
+/// All segments of a file as one table; where the next one starts earlier, time goes back there.
+fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+    let mut blocks = Blocks::open(source.path, BLOCK_BYTES, None)?;
+    let mut table = Table { delimiter: Delimiter::Tab, ..Table::default() };
+    while let Some(block) = blocks.next()? {
+        source.progress.check()?;
+        lines(&block).for_each(|line| table.line(line));
+    }
+    match table.is_begun {
+        true => Ok(Some(table.columns())),
+        false => Err(FileError::cut_short("the header")),
+    }
+}
+
+/// What the header of a segment says of its channels, and of its start.
+#[derive(Debug, Default)]
+struct Segment {
+    day: Option<Day>,
+    start_secs: Option<f64>,
+    x0: f64,
+    delta_x: f64,
+    units: Vec<String>,
+    n_rows: usize,
+}
+
+/// What the headers say, and the samples so far.
+#[derive(Debug, Default)]
+struct Table {
+    delimiter: Delimiter,
+    has_decimal_comma: bool,
+    /// Whether the times follow from the numbers of the rows.
+    is_counted: bool,
+    /// Whether the header of the file has ended.
+    is_begun: bool,
+    is_special: bool,
+    /// Whether rows of samples are expected, below a line of names.
+    in_rows: bool,
+    segment: Segment,
+    /// When the first segment starts.
+    start_secs: Option<f64>,
+    /// The day on which the first segment starts.
+    day: Option<Day>,
+    file_day: Option<Day>,
+    /// Where each channel stands, and where its time does.
+    places: Vec<(usize, Option<usize>)>,
+    comment_at: Option<usize>,
+    channels: Vec<Column>,
+    times: Vec<f64>,
+    has_other_clocks: bool,
+    has_comments: bool,
+}
+
+impl Table {
+    fn line(&mut self, line: &[u8]) {
+        let delimiter = match self.is_begun {
+            true => self.delimiter,
+            false => delimiter_of_header(line),
+        };
+        let cells: Vec<&[u8]> = Cells::new(line, delimiter).collect();
+        match cells[0] {
+            b"***Start_Special***" => self.is_special = true,
+            b"***End_Special***" => self.is_special = false,
+            _ if self.is_special => {}
+            b"***End_of_Header***" => {
+                if !self.is_begun {
+                    self.file_day = std::mem::take(&mut self.segment).day;
+                }
+                (self.is_begun, self.in_rows) = (true, false);
+            }
+            b"Channels" => (self.segment, self.in_rows) = (Segment::default(), false),
+            _ if cells.iter().take(2).any(|cell| *cell == b"X_Value") => {
+                self.names(names(line, delimiter));
+            }
+            _ if self.in_rows => self.row(&cells),
+            b"Y_Unit_Label" => self.segment.units = names(line, delimiter).split_off(1),
+            key => self.header(key, cells.get(1).copied().unwrap_or_default()),
+        }
+    }
+
+    fn header(&mut self, key: &[u8], value: &[u8]) {
+        let number = self.number(value);
+        match key {
+            b"Separator" if value == b"Comma" => self.delimiter = Delimiter::Comma,
+            b"Separator" if value == b"Semicolon" => self.delimiter = Delimiter::Semicolon,
+            b"Decimal_Separator" => self.has_decimal_comma = value == b",",
+            b"X_Columns" => self.is_counted = value == b"No",
+            b"X0" => self.segment.x0 = number.unwrap_or(0.0),
+            b"Delta_X" => self.segment.delta_x = number.unwrap_or(1.0),
+            b"Date" => {
+                self.segment.start_secs = secs(value);
+                self.segment.day = Day::in_text(&String::from_utf8_lossy(value));
+            }
+            b"Time" => {
+                let start = secs(value).zip(self.segment.start_secs);
+                self.segment.start_secs = start.map(|(time, day)| day + time);
+            }
+            _ => {}
+        }
+    }
+
+    fn number(&self, cell: &[u8]) -> Option<f64> {
+        let with_comma = self.has_decimal_comma.then(|| decimal_comma_number(cell)).flatten();
+        with_comma.or_else(|| number(cell))
+    }
+
+    /// The line of names, below which the rows stand.
+    fn names(&mut self, names: Vec<String>) {
+        self.in_rows = true;
+        self.segment.n_rows = 0;
+        self.start_secs = self.start_secs.or(self.segment.start_secs);
+        self.day = self.day.or(self.segment.day);
+        self.places.clear();
+        self.comment_at = None;
+        let mut time_at = None;
+        for (at, name) in names.into_iter().enumerate() {
+            match &*name {
+                "X_Value" => time_at = Some(at),
+                "Comment" => self.comment_at = Some(at),
+                _ if self.places.len() < COLUMN_LIMIT => {
+                    let channel = self.places.len();
+                    self.places.push((at, time_at));
+                    if channel == self.channels.len() {
+                        self.channels.push(Column {
+                            name,
+                            unit: self.segment.units.get(channel).cloned().unwrap_or_default(),
+                            values: vec![f64::NAN; self.times.len()],
+                            ..Column::default()
+                        });
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn row(&mut self, cells: &[&[u8]]) {
+        let cell = |at: usize| cells.get(at).copied().unwrap_or_default();
+        if self.places.iter().all(|(at, _)| cell(*at).is_empty()) {
+            // A blank line ends the segment.
+            return;
+        }
+        let time_at = self.places[0].1;
+        let number = |at: usize| self.number(cell(at));
+        let time_of = |at: Option<usize>| at.and_then(number);
+        let time = match self.is_counted {
+            true => self.segment.x0 + self.segment.n_rows as f64 * self.segment.delta_x,
+            false => time_of(time_at).unwrap_or(f64::NAN),
+        };
+        let is_other =
+            |at: Option<usize>| at != time_at && time_of(at).is_some_and(|own| own != time);
+        let differs = !self.is_counted && self.places.iter().any(|(_, at)| is_other(*at));
+        let values = self.places.iter().map(|(at, _)| number(*at).unwrap_or(f64::NAN));
+        let values: Vec<f64> = values.collect();
+        let since_first = self.segment.start_secs.zip(self.start_secs);
+        self.times.push(time + since_first.map_or(0.0, |(start, first)| start - first));
+        for (at, channel) in self.channels.iter_mut().enumerate() {
+            channel.values.push(values.get(at).copied().unwrap_or(f64::NAN));
+        }
+        self.has_other_clocks |= differs;
+        self.has_comments |= self.comment_at.is_some_and(|at| !cell(at).is_empty());
+        self.segment.n_rows += 1;
+    }
+
+    fn columns(self) -> Columns {
+        let time = Column {
+            name: "time".to_owned(),
+            unit: "s".to_owned(),
+            values: self.times,
+            ..Column::default()
+        };
+        let left_out = [
+            (self.has_comments, "Comment (text)"),
+            (
+                self.has_other_clocks,
+                "X_Value of the other channels (taken to be that of the first)",
+            ),
+        ];
+        let left_out = left_out.into_iter().filter(|(is_there, _)| *is_there);
+        Columns {
+            columns: [time].into_iter().chain(self.channels).collect(),
+            is_named: true,
+            day: self.day.or(self.file_day),
+            left_out: left_out.map(|(_, what)| what.to_owned()).collect(),
+            ..Columns::default()
+        }
+    }
+}
+
+/// A date or a time of day in seconds.
+fn secs(cell: &[u8]) -> Option<f64> {
+    TimeForm::of_all([cell].into_iter())?.secs(cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Columns {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.lvm");
+        std::fs::write(&path, text).unwrap();
+        let progress = crate::progress::Progress::default();
+        let source = Source {
+            path: &path,
+            head: text.as_bytes(),
+            n_bytes: text.len() as u64,
+            parts: &[],
+            progress: &progress,
+        };
+        columns(&source).unwrap().unwrap()
+    }
+
+    #[test]
+    fn the_header_says_where_the_times_are() {
+        let file = |x: &str| {
+            format!(
+                "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\t{x}\n***End_of_Header***\t\n\t\n"
+            )
+        };
+        let segment = "Channels\t2\nY_Unit_Label\tV\tN\nX0\t1,5E+0\t1,5E+0\nDelta_X\t0,5\t0,5\n***End_of_Header***\t\t\n";
+        for (kind, rows) in [
+            ("No", "X_Value\tS1\tFx\tComment\n\t0,25\t-1\tstart\n\t0,5\t-2\n"),
+            ("One", "X_Value\tS1\tFx\tComment\n1,5\t0,25\t-1\tstart\n2,0\t0,5\t-2\n"),
+            (
+                "Multi",
+                "X_Value\tS1\tX_Value\tFx\tComment\n1,5\t0,25\t1,5\t-1\tx\n2,0\t0,5\t2,0\t-2\n",
+            ),
+        ] {
+            let table = table(&format!("{}{segment}{rows}", file(kind)));
+            let found: Vec<_> =
+                table.columns.iter().map(|c| (&*c.name, &*c.unit, &c.values[..])).collect();
+            let expected: [(&str, &str, &[f64]); 3] =
+                [("time", "s", &[1.5, 2.0]), ("S1", "V", &[0.25, 0.5]), ("Fx", "N", &[-1.0, -2.0])];
+            assert_eq!(found, expected, "{kind}");
+            assert_eq!(table.left_out, ["Comment (text)"]);
+        }
+    }
+
+    #[test]
+    fn a_segment_starts_when_its_header_says() {
+        let segment = |time: &str| {
+            format!(
+                "Channels\t1\nDate\t2024/03/05\nTime\t{time}\nX0\t0\nDelta_X\t0.5\n***End_of_Header***\nX_Value\tS1\n\t1\n\t2\n\n"
+            )
+        };
+        let text = format!(
+            "LabVIEW Measurement\nX_Columns\tNo\n***End_of_Header***\n\n{}{}",
+            segment("10:00:00.25"),
+            segment("10:00:01.25")
+        );
+        assert_eq!(table(&text).columns[0].values, [0.0, 0.5, 1.0, 1.5]);
+    }
+}
