@@ -200,10 +200,9 @@ pub struct Undetermined {
 
 /// A calibration that can be saved, read and applied.
 ///
-/// Its maps know their columns by what they are. In a file the columns have names instead, and the same fields stand around
-/// them: see [`Calibration::in_file`].
+/// Its maps know their columns by what they are. In a file the columns have names instead: see [`Calibration::in_file`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Calibration<M = LinearMap> {
+pub struct Calibration {
     /// Always [`FORMAT`].
     pub format: String,
     /// The file's version, at most [`VERSION`].
@@ -250,10 +249,10 @@ pub struct Calibration<M = LinearMap> {
     #[serde(default)]
     pub regressor: Regressor,
     /// The load from the present gauges.
-    pub conventional: M,
+    pub conventional: LinearMap,
     /// The linear part of the compensated load; none for a network or a kernel that stands alone.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub compensated: Option<M>,
+    pub compensated: Option<LinearMap>,
     /// What a network or a kernel adds to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,

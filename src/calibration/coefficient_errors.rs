@@ -56,8 +56,7 @@ mod tests {
     /// Of a mean, the jackknife is what everybody knows: s²/n. Values 1, 2, 6 leave the means 4, 3.5, 1.5; s²/n is 7/3.
     #[test]
     fn of_a_mean_it_is_the_variance_over_the_number() {
-        let fits = [4.0, 3.5, 1.5]
-            .map(|mean| LinearMap { columns: Vec::new(), matrix: vec![vec![mean, -mean]] });
+        let fits = [4.0, 3.5, 1.5].map(|mean| LinearMap::new(Vec::new(), vec![vec![mean, -mean]]));
         let found = CoefficientErrors::of(CrossValidation::default(), &fits).unwrap();
         assert!((found.standard[0][0] - (7.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert_eq!(CoefficientErrors::of(CrossValidation::default(), &fits[..1]), None);

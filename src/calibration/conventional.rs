@@ -38,8 +38,7 @@ impl Conventional {
             history_step_secs: 0.0,
         };
         let n_columns = design.n_columns();
-        let mut map =
-            LinearMap { columns: design.columns(), matrix: vec![vec![0.0; n_columns]; n_axes] };
+        let mut map = LinearMap::new(design.columns(), vec![vec![0.0; n_columns]; n_axes]);
         for _ in 0..2 {
             let parts: Vec<_> = training
                 .par_iter()

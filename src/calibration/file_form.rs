@@ -1,13 +1,12 @@
 //! How calibrations stand in files.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::Value;
 
 use crate::calibration::calibration::Calibration;
-use crate::calibration::linear_map::LinearMap;
 use crate::calibration::validate::CalibrationError;
 use crate::calibration::validate::{check_features, check_head};
-use crate::features::{Column, FeatureSettings};
+use crate::features::FeatureSettings;
 
 /// Why bytes are no calibration that can be used.
 #[derive(Debug, thiserror::Error)]
@@ -18,14 +17,6 @@ pub enum CalibrationFileError {
     /// What they say cannot be used.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-}
-
-/// A map whose columns have names, for whoever reads the file. What they are is settled by their order, which `gauges`,
-/// `features` and `offset` fix; the names are only compared.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct NamedMap {
-    features: Vec<String>,
-    matrix: Vec<Vec<f64>>,
 }
 
 /// What a file says of itself.
@@ -43,22 +34,20 @@ impl Calibration {
     pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
         let head: Head = serde_json::from_slice(content)?;
         check_head(&head.format, head.version)?;
-        let file: Calibration<NamedMap> = serde_json::from_slice(content)?;
-        let (gauges, offset) = (&file.gauges, file.offset);
-        file.features.check_columns(gauges.len()).map_err(CalibrationError::from)?;
-        let map = |field, map: &NamedMap, features: &FeatureSettings| {
-            let columns = features.columns(gauges.len(), offset);
-            check_features(field, &Column::names(&columns, gauges), &map.features)?;
-            let matrix = map.matrix.clone();
-            Ok::<_, CalibrationError>(LinearMap { columns, matrix })
-        };
-        let present = FeatureSettings::present();
-        let conventional = map("conventional", &file.conventional, &present)?;
-        let compensated = file.compensated.as_ref();
-        let compensated =
-            compensated.map(|compensated| map("compensated", compensated, &file.features));
-        let compensated = compensated.transpose()?;
-        let mut calibration = file.with_maps(conventional, compensated);
+        let mut calibration: Self = serde_json::from_slice(content)?;
+        let (features, offset) = (&calibration.features, calibration.offset);
+        let gauges = &calibration.gauges;
+        features.check_columns(gauges.len()).map_err(CalibrationError::from)?;
+        let conventional =
+            [("conventional", &mut calibration.conventional, &FeatureSettings::present())];
+        let compensated = calibration.compensated.iter_mut();
+        let compensated = compensated.map(|map| ("compensated", map, features));
+        // What the columns are is settled by their order, which gauges, features and offset fix; names are only compared.
+        for (field, map, features) in conventional.into_iter().chain(compensated) {
+            map.columns = features.columns(gauges.len(), offset);
+            let names = std::mem::take(&mut map.names_in_file);
+            check_features(field, &map.names(gauges), &names)?;
+        }
         let (n_axes, n_columns) = (calibration.axes.len(), calibration.columns().len());
         let known = calibration.quality.coefficients.take();
         calibration.quality.coefficients = known.filter(|known| known.is_of(n_axes, n_columns));
@@ -78,48 +67,13 @@ impl Calibration {
         Ok(unknown)
     }
 
-    /// The calibration as its file has it.
-    pub fn in_file(&self) -> Calibration<NamedMap> {
-        let named = |map: &LinearMap| NamedMap {
-            features: map.names(&self.gauges),
-            matrix: map.matrix.clone(),
-        };
-        let compensated = self.compensated.as_ref().map(named);
-        self.clone().with_maps(named(&self.conventional), compensated)
-    }
-}
-
-impl<M> Calibration<M> {
-    fn with_maps<N>(self, conventional: N, compensated: Option<N>) -> Calibration<N> {
-        Calibration {
-            format: self.format,
-            version: self.version,
-            program: self.program,
-            simulated: self.simulated,
-            identity: self.identity,
-            gauges: self.gauges,
-            axes: self.axes,
-            units: self.units,
-            full_scale: self.full_scale,
-            rated: self.rated,
-            offset: self.offset,
-            decimation: self.decimation,
-            gap_secs: self.gap_secs,
-            history_step_secs: self.history_step_secs,
-            limits: self.limits,
-            gauge_limits: self.gauge_limits,
-            features: self.features,
-            gauge_scale: self.gauge_scale,
-            regressor: self.regressor,
-            conventional,
-            compensated,
-            learned: self.learned,
-            quality: self.quality,
-            trained_on: self.trained_on,
-            rate_hz: self.rate_hz,
-            sources: self.sources,
-            tare: self.tare,
+    /// The calibration as its file has it: the columns of its maps with their names.
+    pub fn in_file(&self) -> Self {
+        let mut file = self.clone();
+        for map in std::iter::once(&mut file.conventional).chain(&mut file.compensated) {
+            map.names_in_file = map.names(&self.gauges);
         }
+        file
     }
 }
 

@@ -1,5 +1,7 @@
 //! A matrix that knows what its columns are: what calibration engineers call the calibration.
 
+use serde::{Deserialize, Serialize};
+
 use crate::features::{Column, Design};
 use crate::recording::Recording;
 
@@ -19,15 +21,23 @@ pub(super) fn is_usable(number: f64) -> bool {
 /// **Shapes** `matrix` has one row per axis and one column per feature; [`Column::Offset`] is always 1.
 ///
 /// **Units** (N) or (N·m) per unit of the gauge; per 1 for monomials, which are made of standardised gauges.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearMap {
     /// What each column is.
+    #[serde(skip)]
     pub columns: Vec<Column>,
+    /// The names of the columns as they stand in files; empty but in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
+    #[serde(rename = "features")]
+    pub(super) names_in_file: Vec<String>,
     /// One row per axis.
     pub matrix: Vec<Vec<f64>>,
 }
 
 impl LinearMap {
+    pub(crate) fn new(columns: Vec<Column>, matrix: Vec<Vec<f64>>) -> Self {
+        Self { columns, matrix, names_in_file: Vec::new() }
+    }
+
     /// The names of the columns where the gauges have these.
     pub fn names(&self, gauges: &[String]) -> Vec<String> {
         Column::names(&self.columns, gauges)
@@ -186,10 +196,8 @@ mod tests {
                 let n = width + usize::from(is_offset);
                 (0..n).map(|_| random.normal()).collect()
             };
-            let map = LinearMap {
-                columns: Vec::new(),
-                matrix: (0..n_axes).map(|_| row(&mut random)).collect(),
-            };
+            let matrix = (0..n_axes).map(|_| row(&mut random)).collect();
+            let map = LinearMap::new(Vec::new(), matrix);
             for n in [0, 1, 8, 21] {
                 let rows: Vec<f64> = (0..n * width).map(|_| random.normal()).collect();
                 let mut loads = vec![0.0; n * n_axes];

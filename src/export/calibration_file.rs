@@ -117,7 +117,8 @@ mod tests {
             let columns = blocks.columns(gauges.len(), offset);
             let row =
                 |axis: f64| (0..columns.len()).map(move |at| factor * axis / (at as f64 + 3.0));
-            LinearMap { matrix: vec![row(1.0).collect(), row(-1e-9).collect()], columns }
+            let matrix = vec![row(1.0).collect(), row(-1e-9).collect()];
+            LinearMap::new(columns, matrix)
         };
         Calibration {
             format: FORMAT.to_owned(),

@@ -52,7 +52,7 @@ impl Dataset {
 
     /// The map with these coefficients beside the conventional ones.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
-        LinearMap { columns: design.columns(), matrix: self.map.corrected(design, coefficients) }
+        LinearMap::new(design.columns(), self.map.corrected(design, coefficients))
     }
 }
 

@@ -105,7 +105,7 @@ pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     if let Some(map) = &calibration.compensated {
         tables.push(matrix("Compensated (Comp.)", map, calibration));
         if let Some(known) = &calibration.quality.coefficients {
-            let map = LinearMap { columns: map.columns.clone(), matrix: known.standard.clone() };
+            let map = LinearMap::new(map.columns.clone(), known.standard.clone());
             let title =
                 format!("Compensated (Comp.): standard errors, a jackknife {}", known.left_out);
             tables.push(matrix(&title, &map, calibration));

@@ -188,7 +188,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
 fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity) -> Calibration {
     let n_gauges = matrix[0].len();
     let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();
-    let map = LinearMap { columns: FeatureSettings::present().columns(n_gauges, false), matrix };
+    let map = LinearMap::new(FeatureSettings::present().columns(n_gauges, false), matrix);
     Calibration {
         format: FORMAT.to_owned(),
         version: VERSION,

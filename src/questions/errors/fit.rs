@@ -217,10 +217,8 @@ impl Dataset {
             // The past never differs: the compensated map is the conventional one, to the last bit.
             found.coefficients.clone_from(&none);
         }
-        calibration.compensated = Some(LinearMap {
-            columns: design.columns(),
-            matrix: self.map.corrected(&design, &found.coefficients),
-        });
+        let matrix = self.map.corrected(&design, &found.coefficients);
+        calibration.compensated = Some(LinearMap::new(design.columns(), matrix));
         let scores = |coefficients: &[f64], cv_rmse| Scores {
             train_rmse: metrics::rmse(train, coefficients),
             test_rmse: metrics::rmse(test, coefficients),
