@@ -26,9 +26,21 @@ const PART_ROWS: usize = 1 << 14;
 
 /// A file that was opened, and its start.
 #[derive(Debug)]
-pub(crate) enum Opened {
+pub(crate) struct Opened {
+    /// What a file is called that is no text.
+    pub(crate) kind: Option<&'static str>,
+    pub(crate) encoding: Encoding,
+    /// How long the file is.
+    pub(crate) file_bytes: u64,
+    /// How many of them are read.
+    pub(crate) read_bytes: u64,
+    table: Table,
+}
+
+#[derive(Debug)]
+enum Table {
     Text(TextFile),
-    Columns { columns: Columns, format: &'static Format, n_bytes: u64 },
+    Columns(Columns),
 }
 
 /// Some of a file's rows.
@@ -76,13 +88,18 @@ pub(crate) fn open(
             Some(columns) if columns.n_rows() == 0 => {
                 return Err(FileError::NoNumbers { left_out: columns.left_out });
             }
-            Some(columns) => {
-                return Ok(Opened::Columns { columns, format, n_bytes: metadata.len() });
-            }
+            Some(columns) => return Ok(Opened::of_columns(columns, format, metadata.len())),
             None => {}
         }
     }
-    TextFile::open(path, block_bytes, limit_bytes).map(Opened::Text)
+    let text = TextFile::open(path, block_bytes, limit_bytes)?;
+    Ok(Opened {
+        kind: None,
+        encoding: text.encoding(),
+        file_bytes: metadata.len(),
+        read_bytes: metadata.len().min(limit_bytes.unwrap_or(u64::MAX)),
+        table: Table::Text(text),
+    })
 }
 
 /// The names of the files in a folder, but for hidden ones.
@@ -98,18 +115,27 @@ fn files_in(folder: &Path) -> Vec<String> {
 }
 
 impl Opened {
+    fn of_columns(columns: Columns, format: &Format, n_bytes: u64) -> Self {
+        Self {
+            kind: Some(format.name),
+            encoding: Encoding::Arrays,
+            file_bytes: n_bytes,
+            read_bytes: n_bytes,
+            table: Table::Columns(columns),
+        }
+    }
+
     /// The first lines of a stream as if they were a file, where they are JSON objects.
     pub(crate) fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
         let (columns, keys) = LineKeys::of_first(lines)?;
-        let opened = Self::Columns { columns, format: &json_lines::FORMAT, n_bytes: 0 };
-        Some((opened, keys))
+        Some((Self::of_columns(columns, &json_lines::FORMAT, 0), keys))
     }
 
     /// How the table is written, found by looking; `None` if there is none.
     pub(crate) fn layout(&self) -> Option<TextLayout> {
-        match self {
-            Self::Text(text) => text.layout(),
-            Self::Columns { columns, .. } => Some(TextLayout {
+        match &self.table {
+            Table::Text(text) => text.layout(),
+            Table::Columns(columns) => Some(TextLayout {
                 header: columns.is_named,
                 parts: columns.used_parts(),
                 ..TextLayout::default()
@@ -119,9 +145,9 @@ impl Opened {
 
     /// Where the table is by a layout, of which only the header matters where nothing is cut; `None` if it is not there.
     pub(crate) fn head(&self, layout: &TextLayout) -> Option<Head> {
-        let table = match self {
-            Self::Text(text) => return text.head(layout),
-            Self::Columns { columns, .. } => columns,
+        let table = match &self.table {
+            Table::Text(text) => return text.head(layout),
+            Table::Columns(columns) => columns,
         };
         let columns = table.columns.iter();
         let names = columns.clone().map(|column| column.name.clone());
@@ -137,25 +163,25 @@ impl Opened {
 
     /// The day of the recording, where the file says it above its table.
     pub(crate) fn day(&self, head: &Head) -> Option<Day> {
-        match self {
-            Self::Text(text) => text.day(head),
-            Self::Columns { columns, .. } => columns.day,
+        match &self.table {
+            Table::Text(text) => text.day(head),
+            Table::Columns(columns) => columns.day,
         }
     }
 
     /// Whether looking finds that the file is cut as a layout says.
     pub(crate) fn is_cut_by(&self, layout: &TextLayout) -> bool {
-        match self {
-            Self::Text(text) => text.layout().as_ref() == Some(layout),
-            Self::Columns { columns, .. } => columns.is_named == layout.header,
+        match &self.table {
+            Table::Text(text) => text.layout().as_ref() == Some(layout),
+            Table::Columns(columns) => columns.is_named == layout.header,
         }
     }
 
     /// The cells of the first rows, and of some all over the file.
     pub(crate) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
-        let columns = match self {
-            Self::Text(text) => return text.sample(layout, head),
-            Self::Columns { columns, .. } => columns,
+        let columns = match &self.table {
+            Table::Text(text) => return text.sample(layout, head),
+            Table::Columns(columns) => columns,
         };
         let n_rows = columns.n_rows();
         let mut sample = Sample::default();
@@ -184,11 +210,11 @@ impl Opened {
         parse: impl Fn(Part<'_>) -> R + Sync,
         mut take: impl FnMut(Vec<R>, f64),
     ) -> Result<(), FileError> {
-        let (columns, n_bytes) = match self {
-            Self::Text(text) => {
+        let columns = match self.table {
+            Table::Text(text) => {
                 return text.read(head, progress, |lines| parse(Part::Lines(lines)), take);
             }
-            Self::Columns { columns, n_bytes, .. } => (columns, n_bytes),
+            Table::Columns(columns) => columns,
         };
         let n_rows = columns.n_rows();
         for start in (0..n_rows).step_by(PART_ROWS) {
@@ -197,59 +223,28 @@ impl Opened {
             let share = rows.len() as f64 / n_rows as f64;
             take(vec![parse(Part::Rows(&columns, rows))], share);
         }
-        progress.advance(n_bytes);
+        progress.advance(self.file_bytes);
         Ok(())
     }
 
     /// How many rows the file has if all are like those of its head.
     pub(crate) fn about_rows(&self, head: &Head) -> u64 {
-        match self {
-            Self::Text(text) => text.about_rows(head),
-            Self::Columns { columns, .. } => columns.n_rows() as u64,
+        match &self.table {
+            Table::Text(text) => text.about_rows(head),
+            Table::Columns(columns) => columns.n_rows() as u64,
         }
     }
 
     /// What the file holds if it is no text.
     pub(crate) fn columns(&self) -> Option<&Columns> {
-        match self {
-            Self::Text(_) => None,
-            Self::Columns { columns, .. } => Some(columns),
+        match &self.table {
+            Table::Text(_) => None,
+            Table::Columns(columns) => Some(columns),
         }
     }
 
     /// Of a file with several tables, all of them.
     pub(crate) fn parts(&self) -> &[FilePart] {
         self.columns().map_or(&[], |columns| &columns.parts)
-    }
-
-    /// What a file is called that is no text.
-    pub(crate) fn kind(&self) -> Option<&'static str> {
-        match self {
-            Self::Text(_) => None,
-            Self::Columns { format, .. } => Some(format.name),
-        }
-    }
-
-    pub(crate) fn encoding(&self) -> Encoding {
-        match self {
-            Self::Text(text) => text.encoding(),
-            Self::Columns { .. } => Encoding::Arrays,
-        }
-    }
-
-    /// How long the file is.
-    pub(crate) fn file_bytes(&self) -> u64 {
-        match self {
-            Self::Text(text) => text.whole_file_bytes(),
-            Self::Columns { n_bytes, .. } => *n_bytes,
-        }
-    }
-
-    /// How many of them are read.
-    pub(crate) fn read_bytes(&self) -> u64 {
-        match self {
-            Self::Text(text) => text.file_bytes(),
-            Self::Columns { n_bytes, .. } => *n_bytes,
-        }
     }
 }

@@ -27,12 +27,10 @@ pub fn estimate_weight(
 ) -> Result<WeightEstimate, ReadError> {
     map.check()?;
     let reading = Reading::whole(progress);
-    let (path, side) = match &map.reference {
-        Some(file) => (two_clocks::reference_path(path, file), Side::ReferenceFile),
-        None if map.has_two_clocks() => (path.to_owned(), Side::SecondClock),
-        None if map.table.has_role(ColumnRole::Gauge) => (path.to_owned(), Side::Both),
-        None => (path.to_owned(), Side::ReferenceFile),
-    };
+    let (path, side) = two_clocks::reference_of(path, map).unwrap_or_else(|| {
+        let has_gauges = map.table.has_role(ColumnRole::Gauge);
+        (path.to_owned(), if has_gauges { Side::Both } else { Side::ReferenceFile })
+    });
     let opened = reading.open(&path, &map.reference_table().text.parts)?;
     let weight = map.weight.clone().unwrap_or_default();
     let mut table = reading.table(&path, opened, map.reference_table(), side, Some(&weight))?;

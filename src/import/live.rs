@@ -227,17 +227,9 @@ impl LiveTable {
             .head(&map.table.text)
             .ok_or_else(|| ReadError::NoHeader { path: path.clone() })?;
         // A reference on another clock is of other moments.
-        let side = match map.has_two_clocks() {
-            true => Side::Gauges,
-            false => Side::Both,
-        };
-        let plan = Plan::new(&map.table, &head, side, None).map_err(at(&path, head.line))?;
-        let mut rows = Rows::starting_after(head.n_lines);
-        let parse = |part: Part<'_>| Rows::parse(part, &plan);
-        let read = opened.read(&head, &progress, parse, |parts, share| {
-            rows.append_all(parts, share, &plan);
-        });
-        read.map_err(of_file(&path))?;
+        let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
+        let plan = plan.map_err(at(&path, head.line))?;
+        let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(&path))?;
         match rows.times.is_empty() {
             true => Err(at(&path, plan.line)(TableError::NoRows)),
             false => Ok((plan, rows, keys)),

@@ -10,7 +10,7 @@ use super::two_clocks::{self, Table};
 use super::warning::{Finding, LoadWarning};
 use crate::formats;
 use crate::formats::text::Decimal;
-use crate::formats::{FilePart, Opened, Part};
+use crate::formats::{FilePart, Opened};
 use crate::import::error::{ReadError, TableError};
 use crate::import::map::{ColumnMap, ColumnRole, Stamps, TableMap, WeightMap};
 use crate::import::{assemble, names, timeline, weigh};
@@ -83,12 +83,7 @@ impl<'a> Reading<'a> {
         if map.is_none() {
             sides.check_skipped(path)?;
         }
-        let day = sides.day;
-        let mut loaded = sides.joined()?;
-        let dated = loaded.recordings.into_iter();
-        loaded.recordings = dated.map(|recording| recording.with_file_day(day)).collect();
-        loaded.map = map.map(|map| Box::new(map.clone()));
-        Ok(loaded)
+        Ok(Loaded { map: map.map(|map| Box::new(map.clone())), ..sides.joined()? })
     }
 
     /// Reads gauges and reference.
@@ -105,10 +100,7 @@ impl<'a> Reading<'a> {
             }
             None => by_names(path, &opened)?,
         };
-        let side = match map.has_two_clocks() {
-            true => Side::Gauges,
-            false => Side::Both,
-        };
+        let side = Side::of_gauges(&map);
         let about = about(&opened);
         let weight = map.weight.as_ref();
         let mut gauges = self.table(path, opened, &map.table, side, weight)?;
@@ -134,16 +126,12 @@ impl<'a> Reading<'a> {
     }
 
     fn reference(&self, path: &Path, map: &ColumnMap) -> Result<Option<Table>, ReadError> {
-        let (path, table, side) = match &map.reference {
-            Some(file) => {
-                let path = two_clocks::reference_path(path, file);
-                (path, &file.table, Side::ReferenceFile)
-            }
-            None if map.has_two_clocks() => (path.to_owned(), &map.table, Side::SecondClock),
-            None => return Ok(None),
+        let Some((path, side)) = two_clocks::reference_of(path, map) else {
+            return Ok(None);
         };
+        let table = map.reference_table();
         let opened = self.open(&path, &table.text.parts)?;
-        self.progress.add_total(opened.read_bytes());
+        self.progress.add_total(opened.read_bytes);
         let weight = map.weight.as_ref();
         let mut reference = self.table(&path, opened, table, side, weight)?;
         if let Some(weight) = weight {
@@ -163,7 +151,7 @@ impl<'a> Reading<'a> {
         weight: Option<&WeightMap>,
     ) -> Result<Table, ReadError> {
         let head = opened.head(&table.text).ok_or_else(|| {
-            let what = match (opened.kind(), table.text.header) {
+            let what = match (opened.kind, table.text.header) {
                 (Some(_), _) => "named columns",
                 (None, true) => "lines to skip and a header",
                 (None, false) => "lines to skip and rows",
@@ -190,12 +178,8 @@ impl<'a> Reading<'a> {
         }
         drop(sample);
         let day = opened.day(&head);
-        let mut rows = Rows::starting_after(head.n_lines);
-        let parse = |part: Part<'_>| Rows::parse(part, &plan);
-        let read = opened.read(&head, self.progress, parse, |parts, share| {
-            rows.append_all(parts, share, &plan);
-        });
-        read.map_err(of_file(path))?;
+        let read = Rows::read(opened, &head, &plan, self.progress);
+        let mut rows = read.map_err(of_file(path))?;
         assemble::settle_times(&plan, &mut rows);
         match table.stamps {
             Stamps::AsWritten => {}
@@ -217,7 +201,7 @@ pub(super) fn by_names(
     let no_header = || ReadError::NoHeader { path: path.to_owned() };
     let mut text = opened.layout().ok_or_else(no_header)?;
     let head = opened.head(&text).ok_or_else(no_header)?;
-    if opened.kind().is_some() && !text.header {
+    if opened.kind.is_some() && !text.header {
         return Err(ReadError::NoNames { path: path.to_owned(), columns: head.n_columns });
     }
     if !text.header && head.names_in_comment.is_empty() {
@@ -275,27 +259,28 @@ impl Sides {
 
     /// Brings the reference to the gauges' times, and cuts the result into recordings.
     pub(super) fn joined(self) -> Result<Loaded, ReadError> {
-        let Self { mut gauges, reference, map, .. } = self;
-        if gauges.plan.is_static {
-            let (recordings, warnings) = assemble::load_cases(gauges);
-            if let (Some(tare), Some(first)) = (map.tare, recordings.first()) {
-                // It has no interval, and says so.
-                first.clone().tared(tare)?;
-            }
-            return Ok(Loaded { recordings, warnings, map: None });
-        }
+        let Self { mut gauges, reference, map, day } = self;
+        let is_static = gauges.plan.is_static;
         let mut of_reference: Vec<LoadWarning> = Vec::new();
-        if let Some(mut reference) = reference {
+        if let Some(mut reference) = reference.filter(|_| !is_static) {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
             of_reference = reference.rows.findings.into_warnings(&reference.path);
         }
-        let (mut recordings, mut warnings) = assemble::recordings(gauges, map.gap_secs)?;
-        if let Some(tare) = map.tare {
-            let tared = recordings.into_iter();
-            let tared = tared.map(|recording| Ok(recording.tared(tare)?.0));
-            recordings = tared.collect::<Result<_, ReadError>>()?;
-        }
+        let (recordings, mut warnings) = match is_static {
+            true => assemble::load_cases(gauges),
+            false => assemble::recordings(gauges, map.gap_secs)?,
+        };
         warnings.append(&mut of_reference);
+        let finished = |recording: Recording| {
+            let recording = recording.with_file_day(day);
+            match map.tare {
+                // Load cases have no interval to tare by, which is an error.
+                Some(tare) => Ok(recording.tared(tare)?.0),
+                None => Ok(recording),
+            }
+        };
+        let recordings = recordings.into_iter().map(finished);
+        let recordings = recordings.collect::<Result<_, ReadError>>()?;
         Ok(Loaded { recordings, warnings, map: None })
     }
 }

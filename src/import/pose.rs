@@ -5,7 +5,7 @@
 
 use crate::import::map::{Angles, Attitude};
 use crate::recording::kinetics::{
-    Rotation, Weight, load_of_pull, pull_in_sensor, rotation_from_quaternion,
+    Rotation, Weight, cross, load_of_pull, pull_in_sensor, rotation_from_quaternion,
     rotation_from_roll_pitch_yaw, rotation_from_vector,
 };
 
@@ -245,10 +245,6 @@ impl WeightEstimate {
         self.centre_m = Some(first_moment.map(|x| x / self.mass_kg));
         self.moment_offset = Some(offset);
     }
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Cramer's rule; the matrix is symmetric and, as the caller made sure, not singular.

@@ -7,8 +7,9 @@ use std::ops::Range;
 
 use super::plan::{Plan, PosePlan, TimeScale, Use};
 use super::warning::{Finding, Findings, Trouble};
-use crate::formats::text::{ati, lines};
-use crate::formats::{Cell, Part, Row};
+use crate::formats::text::{Head, ati, lines};
+use crate::formats::{Cell, FileError, Opened, Part, Row};
+use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
@@ -61,9 +62,17 @@ struct LineRun {
 struct Unusable;
 
 impl Rows {
-    /// No rows yet, below so many lines.
-    pub(super) fn starting_after(n_lines: u64) -> Self {
-        Self { n_lines, ..Self::default() }
+    /// All rows of a file below its head.
+    pub(super) fn read(
+        opened: Opened,
+        head: &Head,
+        plan: &Plan,
+        progress: &Progress,
+    ) -> Result<Self, FileError> {
+        let mut rows = Self { n_lines: head.n_lines, ..Self::default() };
+        let parse = |part: Part<'_>| Self::parse(part, plan);
+        opened.read(head, progress, parse, |parts, share| rows.append_all(parts, share, plan))?;
+        Ok(rows)
     }
 
     /// The rows of a part of a file, line 1 being its first; rows that are no text count as lines.
@@ -186,7 +195,7 @@ impl Rows {
 
     /// Appends the parts that follow, which are such a share of the file; the first time it makes room for the whole
     /// file, as growing later would copy everything.
-    pub(super) fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
+    fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
         if self.times.is_empty() {
             let n_rows: usize = parts.iter().map(|rows| rows.times.len()).sum();
             // A little more than as many rows as so far everywhere.
@@ -197,7 +206,7 @@ impl Rows {
     }
 
     /// Makes room for about `n_rows` rows more.
-    pub(super) fn reserve(&mut self, n_rows: usize, plan: &Plan) {
+    fn reserve(&mut self, n_rows: usize, plan: &Plan) {
         let widths = [
             1,
             plan.gauge_names.len(),
@@ -388,12 +397,8 @@ impl Rows {
         let n_rows = self.times.len();
         self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
         for (width, values) in self.lists() {
-            let mut kept = 0;
-            for row in (0..n_rows).filter(|row| is_kept(*row)) {
-                values.copy_within(row * width..(row + 1) * width, kept * width);
-                kept += 1;
-            }
-            values.truncate(kept * width);
+            let mut places = 0..;
+            values.retain(|_| places.next().is_some_and(|at| is_kept(at / width)));
         }
     }
 
@@ -401,33 +406,25 @@ impl Rows {
     /// any is gone, and told.
     pub(super) fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
-        let known = |at: &usize| {
-            let mut values = self.auxiliary.iter().skip(*at).step_by(n);
+        let known = |channel: usize| {
+            let mut values = self.auxiliary.iter().skip(channel).step_by(n);
             values.any(|value| value.is_finite())
         };
-        let kept: Vec<usize> = (0..n).filter(known).collect();
-        if kept.len() < n {
-            let rows = self.auxiliary.chunks_exact(n);
-            let values = rows.flat_map(|row| kept.iter().map(|at| row[*at]));
-            self.auxiliary = values.collect();
-            let names = std::mem::take(&mut plan.auxiliary_names);
-            let units = std::mem::take(&mut plan.auxiliary_units);
-            for (at, (name, unit)) in names.into_iter().zip(units).enumerate() {
-                if kept.contains(&at) {
-                    plan.auxiliary_names.push(name);
-                    plan.auxiliary_units.push(unit);
-                } else {
-                    let names = vec![name];
-                    self.findings.note(plan.line, Finding::IgnoredColumns { names });
-                }
-            }
+        let is_kept: Vec<bool> = (0..n).map(known).collect();
+        for (name, _) in plan.auxiliary_names.iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept)
+        {
+            let names = vec![name.clone()];
+            self.findings.note(plan.line, Finding::IgnoredColumns { names });
         }
-        for at in 0..kept.len() {
-            self.note_held(at, plan, gap_secs);
-            let mut values = self.auxiliary.iter_mut().skip(at).step_by(kept.len());
-            let first = values.by_ref().map(|value| *value).find(|v| v.is_finite());
-            let mut last = first.unwrap_or_default();
-            for value in self.auxiliary.iter_mut().skip(at).step_by(kept.len()) {
+        keep(&mut self.auxiliary, &is_kept);
+        keep(&mut plan.auxiliary_names, &is_kept);
+        keep(&mut plan.auxiliary_units, &is_kept);
+        let n = plan.auxiliary_names.len();
+        for channel in 0..n {
+            self.note_held(channel, plan, gap_secs);
+            let mut values = self.auxiliary.iter().skip(channel).step_by(n).copied();
+            let mut last = values.find(|value| value.is_finite()).unwrap_or_default();
+            for value in self.auxiliary.iter_mut().skip(channel).step_by(n) {
                 match value.is_finite() {
                     true => last = *value,
                     false => *value = last,
@@ -457,14 +454,12 @@ impl Rows {
             let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
             steps.filter(|step| (0.0..=gap_of_rows).contains(step)).sum::<f64>()
         };
-        let runs = missing.chunk_by(|a, b| a + 1 == *b);
-        let runs = runs.map(|run| run[0]..run[run.len() - 1] + 1);
-        let runs: Vec<(Range<usize>, f64)> = runs
-            .map(|rows| {
-                let secs = secs_of(&rows);
-                (rows, secs)
-            })
-            .collect();
+        let runs = missing.chunk_by(|a, b| a + 1 == *b).map(|run| {
+            let rows = run[0]..run[run.len() - 1] + 1;
+            let secs = secs_of(&rows);
+            (rows, secs)
+        });
+        let runs: Vec<(Range<usize>, f64)> = runs.collect();
         let told: Vec<&(Range<usize>, f64)> = (runs.iter())
             .filter(|(_, secs)| plan.is_static || !is_now_and_then || *secs > gap)
             .collect();
@@ -502,6 +497,12 @@ impl Rows {
             held.rows = ends[0].1..ends[1].1;
         }
     }
+}
+
+/// Keeps the values of these columns of a row-major table.
+fn keep<T>(table: &mut Vec<T>, is_kept: &[bool]) {
+    let mut columns = is_kept.iter().cycle();
+    table.retain(|_| columns.next() == Some(&true));
 }
 
 /// The first row of a text, where its first line ends within quotes: up to the line in which they close, and how many lines it has.

@@ -5,13 +5,13 @@
 use std::path::{Path, PathBuf};
 
 use super::error::at;
-use super::plan::Plan;
+use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::warning::Finding;
 use crate::import::error::{ReadError, TableError};
 use crate::import::join;
 use crate::import::join::Series;
-use crate::import::map::{Join, ReferenceFile};
+use crate::import::map::{ColumnMap, Join, ReferenceFile};
 use crate::import::timeline;
 use crate::recording::Day;
 
@@ -29,6 +29,14 @@ pub(super) struct Table {
 pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(reference.file.replace("{stem}", &stem))
+}
+
+/// The file of a reference with a clock of its own, and which part of the file is read.
+pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Side)> {
+    match &map.reference {
+        Some(file) => Some((reference_path(path, file), Side::ReferenceFile)),
+        None => map.has_two_clocks().then(|| (path.to_owned(), Side::SecondClock)),
+    }
 }
 
 /// Makes sure that the reference's time goes on.

@@ -330,7 +330,6 @@ fn cases(entries: &[Entry]) -> Vec<Key> {
     entries.iter().enumerate().map(key).collect()
 }
 
-/// Groups by these keys, numbered as they come.
 /// The first of the parts that are left of the same recording; itself, where it is whole.
 fn first_part(entries: &[Entry], at: usize) -> usize {
     let recording = &entries[at].recording;
@@ -344,6 +343,7 @@ fn first_part(entries: &[Entry], at: usize) -> usize {
     entries.iter().position(is_part).unwrap_or(at)
 }
 
+/// Groups by these keys, numbered as they come.
 fn named(by: &'static str, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
     let mut names = Vec::new();

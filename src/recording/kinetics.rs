@@ -72,9 +72,13 @@ pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
 }
 
 /// The force and its moments about the origin.
-fn with_moments([fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
-    let [x, y, z] = weight.centre_m;
-    [fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx]
+fn with_moments(force @ [fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
+    let [mx, my, mz] = cross(weight.centre_m, force);
+    [fx, fy, fz, mx, my, mz]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// The attitude of a quaternion `[w, x, y, z]` of any length; `None` without length.

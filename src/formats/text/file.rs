@@ -114,13 +114,8 @@ impl TextFile {
         self.blocks.text.encoding()
     }
 
-    /// How many bytes of the file are read in all; its length when it was opened, or less.
-    pub(in crate::formats) fn file_bytes(&self) -> u64 {
-        self.blocks.text.file_bytes()
-    }
-
     /// How long the file was when it was opened.
-    pub(in crate::formats) fn whole_file_bytes(&self) -> u64 {
+    fn whole_file_bytes(&self) -> u64 {
         self.blocks.text.whole_file_bytes()
     }
 }

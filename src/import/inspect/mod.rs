@@ -162,7 +162,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
         Some(report(&path, &opened, &file.table))
     });
     let table = report(path, &opened, &map.table);
-    let is_sample = opened.read_bytes() < table.file_bytes;
+    let is_sample = opened.read_bytes < table.file_bytes;
     let check = check(path, &reading, &map, is_sample)?;
     Ok(Inspection { table, reference, map, questions, check })
 }
@@ -224,9 +224,9 @@ fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
     };
     TableReport {
         path: path.to_owned(),
-        file_bytes: opened.file_bytes(),
-        encoding: opened.encoding(),
-        kind: opened.kind(),
+        file_bytes: opened.file_bytes,
+        encoding: opened.encoding,
+        kind: opened.kind,
         text: table.text.clone(),
         line: head.as_ref().map(|head| head.line),
         parts: opened.parts().to_vec(),
