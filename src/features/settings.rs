@@ -1,10 +1,11 @@
 //! Which blocks describe a sample, and with which values.
 
-use std::fmt;
+use std::collections::BTreeMap;
 
-use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::de::Error as _;
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Value, from_value};
 
 use crate::features::block::{Appends, Block};
 use crate::features::blocks::{Auxiliary, BLOCKS};
@@ -129,36 +130,11 @@ impl Serialize for FeatureSettings {
 impl<'de> Deserialize<'de> for FeatureSettings {
     /// What is missing is as by default, what is not known is passed over.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Fields;
-        impl<'de> Visitor<'de> for Fields {
-            type Value = FeatureSettings;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("the features with their values")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<FeatureSettings, A::Error> {
-                let mut settings = FeatureSettings::default();
-                while let Some(key) = map.next_key::<String>()? {
-                    let block = BLOCKS.iter().copied().find(|block| block.setting().key == key);
-                    match (&*key, block) {
-                        ("look_backs", _) => settings.look_backs = map.next_value()?,
-                        ("distance", _) => settings.distance = map.next_value()?,
-                        (CHANNELS, _) => settings.auxiliary = map.next_value()?,
-                        (_, Some(block)) if block.setting().choices().is_some() => {
-                            let number: u8 = map.next_value()?;
-                            settings.blocks.set(block, vec![f64::from(number)]);
-                        }
-                        (_, Some(block)) => settings.blocks.set(block, map.next_value()?),
-                        (_, None) => {
-                            map.next_value::<IgnoredAny>()?;
-                        }
-                    }
-                }
-                Ok(settings)
-            }
+        let mut settings = Self::default();
+        for (key, value) in BTreeMap::<String, Value>::deserialize(deserializer)? {
+            settings.take(&key, value).map_err(D::Error::custom)?;
         }
-        deserializer.deserialize_map(Fields)
+        Ok(settings)
     }
 }
 
@@ -177,6 +153,22 @@ pub enum FeatureError {
 }
 
 impl FeatureSettings {
+    /// Takes what a file has under this key.
+    fn take(&mut self, key: &str, value: Value) -> Result<(), serde_json::Error> {
+        let block = BLOCKS.iter().copied().find(|block| block.setting().key == key);
+        match (key, block) {
+            ("look_backs", _) => self.look_backs = from_value(value)?,
+            ("distance", _) => self.distance = from_value(value)?,
+            (CHANNELS, _) => self.auxiliary = from_value(value)?,
+            (_, Some(block)) if block.setting().choices().is_some() => {
+                self.blocks.set(block, vec![f64::from(from_value::<u8>(value)?)]);
+            }
+            (_, Some(block)) => self.blocks.set(block, from_value(value)?),
+            (_, None) => {}
+        }
+        Ok(())
+    }
+
     /// No block: the present gauges alone.
     pub fn present() -> Self {
         Self {

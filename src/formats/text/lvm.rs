@@ -5,7 +5,7 @@
 //! follows from `X0` and `Delta_X` (`No`).
 
 use super::blocks::Blocks;
-use super::cells::{Cells, decimal_comma_number, delimiter_of_header, lines, number};
+use super::cells::{Cells, decimal_comma_number, lines, number};
 use super::layout::names;
 use super::times::TimeForm;
 use super::written::Delimiter;
@@ -79,7 +79,12 @@ impl Table {
     fn line(&mut self, line: &[u8]) {
         let delimiter = match self.is_begun {
             true => self.delimiter,
-            false => delimiter_of_header(line),
+            // What comes first: a comma may be the value.
+            false => match line.iter().find(|byte| b"\t,;".contains(byte)) {
+                Some(b',') => Delimiter::Comma,
+                Some(b';') => Delimiter::Semicolon,
+                _ => Delimiter::Tab,
+            },
         };
         let cells: Vec<&[u8]> = Cells::new(line, delimiter).collect();
         match cells[0] {
