@@ -37,6 +37,7 @@ use crate::export::{
     check_targets, interrupted_code, name_gauges, names_gauges, read_with_notes, target_endings,
     target_for, write_atomically, write_loads_csv,
 };
+use crate::finding::{Face, with_ways};
 use crate::formats::FileError;
 use crate::formats::csv::write_csv;
 use crate::import;
@@ -422,11 +423,11 @@ pub struct Apply {
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum JobError {
-    #[error(transparent)]
+    #[error("{}", .0.text(Face::CommandLine))]
     Read(#[from] ReadError),
     #[error(transparent)]
     Map(#[from] MapFileError),
-    #[error(transparent)]
+    #[error("{}", with_ways(.0.to_string(), .0.ways(), Face::CommandLine))]
     Tare(#[from] TareError),
     #[error("{name}: all samples look faulty; none would be left")]
     AllFaulty { name: String },
@@ -486,7 +487,7 @@ pub enum JobError {
         "no sample lies between {from_secs} s and {to_secs} s on the clock of its recording; choose other times"
     )]
     NoTraces { from_secs: f64, to_secs: f64 },
-    #[error("{undetermined}; give --force to export it all the same")]
+    #[error("{}; --force exports it all the same", undetermined.finding().text(Face::CommandLine))]
     Undetermined { undetermined: Undetermined },
     #[error("{}: no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on", .path.display())]
     NoReference { path: PathBuf },
@@ -884,7 +885,7 @@ fn unread(path: &Path, error: impl Into<JobError>) -> JobError {
 
 fn print_warnings(warnings: &[LoadWarning]) {
     for warning in warnings {
-        tell(&format_args!("warning: {warning}"));
+        tell(&format_args!("warning: {}", warning.text(Face::CommandLine)));
     }
 }
 

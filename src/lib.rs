@@ -17,7 +17,7 @@
 //! | [`cli`] | the command line | [`cli::Job`] |
 //! | `ui` | the window (feature `gui`), one file a pane: panes ask questions, draw answers, push edits | `ui::Shell` |
 //!
-//! [`progress`] is how slow work is watched and cancelled.
+//! [`finding`] is what the program tells beside numbers, [`progress`] how slow work is watched and cancelled.
 //!
 //! What another program can use of it: read recordings, fit and score a calibration, write it, read it again, and run it sample by
 //! sample. Everything else is the crate's own.
@@ -72,6 +72,7 @@ pub mod cli;
 pub mod engine;
 pub mod export;
 pub mod features;
+pub mod finding;
 pub mod formats;
 pub mod import;
 mod lanes;

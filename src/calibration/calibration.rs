@@ -21,6 +21,7 @@ use crate::calibration::validate::CalibrationError;
 use crate::features::{
     AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
 };
+use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::recording::{Axis, Identity, RECORDING, Recording, Tare, span};
 
@@ -94,6 +95,9 @@ pub struct Quality {
     /// Training recordings that contradict the others, right after the fit; no file keeps it.
     #[serde(skip)]
     pub odd: Vec<OddRecording>,
+    /// How many coefficients are free, with the ridge, on the axis with most, right after a linear fit; no file keeps it.
+    #[serde(skip)]
+    pub free_coefficients: Option<f64>,
 }
 
 /// A training recording that the fit without it predicts far worse than it fits the others.
@@ -186,16 +190,22 @@ impl fmt::Display for CrossValidation {
 }
 
 /// A fit that could go through every sample it was made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{samples} training samples for {coefficients} coefficients of each axis: the fit can go through every one of them, so \
-     its training error says nothing; record more, or take fewer gauges and blocks"
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined {
     /// Samples that were fitted.
     pub samples: u64,
     /// Coefficients of each axis.
     pub coefficients: usize,
+}
+
+impl Undetermined {
+    /// What it does to the calibration.
+    pub(crate) fn finding(&self) -> Finding {
+        let Self { samples, coefficients } = self;
+        let seen =
+            format!("only {samples} training samples for {coefficients} coefficients of each axis");
+        Finding::new(Id::Undetermined, Verdict::Insufficient, seen)
+    }
 }
 
 /// A calibration that can be saved, read and applied.

@@ -9,8 +9,9 @@ use serde::Serialize;
 
 use super::choices::{ModelArgs, RecordingArgs};
 use super::{JobError, named_file};
+use crate::finding::{Face, Verdict};
 use crate::progress::Progress;
-use crate::questions::check::independent_loads::{Sufficiency, Verdict};
+use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::check::sufficiency_tables;
 use crate::questions::{HangingMass, Request};
@@ -100,7 +101,7 @@ pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
 /// For people: the verdict, its reasons, then the figures.
 fn text(found: &Sufficiency) -> String {
     let mut lines = vec![format!("{}.", found.verdict.words())];
-    lines.extend(found.sentences().map(|sentence| format!("* {sentence}")));
+    lines.extend(found.sentences(Face::CommandLine).map(|sentence| format!("* {sentence}")));
     lines.push(format!("\n{}", found.rank_in_words()));
     lines.extend(found.undetermined.iter().map(|one| format!("  {one}")));
     lines.extend(

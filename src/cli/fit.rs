@@ -20,15 +20,15 @@ use crate::export::{
     listed_targets, target_for,
 };
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
+use crate::finding::{Face, Finding, Id};
 use crate::progress::Progress;
-use crate::questions::check::cautions::cautions;
 use crate::questions::errors::{Shown, errors, factory_note};
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::expected_error::query::expected_error;
 use crate::questions::expected_error::{expected_error_table, limits_table};
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
-    Caution, Request, TrainingStep, analyse, check_limits, cross_validation_cost, handed_over,
+    Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, handed_over,
     read_factory, train,
 };
 use crate::scoring::numbers::significant;
@@ -107,12 +107,13 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
     {
         return Err(JobError::Undetermined { undetermined });
     }
-    let cautions = cautions(&request, &calibration, &Progress::default())?;
+    let text = |found: &Finding| found.text(Face::CommandLine);
     // Whoever reads the figures alone must hear of what leaves them without meaning.
-    let is_grave =
-        |caution: &&Caution| matches!(caution, Caution::Undetermined(_) | Caution::NotLeftOut(_));
-    for caution in cautions.iter().filter(is_grave) {
-        tell(&format_args!("warning: {caution}"));
+    let (grave, others): (Vec<Finding>, Vec<Finding>) =
+        (findings(&request, &calibration, &Progress::default())?.into_iter())
+            .partition(|found| matches!(found.id, Id::Undetermined | Id::NotLeftOut));
+    for found in &grave {
+        tell(&format_args!("warning: {}", text(found)));
     }
     let factory = match &args.factory {
         Some(path) => factory_scores(path, &request, &calibration)?,
@@ -143,7 +144,7 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
             expected_error: expected.as_ref().ok(),
             no_expected_error: expected.as_ref().err(),
             limits: &limits,
-            cautions: cautions.iter().map(ToString::to_string).collect(),
+            cautions: grave.iter().chain(&others).map(text).collect(),
             ..FitReport::new(&calibration, n_recordings)
         };
         serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
@@ -157,12 +158,11 @@ pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
         if !limits.is_empty() {
             write!(out, "\n{}", limits_table(&limits).text())?;
         }
-        let mut others = cautions.iter().filter(|caution| !is_grave(caution)).peekable();
-        if others.peek().is_some() {
+        if !others.is_empty() {
             writeln!(out, "\nTo know beside these figures:")?;
         }
-        for caution in others {
-            writeln!(out, "* {caution}")?;
+        for found in &others {
+            writeln!(out, "* {}", text(found))?;
         }
     }
     keep_limits(&limits)

@@ -28,6 +28,7 @@ use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
 use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
+use crate::finding::Face;
 use crate::import::map::ColumnMap;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
@@ -914,7 +915,7 @@ impl Engine {
             match opened {
                 Ok(Opened::Recordings(loaded, map)) => {
                     for warning in &loaded.warnings {
-                        self.tell(Level::Warning, warning.to_string());
+                        self.tell(Level::Warning, warning.text(Face::Window));
                     }
                     recordings.push(loaded.recordings);
                     if let Some(map) = map {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
+use crate::finding::Face;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::{Finding, LoadWarning, Loaded, ReadError};
@@ -77,7 +78,7 @@ fn open(
         }
         Some(_) => calibration().map(|(own, notes)| Opened::Calibration(own, notes)),
         None => open_recordings(path, map.as_ref(), remembered, progress)
-            .map_err(|error| error.to_string()),
+            .map_err(|error| error.text(Face::Window)),
     }
 }
 

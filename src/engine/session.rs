@@ -16,6 +16,7 @@ use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::export::{
     Together, WriteError, add_calibration, read_calibration, sha256, with_sources,
 };
+use crate::finding::Face;
 use crate::import;
 use crate::import::Loaded;
 use crate::progress::Progress;
@@ -410,7 +411,7 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
         match loaded {
             Some(Ok(loaded)) => {
                 for warning in loaded.warnings {
-                    say(Level::Warning, warning.to_string());
+                    say(Level::Warning, warning.text(Face::Window));
                 }
                 read.push(loaded.recordings);
                 let map = file.columns.clone().map(|map| (found.clone(), map));
@@ -477,7 +478,7 @@ impl SessionPart {
     /// One file, which is here now.
     pub fn at(file: &SessionFile, found: PathBuf, progress: &Progress) -> Self {
         let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
-        let loaded = loaded.map_err(|error| error.to_string());
+        let loaded = loaded.map_err(|error| error.text(Face::Window));
         Self {
             changed: is_another(file, &found),
             file: SessionFile { absolute: found, ..file.clone() },

@@ -10,13 +10,14 @@ use crate::engine::project::SessionFile;
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::{OpenedSession, SessionPart, prove_trained};
 use crate::export::{TargetError, check_targets};
+use crate::finding::{Face, with_ways};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::questions::Model;
 use crate::questions::question::{Answered, Query, Work};
-use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
+use crate::recording::{Entry, Recording, RecordingSet, Tare, TareError, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
 
 /// Something to do.
@@ -210,7 +211,8 @@ fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<Recor
             continue;
         };
         let tared = Recording::clone(&entry.recording).tared(tare);
-        set.replace(*at, tared.map_err(|error| error.to_string())?.0);
+        let text = |why: TareError| with_ways(why.to_string(), why.ways(), Face::Window);
+        set.replace(*at, tared.map_err(text)?.0);
     }
     Ok(set)
 }

@@ -4,28 +4,27 @@ use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
 use super::warning::LoadWarning;
+use crate::finding::{Face, Way, with_ways};
 use crate::formats::FileError;
 use crate::import::map::{ColumnRole, KeyError, MapError, OTHER_MAP};
 use crate::progress::Cancelled;
 use crate::recording::{Axis, TareError};
 use crate::shown::{listed, shown};
 
-/// The way out where names settle too little.
-const HOW_TO_MAP: &str = "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`";
 /// What is wrong with a table, at one of its lines. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error(
-        "no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #, or say what they are in a column map ({HOW_TO_MAP})"
+        "no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #, or say what they are in a column map"
     )]
     HeaderIsNumbers,
     #[error(
-        "no time column among {}; name one t or time, with its unit, e.g. t_ms, or say in a column map which it is ({HOW_TO_MAP})",
+        "no time column among {}; name one t or time, with its unit, e.g. t_ms, or say in a column map which it is",
         listed(names)
     )]
     NoTime { names: Vec<String> },
     #[error(
-        "no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1), or say in a column map which they are ({HOW_TO_MAP})",
+        "no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1), or say in a column map which they are",
         listed(names)
     )]
     NoGauges { names: Vec<String> },
@@ -38,7 +37,7 @@ pub enum TableError {
     #[error("{column} has the unknown unit {}; understood here: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
-        "no reference load among {}; name its columns Fx, Fy and so on, or say in a column map which they are ({HOW_TO_MAP})",
+        "no reference load among {}; name its columns Fx, Fy and so on, or say in a column map which they are",
         listed(names)
     )]
     NoLoads { names: Vec<String> },
@@ -55,7 +54,7 @@ pub enum TableError {
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "{column} has no unit, and its steps of {step} fit none: the calibration is of a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}; write the unit in the header, e.g. {} [ms], or say it in a column map ({HOW_TO_MAP})",
+        "{column} has no unit, and its steps of {step} fit none: the calibration is of a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}; write the unit in the header, e.g. {} [ms], or say it in a column map",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -103,7 +102,7 @@ pub enum ReadError {
     File { path: PathBuf, source: FileError },
     #[error("{}:{line}: {source}", path.display())]
     Table { path: PathBuf, line: u64, source: TableError },
-    #[error("{}: an array of {columns} columns without names; say what they are in a column map ({HOW_TO_MAP})", path.display())]
+    #[error("{}: an array of {columns} columns without names; say what they are in a column map", path.display())]
     NoNames { path: PathBuf, columns: usize },
     #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },
@@ -129,7 +128,7 @@ pub enum ReadError {
     #[error("{first} - and no other row is usable either")]
     NoUsableRow { first: Box<LoadWarning> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped, mostly like this: {first}{}. Say in a column map how the table is written ({HOW_TO_MAP}), \
+        "{}: {skipped} of {rows} rows would be skipped, mostly like this: {first}{}. Say in a column map how the table is written, \
          or mend the file",
         .path.display(),
         if *are_largest { "; those rows hold the largest values, so the others would make a wrong calibration" } else { "" }
@@ -146,6 +145,21 @@ pub enum ReadError {
 }
 
 impl ReadError {
+    /// What went wrong, and how this face does what it asks for.
+    pub fn text(&self, face: Face) -> String {
+        let ways: &[Way] = match self {
+            Self::NoNames { .. }
+            | Self::Table {
+                source: TableError::NoLoads { .. } | TableError::NoTimeUnit { .. },
+                ..
+            } => &[Way::Columns],
+            Self::Tare(why) => why.ways(),
+            _ if self.wants_a_map() => &[Way::Columns],
+            _ => &[],
+        };
+        with_ways(self.to_string(), ways, face)
+    }
+
     /// Whether somebody who says what the columns are would get past it.
     pub const fn wants_a_map(&self) -> bool {
         use TableError::{

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
+use crate::finding::{Face, Way, with_ways};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{listed, shown};
@@ -60,7 +61,7 @@ pub enum Finding {
     WrappedClock { from_secs: f64, to_secs: f64 },
     /// Pauses that are taken for a logger's own, so that no new recording starts.
     #[error(
-        "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, say in the import window after what pause a new recording starts, or set \"gap_secs\" in a column map"
+        "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, say after what pause a new recording starts, as \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     /// Two samples of one time.
@@ -68,12 +69,12 @@ pub enum Finding {
     RepeatedTime { time_secs: f64 },
     /// Rows that a logger wrote late.
     #[error(
-        "{count} rows stand after later ones, each less than a gap late; \"stamps\": \"sorted\" under \"table\" in a column map, or sorting by time in the import window, puts them where they belong"
+        "{count} rows stand after later ones, each less than a gap late; sorting by time puts them where they belong: \"stamps\": \"sorted\" under \"table\" in a column map"
     )]
     LateRows { count: usize },
     /// A clock that is coarser than the samples.
     #[error(
-        "most rows have the time of the row before; \"stamps\": \"spread\" under \"table\" in a column map, or the same in the import window, spreads them evenly until the next time"
+        "most rows have the time of the row before; \"stamps\": \"spread\" under \"table\" in a column map spreads them evenly until the next time"
     )]
     CoarseStamps,
     /// The header names no time unit, and the values do not look like seconds.
@@ -155,7 +156,7 @@ pub enum Finding {
     LoadCases { n_rows: usize, n_cases: usize },
     /// More than one topic, sheet, group or struct could be the table.
     #[error(
-        "several tables in one file: {} is read, not read: {}; choose in the import window, or under \"parts\" in the \"text\" of a column map",
+        "several tables in one file: {} is read, not read: {}; choose under \"parts\" in the \"text\" of a column map",
         listed(used),
         listed(others)
     )]
@@ -166,6 +167,23 @@ pub enum Finding {
     /// Samples in bursts became their means.
     #[error("{n_before} samples in bursts became {n_after} means")]
     AveragedBursts { n_before: usize, n_after: usize },
+}
+
+impl LoadWarning {
+    /// What happened, and how this face does what it asks for.
+    pub fn text(&self, face: Face) -> String {
+        use Finding::{AssumedDateOrder, AssumedTimeUnit, Bursts, CoarseStamps, LateRows};
+        use Finding::{LoadCases, SeveralParts, SeveralReferences, UnnamedLoads};
+        let ways: &[Way] = match self.finding {
+            AssumedDateOrder { .. } | AssumedTimeUnit { .. } | Bursts { .. } | CoarseStamps => {
+                &[Way::Columns]
+            }
+            LateRows { .. } | LoadCases { .. } | SeveralParts { .. } => &[Way::Columns],
+            SeveralReferences { .. } | UnnamedLoads { .. } => &[Way::Columns],
+            _ => &[],
+        };
+        with_ways(self.to_string(), ways, face)
+    }
 }
 
 impl Finding {

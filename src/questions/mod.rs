@@ -17,7 +17,7 @@ pub mod question;
 pub(crate) mod request;
 pub mod thresholds;
 
-pub use check::cautions::{Caution, cautions};
+pub use check::cautions::findings;
 pub use check::query::{HangingMass, sufficiency};
 pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;

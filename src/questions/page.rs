@@ -9,6 +9,7 @@ use crate::export::{
     used_recordings,
 };
 use crate::features::Thresholds;
+use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::error::AnalysisError;
@@ -256,9 +257,8 @@ fn measured_recordings(of: TableOf) -> String {
 fn warnings(analysis: &Analysis) -> Vec<String> {
     let simulated = "Made from the built-in simulated sensor, not from a real one.";
     let simulated = analysis.calibration.simulated.then(|| simulated.to_owned());
-    let cautions = analysis.cautions.iter();
-    let cautions = cautions.map(|caution| sentence(&caution.to_string()));
-    simulated.into_iter().chain(cautions).collect()
+    let findings = analysis.findings.iter().map(|found| sentence(&found.text(Face::Page)));
+    simulated.into_iter().chain(findings).collect()
 }
 
 /// The errors over both thresholds through those of the fit; `Err` holds why there are none.

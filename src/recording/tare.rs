@@ -10,6 +10,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::load_cases::largest_loads;
+use crate::finding::Way;
 use crate::recording::axis::Axis;
 use crate::recording::range::range_of;
 use crate::recording::recording::Recording;
@@ -61,6 +62,16 @@ impl FromStr for Tare {
     }
 }
 
+impl TareError {
+    /// How what it asks for is done.
+    pub(crate) fn ways(&self) -> &'static [Way] {
+        match self {
+            Self::NeverQuiet { .. } | Self::NeverUnloaded { .. } => &[Way::Tare],
+            _ => &[],
+        }
+    }
+}
+
 /// Why a recording cannot be tared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
@@ -71,11 +82,11 @@ pub enum TareError {
     )]
     NoTimes { name: String },
     #[error(
-        "{name}: no half second without movement to tare by; say when the sensor was unloaded, in seconds from the start of the recording, e.g. --tare 0:1.5"
+        "{name}: no half second without movement to tare by; say when the sensor was unloaded, in seconds from the start of the recording"
     )]
     NeverQuiet { name: String },
     #[error(
-        "{name}: {why}; say when the sensor was unloaded, in seconds from the start of the recording, e.g. --tare 0:1.5"
+        "{name}: {why}; say when the sensor was unloaded, in seconds from the start of the recording"
     )]
     NeverUnloaded { name: String, why: &'static str },
 }
@@ -258,8 +269,9 @@ mod tests {
             (with_loads(&[Axis::Fz], &|_| vec![3.0]), "without load"),
             (with_loads(&[], &|_| Vec::new()), "no reference"),
         ] {
-            let asked = recording.tared(Tare::Auto).unwrap_err().to_string();
-            assert!(asked.contains(why) && asked.contains("--tare 0:1.5"), "{asked}");
+            let asked = recording.tared(Tare::Auto).unwrap_err();
+            assert!(asked.to_string().contains(why), "{asked}");
+            assert_eq!(asked.ways(), [Way::Tare]);
         }
     }
 

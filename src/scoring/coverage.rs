@@ -17,6 +17,9 @@ const OUTSIDE: f64 = 0.02;
 /// Some load is always the largest: a group that holds one is outside where it lies further out than this share of what the others span.
 const ALONE: f64 = 0.2;
 
+/// Share of its samples outside the loads of the others from which a recording, or the test, is in doubt.
+pub const OUTSIDE_SHARE: f64 = 0.05;
+
 /// What the loads of recordings span.
 ///
 /// **Shapes** one entry per axis.

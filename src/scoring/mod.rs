@@ -6,6 +6,7 @@ pub mod faults;
 pub mod holds;
 pub mod information;
 pub mod left_out;
+pub(crate) mod load_spread;
 pub mod loops;
 pub mod mean_hysteresis;
 pub(crate) mod metrics;

@@ -6,8 +6,8 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use crate::questions::check::independent_loads::LoadSpread;
 use crate::recording::{Axis, Recording, load_ranges, median};
+use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::straight_lines;
 
 /// So many samples are looked at, spread evenly over the recordings ...
@@ -58,45 +58,22 @@ pub enum NoGauge {
     Copy(String, String),
 }
 
-impl NoGauge {
-    /// In a few words.
-    pub fn short(&self) -> String {
-        match self {
-            Self::Reference(gauge, axes) => format!("{gauge} seems to be {}", symbols(axes)),
-            Self::Computed(axis) => format!("{} is computed from the gauges", axis.symbol()),
-            Self::Clock(gauge) => format!("{gauge} seems to be a clock"),
-            Self::Copy(gauge, of) => format!("{gauge} is {of} again"),
-        }
-    }
-}
-
 impl fmt::Display for NoGauge {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Reference(gauge, axes) => write!(
-                f,
-                "{gauge} follows from {} of the reference to rounding, as no gauge of a sensor does, and seems to be {}",
-                symbols(axes),
-                match axes.len() {
-                    1 => "that load again, or a raw channel of it",
-                    _ => "a raw channel of the reference",
-                }
-            ),
-            Self::Computed(axis) => write!(
-                f,
-                "{} follows from the gauges to rounding, as it does from those of no sensor: some seem to be raw channels of the \
-                 reference, or the reference to be computed from them",
-                axis.symbol()
-            ),
-            Self::Clock(gauge) => write!(
-                f,
-                "{gauge} makes the same step from sample to sample, and seems to be a clock or counter"
-            ),
+            Self::Reference(gauge, axes) => {
+                let axes = symbols(axes);
+                write!(f, "{gauge} seems to be {axes}, which it follows from to rounding")
+            }
+            Self::Computed(axis) => {
+                let axis = axis.symbol();
+                write!(f, "{axis} is computed from the gauges, which it follows from to rounding")
+            }
+            Self::Clock(gauge) => {
+                write!(f, "{gauge} seems to be a clock: it always makes the same step")
+            }
             Self::Copy(gauge, of) => {
-                write!(
-                    f,
-                    "{gauge} is {of} again, but for a factor and an offset, and tells nothing more"
-                )
+                write!(f, "{gauge} is {of} again, but for a factor and an offset")
             }
         }
     }
@@ -466,7 +443,7 @@ mod tests {
             axes("S7", &[Axis::Fx, Axis::Fy, Axis::Fz]),
         ];
         assert_eq!(raw, expected);
-        assert!(raw[2].to_string().contains("Fx, Fy and Fz of the reference"));
+        assert!(raw[2].to_string().contains("Fx, Fy and Fz"));
         // On one axis, too, where the gauge beside it is a real one.
         let alone = of(1, &|_, [_, _, z], random| vec![z + 0.02 * random.normal(), 3.0 * z]);
         assert_eq!(alone, [NoGauge::Reference("S2".into(), vec![Axis::Fz])]);

@@ -3,6 +3,11 @@
 /// Fewer ticks do not say what an axis spans.
 pub const FEWEST_TICKS: usize = 3;
 
+/// A share in percent; a small one is not called none.
+pub(crate) fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 2))
+}
+
 /// `value` with this many significant digits, without an exponent where that stays short.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {

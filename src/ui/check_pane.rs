@@ -3,8 +3,9 @@
 use egui::{ComboBox, RichText};
 
 use crate::engine::Engine;
+use crate::finding::{Face, Verdict};
 use crate::questions::HangingMass;
-use crate::questions::check::independent_loads::{Sufficiency, Verdict};
+use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::CheckData;
 use crate::questions::check::{pair_figure, sufficiency_tables};
 use crate::recording::Axis;
@@ -172,7 +173,7 @@ fn verdict(ui: &mut egui::Ui, found: &Sufficiency, is_current: bool) {
             ui.weak("updating");
         }
     });
-    for sentence in found.sentences() {
+    for sentence in found.sentences(Face::Window) {
         ui.label(format!("• {sentence}."));
     }
     ui.weak(found.rank_in_words());

@@ -1,6 +1,7 @@
 //! The table of errors: Conv. and Comp. per axis, on train, on test, and by cross-validation.
 
 use crate::engine::Engine;
+use crate::finding::Face;
 use crate::questions::Analysis;
 use crate::questions::errors::{Shown, errors};
 use crate::questions::expected_error::asked::AskExpectedError;
@@ -62,8 +63,8 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
         {
             ui.weak(format!("CV {how}"));
         }
-        for caution in &analysis.cautions {
-            ui.warn(caution.short()).on_hover_text(caution.to_string());
+        for found in &analysis.findings {
+            ui.warn(&found.seen).on_hover_text(found.text(Face::Window));
         }
     });
     let Some(analysis) = engine.analysis() else {

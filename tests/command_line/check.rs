@@ -74,15 +74,19 @@ fn axes_that_no_mass_reaches_are_said() {
     };
     let text = "t [s],S1,S2,Fz [N],Mx [Nm]\n".to_owned() + &(0..200).map(row).collect::<String>();
     workshop.write("a.csv", text);
-    let note = |more: &[&str]| {
+    let unreached = |more: &[&str]| {
         let arguments = [&["check", "a.csv", "--json", "--mass", "0.5"], more].concat();
         let output = run(workshop.path(), &arguments);
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-        found["next_note"].as_str().unwrap().to_owned()
+        let own = found["reasons"].as_array().unwrap().iter();
+        let mut own = own.filter(|reason| reason["id"] == "unreached");
+        own.next().map(|reason| reason["text"].as_str().unwrap().to_owned())
     };
-    let told = "These masses and arms load nothing on Mx: that takes a mass on an arm (--arm).";
-    assert!(note(&[]).contains(told) && note(&["--arm", "0"]).contains(told));
-    assert!(!note(&["--arm", "0.1"]).contains("load nothing on"));
+    for arms in [&[][..], &["--arm", "0"]] {
+        let told = unreached(arms).unwrap();
+        assert!(told.contains("load nothing on Mx") && told.contains("(--arm)"), "{told}");
+    }
+    assert_eq!(unreached(&["--arm", "0.1"]), None);
 }
 
 /// The verdict counts what lies beyond the limits that are given.

@@ -5,6 +5,7 @@ use minijinja::{Value, context};
 use super::data::{ReportData, utc};
 use super::tables;
 use crate::export::template::filled_markup;
+use crate::finding::Face;
 use crate::questions::check::sufficiency_tables;
 use crate::questions::errors::{Shown, errors, factory_note};
 use crate::questions::expected_error::{expected_error_table, limits_table};
@@ -50,7 +51,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
         warnings => report.warnings.clone(),
         check => or_reason(&report.check, |found| context! {
             verdict => found.verdict.words(),
-            sentences => found.sentences().map(str::to_owned).collect::<Vec<_>>(),
+            sentences => found.sentences(Face::Page).collect::<Vec<_>>(),
             rank => found.rank_in_words(),
             tables => all(&sufficiency_tables(found)),
         }),

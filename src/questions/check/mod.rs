@@ -3,6 +3,8 @@
 pub mod cautions;
 pub mod faulty;
 pub mod independent_loads;
+mod judgement;
+pub(crate) mod load_count;
 pub(crate) mod odd;
 pub mod query;
 pub(crate) mod shown;

@@ -7,11 +7,10 @@ use crate::calibration::{
     Calibration, FitSettings, NormalEquations, Past, Piece, Regressor, Terms, recording_sums,
 };
 use crate::features::{Column, Design, FeatureStream};
+use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
-use crate::questions::check::cautions::Caution;
 use crate::questions::check::independent_loads::{
-    AxisReach, LoadSpread, NextLoad, OutsideOf, Pair, Part, Reason, Sufficiency, Verdict, enclosed,
-    faults_verdict, is_far_outside, leverages, percent,
+    AxisReach, NextLoad, OutsideOf, Pair, Part, Sufficiency, leverages,
 };
 use crate::questions::dataset::{Dataset, Datasets, Key, in_role};
 use crate::questions::error::AnalysisError;
@@ -24,9 +23,10 @@ use crate::same::same_where;
 use crate::scoring::Sensitivity;
 use crate::scoring::coverage::{Coverage, outside_of_others};
 use crate::scoring::cross_validation::are_left_out_whole;
-use crate::scoring::information::{Information, free_coefficients};
+use crate::scoring::information::Information;
 use crate::scoring::left_out::LeftOut;
-use crate::scoring::numbers::significant;
+use crate::scoring::load_spread::{LoadSpread, enclosed};
+use crate::scoring::numbers::{percent, significant};
 use crate::shown::{first, first_clauses};
 
 /// How many loads are proposed.
@@ -37,8 +37,10 @@ const LEAVING_OUT: f64 = 2e9;
 const KEPT: usize = 1 << 24;
 /// A square of a singular value below this share of the greatest leaves its direction undetermined, or nearly so.
 const HARDLY: f64 = 1e-8;
-/// So many recordings with faults are named.
+/// Maximum number of recordings with faults that are named.
 const FAULTY: usize = 3;
+/// Share of faulty training samples from which the data are in doubt.
+const FAULTY_SHARE: f64 = 0.05;
 /// So many such directions are named.
 const NAMED: usize = 8;
 /// A part of a direction below this share of its greatest is not named.
@@ -47,6 +49,8 @@ const PART: f64 = 0.3;
 const ONE_WAY: f64 = 0.1;
 /// The sensor's frame as the world's.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+use Verdict::{Doubtful, Enough};
 
 /// What a laboratory can hang on a sensor that it turns any way.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -154,26 +158,21 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         });
     let of_recordings: Vec<_> = of_recordings.collect();
     let names = calibration.feature_names();
-    let mut reasons = said_already(&data.cautions(&calibration, true));
+    let mut reasons = data.findings(&calibration, true);
+    // The check tells more of the count.
+    reasons.retain(|own| own.id != Id::FewLoads);
     let (faults, share) = faulty(asked, progress)?;
     if share > 0.0 {
-        let text = format!(
-            "{} of the training samples are not to be trusted ({}): leave such samples out, load less, or take a smaller gain",
-            percent(share),
-            first_clauses(FAULTY, &faults)
-        );
-        reasons.push(Reason { about: "faults", verdict: faults_verdict(share), text });
+        let severity = if share > FAULTY_SHARE { Doubtful } else { Enough };
+        let seen = format!("{} of the training samples are not to be trusted", percent(share));
+        let figures = first_clauses(FAULTY, &faults);
+        reasons.push(Finding::new(Id::Faults, severity, seen).with(figures));
     }
     if settings.regressor != Regressor::Linear {
-        let text = "all this is of the linear model on these features; what a network or a kernel learns beside it has more freedom \
-                    still, which cross-validation alone can judge";
-        reasons.push(Reason {
-            about: "regressor",
-            verdict: Verdict::Enough,
-            text: text.to_owned(),
-        });
+        let seen = "all this is of the linear model on these features";
+        reasons.push(Finding::new(Id::LinearOnly, Enough, seen));
     }
-    let (next, next_note) = proposals(&Proposing {
+    let proposed = proposals(&Proposing {
         calibration: &calibration,
         design: &design,
         axes: &axes,
@@ -182,7 +181,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         n_cases: coverage.cases.len(),
         hanging: asked.hanging.as_ref(),
     });
-    let free = fit.shares.iter().filter_map(|shares| free_coefficients(&sums.train, shares));
+    reasons.extend(proposed.unreached);
     let found = Sufficiency {
         verdict: Verdict::Enough,
         summary: String::new(),
@@ -190,7 +189,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         n_samples: sums.train.n_samples(),
         load_cases: coverage.n_cases(&calibration.columns()),
         coefficients: names.len(),
-        free_coefficients: free.fold(0.0, f64::max),
+        free_coefficients: calibration.quality.free_coefficients.unwrap_or(0.0),
         rank: calibration.quality.rank,
         condition: calibration.quality.condition,
         pairs: pairs(&axes, coverage, &spread),
@@ -199,43 +198,12 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         leverage: information.map_or_else(Vec::new, |own| leverages(&own, &of_recordings)),
         outside: data.outside(coverage, &calibration.axes),
         faults,
-        next,
-        next_note,
+        next: proposed.next,
+        next_note: proposed.note,
         cases: coverage.cases.loads().map(<[f64]>::to_vec).collect(),
     };
     let how = calibration.quality.cross_validation.as_ref().map(ToString::to_string);
     Ok(found.judged(&spread, how.as_deref()))
-}
-
-/// What the fit's cautions say already, with what it makes of the verdict; what is told here in more words is left out.
-fn said_already(cautions: &[Caution]) -> Vec<Reason> {
-    use Verdict::{Doubtful, Enough, Insufficient};
-    let said = cautions.iter().filter_map(|caution| {
-        let (about, verdict) = match caution {
-            Caution::NoTest => ("test", Enough),
-            Caution::LoadCases(..) => ("times", Enough),
-            Caution::Undetermined(_) => ("samples", Insufficient),
-            Caution::NotLeftOut(_) => ("cross_validation", Doubtful),
-            Caution::Blocks(_) | Caution::Groups(_) | Caution::Lone(_) => ("groups", Doubtful),
-            Caution::Still(_, (low, high), _) if low == high => ("still", Insufficient),
-            Caution::Still(..) => ("still", Doubtful),
-            Caution::Outside(_, _, outside) if is_far_outside(outside) => ("outside", Doubtful),
-            Caution::Outside(..) => ("outside", Enough),
-            Caution::Rank(..) | Caution::Auxiliary(_) | Caution::AuxiliaryBeyond(_) => {
-                ("undetermined", Enough)
-            }
-            Caution::AuxiliaryLeft(_) => ("auxiliary", Enough),
-            Caution::NoGauge(_) => ("no_gauge", Doubtful),
-            Caution::Odd(_) => ("odd", Doubtful),
-            Caution::FarOff(..) => ("test", Doubtful),
-            Caution::Worse(_) => ("error", Doubtful),
-            Caution::FewLoads(..) | Caution::KernelRidge(..) | Caution::LinearAlone(_) => {
-                return None;
-            }
-        };
-        Some(Reason { about, verdict, text: caution.to_string() })
-    });
-    said.collect()
 }
 
 /// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
@@ -450,24 +418,31 @@ struct Proposing<'a> {
     hanging: Option<&'a HangingMass>,
 }
 
-/// The loads to record next, and what is to be known of them.
-fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
+/// The loads to record next.
+struct Proposals {
+    next: Vec<NextLoad>,
+    /// What is to be known of them, or why there are none.
+    note: String,
+    /// The axes that no such load reaches.
+    unreached: Option<Finding>,
+}
+
+fn proposals(on: &Proposing<'_>) -> Proposals {
+    let none = || Proposals {
+        next: Vec::new(),
+        note: "No load moves, so nothing says what another one would show.".to_owned(),
+        unreached: None,
+    };
     let columns = on.calibration.columns();
     let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
     let memoryless: Vec<usize> = on.design.all().into_iter().filter(|at| !is_past(at)).collect();
     let (Some(sensitivity), Some(information)) =
         (Sensitivity::of(on.training), Information::of(on.sums, &memoryless))
     else {
-        return (
-            Vec::new(),
-            "No load moves, so nothing says what another one would show.".to_owned(),
-        );
+        return none();
     };
     if !sensitivity.moves.contains(&true) {
-        return (
-            Vec::new(),
-            "No load moves, so nothing says what another one would show.".to_owned(),
-        );
+        return none();
     }
     let row = |load: &[f64]| {
         let gauges = sensitivity.gauges(load);
@@ -510,26 +485,19 @@ fn proposals(on: &Proposing<'_>) -> (Vec<NextLoad>, String) {
     if on.axes.iter().zip(&sensitivity.moves).any(|(axis, moves)| *moves && !axis.rated) {
         note.push_str(" Where no rated load is entered, loads stay within those that there are.");
     }
-    if on.hanging.is_some() && !loads.is_empty() {
-        // Nothing reaches it with what there is: an arm of none makes no moment.
-        let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
-        let unreached = (0..on.axes.len()).filter(|axis| !reached(*axis));
-        let unreached: Vec<&str> = unreached.map(|axis| on.axes[axis].axis.symbol()).collect();
-        if !unreached.is_empty() {
-            note.push_str(&format!(
-                " These masses and arms load nothing on {}: that takes {}.",
-                unreached.join(", "),
-                match unreached.iter().any(|axis| axis.starts_with('F')) {
-                    true => "other masses",
-                    false => "a mass on an arm (--arm)",
-                }
-            ));
-        }
-    }
+    // Nothing reaches it with what there is: an arm of none makes no moment.
+    let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
+    let unreached = (0..on.axes.len()).filter(|axis| !reached(*axis));
+    let unreached: Vec<&str> = unreached.map(|axis| on.axes[axis].axis.symbol()).collect();
+    let unreached =
+        (on.hanging.is_some() && !loads.is_empty() && !unreached.is_empty()).then(|| {
+            let seen = format!("these masses and arms load nothing on {}", unreached.join(", "));
+            Finding::new(Id::Unreached, Enough, seen)
+        });
     if sensitivity.moves.contains(&false) {
         note.push_str(" Axes that never move come first of all, and are not among these.");
     }
-    (next, note)
+    Proposals { next, note, unreached }
 }
 
 /// Each axis that moves to the ends of its region and halfway, alone and by twos.
@@ -676,9 +644,9 @@ mod tests {
         check_of(&Request::fit(set, settings), None)
     }
 
-    fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<&'static str> {
-        let of = found.reasons.iter().filter(|reason| reason.verdict == verdict);
-        of.map(|reason| reason.about).collect()
+    fn abouts(found: &Sufficiency, verdict: Verdict) -> Vec<Id> {
+        let of = found.reasons.iter().filter(|reason| reason.severity == verdict);
+        of.map(|reason| reason.id).collect()
     }
 
     /// Where each recording is one pose, leaving load cases out is leaving recordings out, which is scored elsewhere.
@@ -705,12 +673,26 @@ mod tests {
             (few.verdict, few.coefficients, few.load_cases),
             (Verdict::Insufficient, 15, 16)
         );
-        assert!(abouts(&few, Verdict::Insufficient).contains(&"load_cases"), "{:#?}", few.reasons);
+        assert!(abouts(&few, Verdict::Insufficient).contains(&Id::FewLoads), "{:#?}", few.reasons);
         let many = of(poses(200, 20, 50), quadratic(0.0));
         assert_eq!(many.verdict, Verdict::Enough, "{:#?}", many.reasons);
         assert!(abouts(&many, Verdict::Doubtful).is_empty());
         let shrunk = of(poses(16, 20, 4), quadratic(1.0));
         assert!(shrunk.free_coefficients < 13.0, "{}", shrunk.free_coefficients);
+    }
+
+    /// 15 columns, of which a strong ridge leaves fewer than 13 free: 28 loads are enough for these.
+    #[test]
+    fn fit_and_check_judge_the_number_of_loads_alike() {
+        let is_few = |own: &Finding| matches!(own.id, Id::FewLoads | Id::FewLoadsPredicted);
+        for (n, ridge) in [(16, 0.0), (28, 0.0), (28, 1.0), (40, 0.0)] {
+            let request = Request::fit(poses(n, 20, 4), quadratic(ridge));
+            let fitted = analyse(&request, &Progress::default()).unwrap().findings;
+            let checked = of(request.recordings, request.settings).reasons;
+            let few = [fitted, checked].map(|found| found.iter().any(is_few));
+            let expected = ridge == 0.0 && n < 30;
+            assert_eq!(few, [expected; 2], "{n} loads, ridge {ridge}");
+        }
     }
 
     /// Each pose once, without times: some pose is always the largest.
@@ -743,8 +725,13 @@ mod tests {
             let found = of(Arc::new(set), FitSettings::default());
             let about = found.reasons.iter();
             about
-                .filter(|reason| matches!(reason.about, "leverage" | "outside"))
-                .map(|reason| reason.text.clone())
+                .filter(|reason| {
+                    matches!(
+                        reason.id,
+                        Id::LoneLoad | Id::LoneRecording | Id::OutsideOthers | Id::OutsideTrained
+                    )
+                })
+                .map(|reason| reason.seen.clone())
                 .collect::<Vec<_>>()
         };
         assert_eq!(of_tables(None), [""; 0]);
@@ -761,8 +748,8 @@ mod tests {
         };
         let told = |asked: &CheckData| {
             let found = sufficiency(asked, &Progress::default()).unwrap();
-            let about = found.reasons.iter().find(|reason| reason.about == "faults");
-            about.map(|reason| reason.verdict)
+            let about = found.reasons.iter().find(|reason| reason.id == Id::Faults);
+            about.map(|reason| reason.severity)
         };
         let asked = limited(5.0);
         assert_eq!(told(&limited(100.0)), None);
@@ -790,7 +777,7 @@ mod tests {
         );
         let hanging = HangingMass { masses: vec![1.5, 30.0], arms: vec![0.1] };
         let hung = check_of(&request, Some(hanging));
-        assert!(!hung.next_note.contains("load nothing on"), "{}", hung.next_note);
+        assert!(hung.reasons.iter().all(|own| own.id != Id::Unreached), "{:#?}", hung.reasons);
         for own in &hung.next {
             let force = own.load.iter().map(|load| load * load).sum::<f64>().sqrt();
             assert!(
@@ -822,12 +809,12 @@ mod tests {
         let gauges = |k| [1, 2, 3].map(|at| noise(k, at));
         let worst = |found: &Sufficiency| abouts(found, Verdict::Insufficient);
         let zero = one(50, &gauges, &|_| [0.0; 2]);
-        assert_eq!(worst(&zero), ["still", "still", "load_cases"]);
+        assert_eq!(worst(&zero), [Id::Still, Id::Still, Id::FewLoads]);
         assert!(zero.next.is_empty() && zero.pairs[0].correlation.is_none());
         let single = one(1, &gauges, &|_| [1.0, 2.0]);
-        assert!(worst(&single).contains(&"samples"));
+        assert!(worst(&single).contains(&Id::Undetermined));
         let unlike = one(300, &gauges, &|k| [noise(k, 4), noise(k, 5)]);
-        assert_eq!(worst(&unlike), ["error"]);
+        assert_eq!(worst(&unlike), [Id::NoBetterThanMean]);
         // A mass on one arm: both axes are told well, but not one from the other.
         let load = |k: usize| 10.0 * (0.1 * k as f64).sin();
         let hung = one(
@@ -835,7 +822,7 @@ mod tests {
             &|k| [1.0, 2.0, -0.5].map(|slope| slope * load(k) + 0.01 * noise(k, 1)),
             &|k| [load(k), 0.1 * load(k)],
         );
-        assert_eq!(worst(&hung), ["correlation"], "{:#?}", hung.reasons);
+        assert_eq!(worst(&hung), [Id::FewDirections], "{:#?}", hung.reasons);
         assert_eq!(hung.pairs[0].correlation, Some(1.0));
         assert!(hung.pairs[0].covered.unwrap() < 0.01);
         let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| [load(k), load(k + 40)]);

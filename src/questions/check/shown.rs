@@ -1,9 +1,10 @@
 //! What recordings tell of a model, as tables and a figure.
 
-use crate::questions::check::independent_loads::{AxisReach, Sufficiency, percent};
+use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::recording::Axis;
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
+use crate::scoring::numbers::percent;
 use crate::shown::and_more;
 
 /// No more recordings, or groups, are listed: those on which most rests.

@@ -14,6 +14,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::{Dataset, Errors, in_role};
 use crate::recording::{Entry, Recording, Role};
 use crate::scoring::cross_validation::{are_left_out_whole, folds};
+use crate::scoring::information::free_coefficients;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 use crate::scoring::metrics;
 use crate::scoring::part_squares::PartSquares;
@@ -253,6 +254,7 @@ impl Dataset {
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
             coefficients,
             odd: self.odd_recordings(sums, &each, calibration),
+            free_coefficients: free(train, &shares),
             ..Quality::default()
         };
         let errors = of_recordings
@@ -266,6 +268,18 @@ impl Dataset {
             .collect();
         LinearFit { errors, shares, left_out: left_out_squares }
     }
+}
+
+/// How many coefficients are free on the axis with most, by the shares that each axis is shrunk with.
+fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
+    let mut different: Vec<&Vec<f64>> = Vec::new();
+    for own in shares {
+        if !different.contains(&own) {
+            different.push(own);
+        }
+    }
+    let free = different.into_iter().filter_map(|own| free_coefficients(train, own));
+    free.max_by(f64::total_cmp)
 }
 
 /// The ridge that was chosen.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, FactoryScores, Past};
+use crate::finding::Finding;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::check::cautions::Caution;
 use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::factory::Factory;
@@ -27,7 +27,7 @@ pub struct Analysis {
     /// How the factory's matrix does; `None` without one.
     pub factory: Option<FactoryScores>,
     /// What is to be known beside the scores.
-    pub cautions: Vec<Caution>,
+    pub findings: Vec<Finding>,
     /// What the panes draw.
     pub traces: Arc<TraceSet>,
     /// How long it took.
@@ -142,7 +142,7 @@ impl Analyst {
         let factory = self.factory.as_ref();
         let fitted = request.calibration.is_none() || request.trained;
         Ok(Analysis {
-            cautions: data.cautions(&calibration, fitted),
+            findings: data.findings(&calibration, fitted),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
             fitted,
@@ -181,7 +181,7 @@ impl Analyst {
         let traces = fixed.preview(thinned, &calibration, &Arc::new(past), each);
         let factory = self.factory.as_ref();
         Some(Analysis {
-            cautions: data.cautions(&calibration, true),
+            findings: data.findings(&calibration, true),
             factory: factory.map(|(_, factory)| factory.scores(&data.entries, &calibration.axes)),
             calibration: Arc::new(calibration),
             fitted: true,

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
 use crate::export::utc;
+use crate::finding::Face;
 use crate::shown::first;
 use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
@@ -64,7 +65,7 @@ fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         }
         Doubt::Undetermined(undetermined, _) => (
             "The samples do not determine this calibration",
-            Some(undetermined.to_string()),
+            Some(undetermined.finding().text(Face::Window)),
             ("Export anyway", "Nobody can tell how wrong its loads are"),
         ),
     };

@@ -1,0 +1,399 @@
+//! What the program tells its user beside numbers: what was seen, what it does to the calibration, what to do.
+//!
+//! Guarantees: what a finding does and what to do about it are worded here, once, in words of the matter; [`Way`] adds how the command line
+//! or the window does it. What was seen is worded where it is found.
+
+use serde::ser::{Serialize, SerializeStruct as _, Serializer};
+use strum::IntoStaticStr;
+
+/// What findings make of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing speaks against it.
+    Enough,
+    /// It may do, and there is something to know.
+    Doubtful,
+    /// The coefficients say more about noise than about the sensor.
+    Insufficient,
+}
+
+impl Verdict {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Enough => "Enough: the data carry the model",
+            Self::Doubtful => "Doubtful: the data carry the model only in part",
+            Self::Insufficient => "Not enough: the data do not carry the model",
+        }
+    }
+}
+
+/// Where a finding is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Face {
+    /// In a terminal, or in the JSON that is printed there.
+    CommandLine,
+    /// In the window.
+    Window,
+    /// On a page, by somebody who need not have the program.
+    Page,
+}
+
+/// How a face does what a finding asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Recordings get other roles.
+    Roles,
+    /// Recordings are grouped.
+    Groups,
+    /// Auxiliary channels are used.
+    Auxiliary,
+    /// Columns get other roles.
+    Columns,
+    /// Features are appended or left out.
+    Features,
+    /// The ridge is set.
+    Ridge,
+    /// The regressor is chosen.
+    Regressor,
+    /// Faulty samples are left out.
+    Faulty,
+    /// A recording is tared.
+    Tare,
+    /// A mass hangs on an arm.
+    Arm,
+}
+
+impl Way {
+    /// In the words of the command line and of the window.
+    fn words(self) -> [&'static str; 2] {
+        match self {
+            Self::Roles => ["--train, --test or --split", "press its role, or Split"],
+            Self::Groups => ["--group", "press its group"],
+            Self::Auxiliary => ["--auxiliary", "Settings, Auxiliary channels"],
+            Self::Columns => [
+                "`loopscope inspect FILE --write-map MAP.json`, then `--columns MAP.json`",
+                "File > Import",
+            ],
+            Self::Features => ["--polynomial, --play and others", "Settings"],
+            Self::Ridge => ["--ridge", "Settings, Ridge"],
+            Self::Regressor => ["--regressor", "Settings, Regressor"],
+            Self::Faulty => ["--leave-out-faulty", "Leave out"],
+            Self::Tare => ["e.g. --tare 0:1.5", "right-click the recording"],
+            Self::Arm => ["--arm", "Hanging mass"],
+        }
+    }
+}
+
+/// A text, and how this face does what it asks for.
+pub(crate) fn with_ways(text: String, ways: &[Way], face: Face) -> String {
+    let ways: Vec<&str> = match face {
+        Face::CommandLine => ways.iter().map(|way| way.words()[0]).collect(),
+        Face::Window => ways.iter().map(|way| way.words()[1]).collect(),
+        Face::Page => return text,
+    };
+    match ways.is_empty() {
+        true => text,
+        false => format!("{text} ({})", ways.join("; ")),
+    }
+}
+
+/// One thing to know beside the scores.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// Which.
+    pub id: Id,
+    /// What it makes of the verdict at least.
+    pub severity: Verdict,
+    /// What was seen and where, in a few words.
+    pub seen: String,
+    /// The figures beside it; empty where there are none.
+    pub figures: String,
+}
+
+impl Finding {
+    /// What was seen, in a few words.
+    pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
+        Self { id, severity, seen: seen.into(), figures: String::new() }
+    }
+
+    /// This with its figures.
+    pub(crate) fn with(self, figures: impl Into<String>) -> Self {
+        Self { figures: figures.into(), ..self }
+    }
+
+    /// A whole sentence without its full stop.
+    pub fn text(&self, face: Face) -> String {
+        let (_, then, ways) = self.id.words();
+        let mut text = self.seen.clone();
+        if !self.figures.is_empty() {
+            text += &format!(" ({})", self.figures);
+        }
+        if !then.is_empty() {
+            text += &format!(": {then}");
+        }
+        with_ways(text, ways, face)
+    }
+}
+
+impl Serialize for Finding {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut found = serializer.serialize_struct("Finding", 4)?;
+        found.serialize_field("id", <&str>::from(self.id))?;
+        found.serialize_field("about", self.id.words().0)?;
+        found.serialize_field("verdict", &self.severity)?;
+        found.serialize_field("text", &self.text(Face::CommandLine))?;
+        found.end()
+    }
+}
+
+/// What findings there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
+#[cfg_attr(test, derive(strum::EnumIter))]
+#[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "what each means is worded below")]
+pub enum Id {
+    NoTest,
+    NoTimes,
+    Undetermined,
+    NotLeftOut,
+    FewRecordings,
+    FewGroups,
+    UnusedLoneGroup,
+    LoneGroup,
+    Still,
+    OutsideTrained,
+    OutsideOthers,
+    FewLoads,
+    FewLoadsPredicted,
+    Rank,
+    HardlyDetermined,
+    WeakestKernelRidge,
+    StrongestKernelRidge,
+    LinearAlone,
+    UnusedAuxiliary,
+    NoAuxiliary,
+    AuxiliaryBeyond,
+    AuxiliaryLeft,
+    NoGauge,
+    Odd,
+    Faults,
+    FarOff,
+    WorseOnTest,
+    NoBetterThanMean,
+    LargerLeftOut,
+    FewDirections,
+    MovesTogether,
+    NeverAlone,
+    NotReached,
+    LoneLoad,
+    LoneRecording,
+    LinearOnly,
+    Unreached,
+}
+
+impl Id {
+    /// What it is about, in a word that stays the same; what was seen does this to the calibration, and what to do; how to do it.
+    fn words(self) -> (&'static str, &'static str, &'static [Way]) {
+        match self {
+            Self::NoTest => (
+                "test",
+                "nothing but cross-validation says how the calibration does on recordings it never saw; keep one out of the \
+                 fit, or split the recordings in time",
+                &[Way::Roles],
+            ),
+            Self::NoTimes => (
+                "times",
+                "look-backs and all else of the past are off, whatever the settings say, and cross-validation leaves out whole \
+                 load cases, never a row beside its repeats",
+                &[],
+            ),
+            Self::Undetermined => (
+                "samples",
+                "the fit can go through every one of them, so its training error says nothing; record more, or take fewer \
+                 gauges and features",
+                &[Way::Features],
+            ),
+            Self::NotLeftOut => ("cross_validation", "", &[]),
+            Self::FewRecordings => (
+                "groups",
+                "contiguous blocks take turns in cross-validation, and each knows the same run from its neighbours, so the \
+                 error on another run can be far larger; record more",
+                &[],
+            ),
+            Self::FewGroups => (
+                "groups",
+                "they are too few to leave out in turn, so recordings are left out one by one, each known from those that \
+                 repeat it, and the cross-validation error flatters; record more, or set the groups",
+                &[Way::Groups],
+            ),
+            Self::UnusedLoneGroup => (
+                "groups",
+                "recordings are left out one by one rather than by group, and each is known from those that repeat it; load \
+                 this axis in others, too, or set the groups",
+                &[Way::Groups],
+            ),
+            Self::LoneGroup => (
+                "groups",
+                "left out, it is predicted by fits that never saw such loads; load this axis in others, too, or group otherwise",
+                &[Way::Groups],
+            ),
+            Self::Still => (
+                "still",
+                "whatever the errors of this axis are, they say nothing of a load on it; record loads on it, or leave its \
+                 column out",
+                &[Way::Columns],
+            ),
+            Self::OutsideTrained => (
+                "outside",
+                "the test error there is that of an extrapolation; train on such loads, or test within",
+                &[],
+            ),
+            Self::OutsideOthers => {
+                ("outside", "left out, it is predicted by an extrapolation", &[])
+            }
+            Self::FewLoads => (
+                "load_cases",
+                "many fits do as well on these loads, and differ on others; record more loads, or take fewer features or a ridge",
+                &[Way::Features, Way::Ridge],
+            ),
+            Self::FewLoadsPredicted => (
+                "load_cases",
+                "left out one by one, though, these loads are predicted nearly as well",
+                &[],
+            ),
+            Self::Rank => (
+                "undetermined",
+                "some gauges or features repeat each other, or the past sample never differs from the present one; leave such \
+                 gauges or features out",
+                &[Way::Features],
+            ),
+            Self::HardlyDetermined => (
+                "undetermined",
+                "their coefficients are large, and cancel on loads like these alone; take a ridge, fewer features or other loads",
+                &[Way::Ridge, Way::Features],
+            ),
+            Self::WeakestKernelRidge => (
+                "regressor",
+                "left-out parts ask for a weaker one than keeps its weights small, so it may do worse on other data than its \
+                 scores say; look at test recordings, or take fewer features",
+                &[Way::Features],
+            ),
+            Self::StrongestKernelRidge => (
+                "regressor",
+                "left-out parts learn next to nothing from the kernel; take another regressor",
+                &[Way::Regressor],
+            ),
+            Self::LinearAlone => (
+                "regressor",
+                "on left-out samples it does no better there than within one standard error, so the linear part stands alone; a \
+                 linear calibration is as good, or record more",
+                &[Way::Regressor],
+            ),
+            Self::UnusedAuxiliary => ("undetermined", "", &[]),
+            Self::NoAuxiliary => ("undetermined", "say which is one", &[Way::Columns]),
+            Self::AuxiliaryBeyond => {
+                ("undetermined", "the effect is carried on in a straight line there", &[])
+            }
+            Self::AuxiliaryLeft => (
+                "auxiliary",
+                "the model does not use what changed meanwhile; where the sensor depends on it, add the auxiliary channels",
+                &[Way::Auxiliary],
+            ),
+            Self::NoGauge => (
+                "no_gauge",
+                "no gauge of a sensor does so, and the sensor in use will not have such a column; give it another role",
+                &[Way::Columns],
+            ),
+            Self::Odd => (
+                "odd",
+                "another mounting or sensor, a wrong or late reference, a gauge that changed, or loads of another kind; look at \
+                 it, or take it out of training",
+                &[Way::Roles],
+            ),
+            Self::Faults => (
+                "faults",
+                "the fit follows them; leave such samples out, load less, or take a smaller gain",
+                &[Way::Faulty],
+            ),
+            Self::FarOff => (
+                "test",
+                "the test recordings are of another mounting, sensor or reference, or of loads of another kind; find out which \
+                 before you trust either figure",
+                &[],
+            ),
+            Self::WorseOnTest => (
+                "error",
+                "compensating does harm there; take fewer features, a ridge, or more kinds of motion to train on",
+                &[Way::Features, Way::Ridge],
+            ),
+            Self::NoBetterThanMean => ("error", "no better than a guess", &[]),
+            Self::LargerLeftOut => ("error_ratio", "", &[]),
+            Self::FewDirections => (
+                "correlation",
+                "what the matrix says there is not of these loads; load these axes one without the other",
+                &[],
+            ),
+            Self::MovesTogether => (
+                "correlation",
+                "what the gauges make of one can hardly be told from what they make of the other; load one without the other, \
+                 with a mass on another arm for instance",
+                &[],
+            ),
+            Self::NeverAlone => ("correlation", "it was hardly ever loaded on its own", &[]),
+            Self::NotReached => {
+                ("reach", "beyond that the matrix extrapolates; record larger loads", &[])
+            }
+            Self::LoneLoad => (
+                "leverage",
+                "no other load is like it, and an error in it goes straight into the matrix; repeat such loads",
+                &[],
+            ),
+            Self::LoneRecording => {
+                ("leverage", "an error in it goes straight into the matrix; repeat such loads", &[])
+            }
+            Self::LinearOnly => (
+                "regressor",
+                "what a network or a kernel learns beside it has more freedom still, which cross-validation alone can judge",
+                &[],
+            ),
+            Self::Unreached => (
+                "next",
+                "no proposed load tells of them; take other masses, or a mass on an arm",
+                &[Way::Arm],
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use strum::IntoEnumIterator as _;
+
+    use super::*;
+
+    /// Words that only one of the faces knows.
+    const OF_THE_COMMAND_LINE: [&str; 2] = ["--", "column map"];
+    const OF_THE_WINDOW: [&str; 6] =
+        ["click", "press ", "window", "Settings", "File >", "Hanging mass"];
+
+    #[test]
+    fn no_finding_names_what_another_face_does() {
+        for id in Id::iter() {
+            let found = Finding::new(id, Verdict::Doubtful, "seen").with("1 N");
+            let [command_line, window, page] =
+                [Face::CommandLine, Face::Window, Face::Page].map(|face| found.text(face));
+            assert!(
+                !OF_THE_WINDOW.iter().any(|word| command_line.contains(word)),
+                "{command_line}"
+            );
+            assert!(!OF_THE_COMMAND_LINE.iter().any(|word| window.contains(word)), "{window}");
+            let all = OF_THE_COMMAND_LINE.iter().chain(&OF_THE_WINDOW);
+            assert!(!all.clone().any(|word| page.contains(word)), "{page}");
+            assert!(page.starts_with("seen (1 N)") && !page.ends_with('.'), "{page}");
+            let has_ways = !id.words().2.is_empty();
+            assert_eq!((command_line != page, window != page), (has_ways, has_ways), "{id:?}");
+        }
+    }
+}

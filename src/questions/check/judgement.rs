@@ -1,0 +1,256 @@
+//! What the figures of a check make of the model, as findings.
+
+use std::cmp::Reverse;
+use std::collections::BTreeSet;
+
+use crate::finding::{Finding, Id, Verdict};
+use crate::questions::check::independent_loads::{AxisReach, Leverage, OutsideOf, Sufficiency};
+use crate::questions::check::load_count::LoadCount;
+use crate::recording::Axis;
+use crate::scoring::coverage::OUTSIDE_SHARE;
+use crate::scoring::load_spread::LoadSpread;
+use crate::scoring::numbers::{percent, significant};
+
+/// A left-out error so many times that of the fit is said ...
+const RATIO_SAID: f64 = 2.0;
+/// ... and one so many times says that the coefficients are made of noise, where it is more than [`ERROR_MATTERS`].
+const RATIO_FAILS: f64 = 5.0;
+/// Share of full scale from which such an error matters.
+const ERROR_MATTERS: f64 = 0.01;
+/// Share of what a load varies by from which a left-out error is no better than the mean.
+const NO_BETTER: f64 = 0.9;
+/// Correlation above which two load axes are reported as moving together.
+const CORRELATED: f64 = 0.8;
+/// The variance of what an axis does beside the others is this much smaller than its own: it is hard to tell from them.
+const INFLATION_SAID: f64 = 5.0;
+/// Share of a rated load that the training loads have to reach.
+const REACHED: f64 = 0.8;
+/// A recording matters by more than this share of what determines the coefficients, one of a single load by that of what it can at most ...
+const LEVERAGE_SHARE: f64 = 0.5;
+/// ... and by so many times its share of the samples.
+const LEVERAGE_TIMES: f64 = 3.0;
+/// A condition number from which some combinations of features are hardly determined.
+pub(super) const CONDITION: f64 = 1e4;
+
+use Verdict::{Doubtful, Enough, Insufficient};
+
+impl Sufficiency {
+    /// Adds what follows from its figures to the reasons that are there, and settles the verdict.
+    pub fn judged(mut self, spread: &LoadSpread, cross_validation: Option<&str>) -> Self {
+        let count = LoadCount {
+            cases: self.load_cases,
+            coefficients: self.coefficients,
+            free: self.free_coefficients,
+        };
+        let few = count.finding(self.predicts_loads());
+        self.summary = match &few {
+            Some(Finding { seen, figures, .. }) if !figures.is_empty() => {
+                format!("{seen}: {figures}")
+            }
+            Some(few) => few.seen.clone(),
+            None => format!("{}, {} samples", count.words(), self.n_samples),
+        };
+        let mut found = std::mem::take(&mut self.reasons);
+        found.extend(few);
+        found.extend(self.of_errors(cross_validation));
+        found.extend(self.axes.iter().filter_map(AxisReach::not_reached));
+        found.extend(self.few_directions(spread));
+        found.extend(self.coupled(spread));
+        found.extend(self.hardly_determined());
+        found.extend(self.stands_alone());
+        found.extend(self.outside_others());
+        // What is wrong with a recording comes before what that makes of the errors.
+        found.sort_by_key(|own| {
+            let is_cause = matches!(own.id, Id::NoGauge | Id::Odd | Id::Faults);
+            (!(own.severity > Enough && is_cause), Reverse(own.severity))
+        });
+        self.verdict = found.iter().map(|own| own.severity).max().unwrap_or(Enough);
+        self.reasons = found;
+        self
+    }
+
+    /// Whether loads that were left out are predicted nearly as well as the others, which counts for more than how many there are.
+    fn predicts_loads(&self) -> bool {
+        let times = |own: &AxisReach| Some(own.load_left_out_rmse? / own.train_rmse?);
+        self.axes.iter().all(|own| times(own).is_some_and(|times| times <= RATIO_SAID))
+    }
+
+    /// What the left-out errors say beside those of the fit; `by` says what was left out.
+    fn of_errors(&self, by: Option<&str>) -> impl Iterator<Item = Finding> {
+        type Error = fn(&AxisReach) -> Option<f64>;
+        let ways: [(Option<&str>, Error); 2] =
+            [(by, |own| own.left_out_rmse), (Some("by load case"), |own| own.load_left_out_rmse)];
+        let (mut no_better, mut larger) = (None, None::<(f64, Finding)>);
+        for (by, error) in ways {
+            let Some(by) = by else { continue };
+            let errors = self.axes.iter().filter_map(|own| Some((own, error(own)?)));
+            let (lost, others): (Vec<_>, Vec<_>) = errors.partition(|(own, error)| {
+                own.deviation > 0.0 && *error >= NO_BETTER * own.deviation
+            });
+            no_better = no_better.or_else(|| no_better_than_mean(by, &lost));
+            let own = larger_left_out(by, others);
+            let most = larger.as_ref().map_or(0.0, |(most, _)| *most);
+            larger = own.filter(|(times, _)| *times > most).or(larger);
+        }
+        no_better.into_iter().chain(larger.map(|(_, found)| found))
+    }
+
+    /// That the loads do not move in as many directions as there are axes that move.
+    fn few_directions(&self, spread: &LoadSpread) -> Option<Finding> {
+        let (n_moving, n) = (spread.n_moving(), spread.n_directions);
+        let (direction, deviation) = spread.stiffest.as_ref().filter(|_| n < n_moving)?;
+        let terms = direction.iter().zip(&self.axes).filter(|(part, _)| part.abs() > 0.2);
+        let terms: Vec<String> =
+            terms.map(|(part, own)| format!("{part:+.2} {}", own.axis.symbol())).collect();
+        let seen = format!("the loads of {n_moving} axes move in {n} independent directions only");
+        let figures = format!(
+            "along {}, each axis in its standard deviations, by {} of what an axis does",
+            terms.join(" "),
+            percent(*deviation),
+        );
+        Some(Finding::new(Id::FewDirections, Insufficient, seen).with(figures))
+    }
+
+    /// Which axes move together.
+    fn coupled(&self, spread: &LoadSpread) -> Vec<Finding> {
+        let (mut found, mut named) = (Vec::new(), Vec::new());
+        for pair in &self.pairs {
+            let Some(r) = pair.correlation.filter(|r| r.abs() >= CORRELATED) else { continue };
+            let [a, b] = pair.axes.map(Axis::symbol);
+            named.extend(pair.axes);
+            let how = if r > 0.0 { "together" } else { "against each other" };
+            let own = Finding::new(Id::MovesTogether, Doubtful, format!("{a} and {b} move {how}"));
+            found.push(own.with(format!("correlation {r:.2}")));
+        }
+        if spread.n_directions < spread.n_moving() {
+            return found;
+        }
+        for own in self.axes.iter().filter(|own| !named.contains(&own.axis)) {
+            if let Some(inflation) = own.inflation.filter(|inflation| *inflation >= INFLATION_SAID)
+            {
+                let (symbol, share) = (own.axis.symbol(), percent(1.0 - 1.0 / inflation));
+                let seen = format!("{share} of what {symbol} does follows from the other axes");
+                found.push(Finding::new(Id::NeverAlone, Doubtful, seen));
+            }
+        }
+        found
+    }
+
+    fn hardly_determined(&self) -> Option<Finding> {
+        let condition = self.condition.filter(|condition| *condition > CONDITION)?;
+        let seen = "some combinations of features are hardly determined";
+        let figures = format!("condition number {}", significant(condition, 2));
+        Some(Finding::new(Id::HardlyDetermined, Doubtful, seen).with(figures))
+    }
+
+    /// The recording that determines too much by itself.
+    fn stands_alone(&self) -> Option<Finding> {
+        let grave = |own: &&Leverage| {
+            own.leverage > LEVERAGE_SHARE * own.most
+                && own.share > LEVERAGE_TIMES * own.sample_share
+                && self.leverage.len() > 2
+        };
+        let own = self.leverage.iter().find(grave)?;
+        let name = &own.recording;
+        let (id, seen) = match own.most < self.rank as f64 {
+            true => {
+                let share = percent((own.leverage / own.most).min(1.0));
+                (
+                    Id::LoneLoad,
+                    format!("{share} of what the fit says of {name} comes from it alone"),
+                )
+            }
+            false => {
+                let share = percent(own.share);
+                (
+                    Id::LoneRecording,
+                    format!("{share} of what determines the coefficients rests on {name} alone"),
+                )
+            }
+        };
+        let figures = format!("with {} of the samples", percent(own.sample_share));
+        Some(Finding::new(id, Doubtful, seen).with(figures))
+    }
+
+    /// The training recordings or groups that load what no other does.
+    fn outside_others(&self) -> Option<Finding> {
+        let far = |own: &&OutsideOf| !own.is_test && own.share > OUTSIDE_SHARE;
+        let groups = || self.outside.iter().filter(far);
+        let worst = groups().max_by(|a, b| a.share.total_cmp(&b.share))?;
+        let seen = format!(
+            "{} of the samples of {} load {} beyond all other training recordings",
+            percent(worst.share),
+            worst.of,
+            worst.axis.symbol(),
+        );
+        let others: BTreeSet<&str> =
+            groups().map(|own| &*own.of).filter(|of| *of != worst.of).collect();
+        let figures = match others.len() {
+            0 => String::new(),
+            1 => "and so does one other".to_owned(),
+            n => format!("and so do {n} others"),
+        };
+        Some(Finding::new(Id::OutsideOthers, Enough, seen).with(figures))
+    }
+}
+
+/// The axes whose left-out errors are no better than what the mean of the loads would do.
+fn no_better_than_mean(by: &str, lost: &[(&AxisReach, f64)]) -> Option<Finding> {
+    let one = |(own, error): &(&AxisReach, f64)| {
+        let [error, mean] = [*error, own.deviation].map(|value| own.load(value));
+        format!("{} errs by {error}, its mean alone by {mean}", own.axis.symbol())
+    };
+    let all: Vec<String> = lost.iter().map(one).collect();
+    let seen = format!("left out {by}, {}", all.join("; "));
+    (!all.is_empty()).then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen))
+}
+
+/// The axes whose left-out errors are many times those of the fit, and how many times at most.
+fn larger_left_out(by: &str, errors: Vec<(&AxisReach, f64)>) -> Option<(f64, Finding)> {
+    let times = errors.into_iter().filter_map(|(own, error)| {
+        let least = 1e-9 * own.deviation;
+        let times = error / own.train_rmse?.max(least);
+        (error > least && times > RATIO_SAID).then_some((own, error, times))
+    });
+    let mut times: Vec<(&AxisReach, f64, f64)> = times.collect();
+    times.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let ((own, error, most), others) = times.split_first()?;
+    let fails = |(own, error, times): &(&AxisReach, f64, f64)| {
+        *times > RATIO_FAILS && *error > ERROR_MATTERS * own.full_scale
+    };
+    let severity = if times.iter().any(fails) { Insufficient } else { Doubtful };
+    let seen = format!(
+        "left out {by}, {} errs by {}, {} times the {} of the fit",
+        own.axis.symbol(),
+        own.load(*error),
+        significant(*most, 2),
+        own.load(own.train_rmse.unwrap_or(0.0)),
+    );
+    let others = others.iter();
+    let others: Vec<String> = others
+        .map(|(own, _, times)| format!("{} {} times", own.axis.symbol(), significant(*times, 2)))
+        .collect();
+    Some((*most, Finding::new(Id::LargerLeftOut, severity, seen).with(others.join(", "))))
+}
+
+impl AxisReach {
+    fn load(&self, value: f64) -> String {
+        format!("{} {}", significant(value, 3), self.axis.unit())
+    }
+
+    /// The part of a rated load that was not reached.
+    fn not_reached(&self) -> Option<Finding> {
+        if !self.rated || self.full_scale <= 0.0 || self.deviation == 0.0 {
+            return None;
+        }
+        let ends = [(self.region.0, self.low), (self.region.1, self.high)];
+        let reached = ends.into_iter().filter(|(end, _)| *end != 0.0);
+        let short: Vec<String> = reached
+            .map(|(end, reached)| (end, (reached / end).max(0.0)))
+            .filter(|(_, share)| *share < REACHED)
+            .map(|(end, share)| format!("{} of {}", percent(share), self.load(end)))
+            .collect();
+        let seen = format!("{} reaches {} only", self.axis.symbol(), short.join(" and "));
+        (!short.is_empty()).then(|| Finding::new(Id::NotReached, Doubtful, seen))
+    }
+}

@@ -1,0 +1,75 @@
+//! Whether there are enough loads for the coefficients: one count and one rule, for the fit and for the check.
+
+use crate::calibration::Calibration;
+use crate::finding::{Finding, Id, Verdict};
+use crate::scoring::coverage::Coverage;
+use crate::scoring::numbers::significant;
+
+/// Below so many load cases for a free coefficient an error on new loads is five times that of the fit, by the count alone.
+const FEWEST_CASES: f64 = 1.25;
+/// Below so many it is twice.
+const FEW_CASES: f64 = 2.0;
+/// An error that is expected to be more times that of the fit is not given as a number.
+const TIMES: f64 = 100.0;
+
+/// Load cases and what is determined from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadCount {
+    /// Loads that can be told apart; with a past, how often the load becomes another one.
+    pub cases: usize,
+    /// Coefficients of an axis.
+    pub coefficients: usize,
+    /// How many of them are free, with the ridge, on the axis with most.
+    pub free: f64,
+}
+
+impl LoadCount {
+    /// That of a fit to loads.
+    pub fn of(calibration: &Calibration, coverage: &Coverage) -> Self {
+        let columns = calibration.columns();
+        let coefficients = columns.len();
+        let free = calibration.quality.free_coefficients.unwrap_or(coefficients as f64);
+        Self { cases: coverage.n_cases(&columns), coefficients, free }
+    }
+
+    /// In words.
+    pub fn words(&self) -> String {
+        let Self { cases, coefficients, .. } = self;
+        let few = self.free.ceil();
+        let free = match few < *coefficients as f64 {
+            true => format!(" ({few:.0} of them free)"),
+            false => String::new(),
+        };
+        let s = if *cases == 1 { "" } else { "s" };
+        format!("{coefficients} coefficients an axis{free} from {cases} load case{s}")
+    }
+
+    /// That there are too few loads; `is_predicted` where loads that are left out are predicted nearly as well as the others.
+    pub fn finding(&self, is_predicted: bool) -> Option<Finding> {
+        let (n, p) = (self.cases as f64, self.free);
+        if n > p.ceil() && n >= FEW_CASES * p {
+            return None;
+        }
+        let (id, fails) = match is_predicted {
+            true => (Id::FewLoadsPredicted, Verdict::Doubtful),
+            false => (Id::FewLoads, Verdict::Insufficient),
+        };
+        let severity = match n <= p.ceil() || n < FEWEST_CASES * p {
+            true => fails,
+            false => Verdict::Doubtful,
+        };
+        // Of random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
+        let times = (n > p + 1.0).then(|| ((n - 1.0) / (n - p - 1.0) * n / (n - p)).sqrt());
+        let figures = match times {
+            _ if n <= p.ceil() => "no more loads than coefficients".to_owned(),
+            Some(times) if times < TIMES => {
+                let times = significant(times, 2);
+                format!(
+                    "by the count alone, errors on other loads are about {times} times those of the fit"
+                )
+            }
+            _ => String::new(),
+        };
+        Some(Finding::new(id, severity, self.words()).with(figures))
+    }
+}
