@@ -150,7 +150,7 @@ pub struct BlockRidge {
 /// What cross-validation leaves out in turn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
-    /// What a group is, in a word: `path`, `day`, `group` where somebody set them, `recording` where each stands for itself;
+    /// What a group is, in a word: `path`, `day`, `group` where the user set them, `recording` where each stands for itself;
     /// `block` where there are too few recordings.
     pub by: String,
     /// How many groups there are.
@@ -175,16 +175,12 @@ impl fmt::Display for CrossValidation {
         if self.is_by_block() {
             return write!(f, "by {parts} contiguous blocks of the training recordings");
         }
-        let noun = match by == RECORDING {
-            true => "recordings",
-            false => "groups",
-        };
-        match parts < groups {
-            true => write!(f, "by {by}: {groups} {noun} left out in {parts} parts"),
-            false => {
-                let one = by.replace(' ', "-");
-                write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
-            }
+        let noun = if by == RECORDING { "recordings" } else { "groups" };
+        if parts < groups {
+            write!(f, "by {by}: {groups} {noun} left out in {parts} parts")
+        } else {
+            let one = by.replace(' ', "-");
+            write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
         }
     }
 }
@@ -232,7 +228,7 @@ pub struct Calibration {
     pub units: Vec<String>,
     /// The full scale of each axis, in its unit.
     pub full_scale: Vec<f64>,
-    /// Whether that of each axis is the rated load, which somebody entered; empty where nobody did.
+    /// Whether that of each axis is the rated load, which the user entered; empty where none is entered.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<bool>,
     /// Whether the model has an offset term.
@@ -243,7 +239,7 @@ pub struct Calibration {
     pub gap_secs: f64,
     /// Look-backs and lags keep no samples that are closer to each other than this (s).
     pub history_step_secs: f64,
-    /// The load of each axis, in its unit, beyond which nothing is known of the sensor: the rated one where somebody entered it,
+    /// The load of each axis, in its unit, beyond which nothing is known of the sensor: the rated one where the user entered it,
     /// else a fifth above the largest that it was fitted to; zero or
     /// missing where it is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -273,7 +269,7 @@ pub struct Calibration {
     /// The median of the training recordings' rates, before decimation (Hz); `None` where it is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// The files of the training and test recordings, as far as somebody has looked at them; see
+    /// The files of the training and test recordings, as far as they were looked at; see
     /// [`with_sources`](crate::export::with_sources).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
@@ -356,7 +352,7 @@ impl Calibration {
         channels.any(|(channel, value)| channel.is_beyond(*value))
     }
 
-    /// This of the sensor that somebody says it is; what it knows of it stays where nothing else is said.
+    /// This calibration with the identity that the user entered; what it knows stays where nothing is entered.
     pub fn of_sensor(&self, identity: &Identity) -> Self {
         Self { identity: self.identity.with(identity), ..self.clone() }
     }
@@ -647,7 +643,7 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
 /// The past samples of a recording, one list for each look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// The past samples of each look-back; some samples have none once somebody has asked to stop.
+/// The past samples of each look-back; some samples have none once the work is cancelled.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

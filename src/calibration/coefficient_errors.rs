@@ -38,7 +38,7 @@ impl CoefficientErrors {
         Some(Self { standard: (0..first.len()).map(of_axis).collect(), left_out })
     }
 
-    /// Whether it is of a matrix with so many rows and columns.
+    /// Whether it is of a matrix of this shape.
     pub(crate) fn is_of(&self, n_axes: usize, n_columns: usize) -> bool {
         self.standard.len() == n_axes && self.standard.iter().all(|row| row.len() == n_columns)
     }

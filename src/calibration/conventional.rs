@@ -24,7 +24,7 @@ pub struct Conventional {
 
 impl Conventional {
     /// Fits the training recordings, then once more what that fit leaves over: the second round takes away the
-    /// rounding errors of the first. Once somebody has asked to stop, it means nothing.
+    /// rounding errors of the first. Once the work is cancelled, it means nothing.
     ///
     /// # Panics
     /// If there is no training recording, or they differ in their columns.

@@ -12,7 +12,7 @@ use crate::calibration::validate::CalibrationError;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
-/// So many samples in a row with times that are off the clock are those of a clock that was set anew.
+/// Number of samples in a row with times off the clock from which on the clock counts as set anew.
 pub const STRAYS: u32 = 3;
 
 /// The blocks of a calibration, ready to run.
@@ -28,7 +28,7 @@ pub struct Estimator<'a> {
     wrapped_secs: f64,
     /// When the history began: at the first sample, after a gap, at a restart.
     since_secs: f64,
-    /// So many samples in a row were off the clock.
+    /// Number of samples in a row that were off the clock.
     strays: u32,
     /// What a tare takes off the gauges.
     gauge_zero: Vec<f64>,
@@ -170,9 +170,10 @@ impl<'a> Estimator<'a> {
         let is_tared = self.calibration.tare.is_some();
         let as_measured = gauges.iter().zip(&self.came_less);
         let as_measured = as_measured.map(|(gauge, less)| gauge + less);
-        match is_tared {
-            true => self.calibration.has_gauge_beyond(self.gauges.iter().copied()),
-            false => self.calibration.has_gauge_beyond(as_measured),
+        if is_tared {
+            self.calibration.has_gauge_beyond(self.gauges.iter().copied())
+        } else {
+            self.calibration.has_gauge_beyond(as_measured)
         }
     }
 
@@ -189,9 +190,10 @@ impl<'a> Estimator<'a> {
         if actual != expected {
             return Err(SampleError::Gauges { expected, actual });
         }
-        match gauges.iter().chain(auxiliary).all(|number| number.is_finite()) {
-            true => Ok(()),
-            false => Err(SampleError::NotFinite),
+        if gauges.iter().chain(auxiliary).all(|number| number.is_finite()) {
+            Ok(())
+        } else {
+            Err(SampleError::NotFinite)
         }
     }
 

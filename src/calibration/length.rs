@@ -14,8 +14,9 @@ pub struct WrongLength {
 /// # Errors
 /// [`WrongLength`] if that is not what is expected.
 pub(super) fn check_length(field: &str, expected: usize, actual: usize) -> Result<(), WrongLength> {
-    match actual == expected {
-        true => Ok(()),
-        false => Err(WrongLength { field: field.to_owned(), expected, actual }),
+    if actual == expected {
+        Ok(())
+    } else {
+        Err(WrongLength { field: field.to_owned(), expected, actual })
     }
 }

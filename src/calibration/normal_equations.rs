@@ -169,10 +169,7 @@ impl NormalEquations {
     pub fn without(&self, features: Range<usize>) -> Self {
         let (mut rest, stride) = (self.clone(), self.stride());
         for (i, row) in rest.gram.chunks_exact_mut(stride).enumerate() {
-            match features.contains(&i) {
-                true => row.fill(0.0),
-                false => row[features.clone()].fill(0.0),
-            }
+            if features.contains(&i) { row.fill(0.0) } else { row[features.clone()].fill(0.0) }
         }
         rest
     }

@@ -75,10 +75,7 @@ impl fmt::Display for Status {
         let words = Self::WORDS.iter().filter(|(flag, _)| self.has(*flag));
         let words = words.filter(|(flag, _)| !(begins && *flag == Self::FILLING));
         let words: Vec<&str> = words.map(|(_, word)| *word).collect();
-        match words.is_empty() {
-            true => f.write_str("ok"),
-            false => f.write_str(&words.join("+")),
-        }
+        if words.is_empty() { f.write_str("ok") } else { f.write_str(&words.join("+")) }
     }
 }
 

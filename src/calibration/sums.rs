@@ -69,7 +69,7 @@ impl<'a> Pass<'a> {
     }
 
     /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
-    /// blocks' memory runs through them. Once somebody has asked to stop, samples are missing.
+    /// blocks' memory runs through them. Once the work is cancelled, samples are missing.
     ///
     /// Each sample is of a class; those of none are left away, and the others stay in their blocks: what is added to sums in which
     /// the samples of no class have zeros gives the same bits.

@@ -1,4 +1,4 @@
-//! What can be wrong with a calibration that somebody edited, or made for another sensor.
+//! What can be wrong with a calibration that was edited by hand, or made for another sensor.
 
 use crate::calibration::calibration::{Calibration, FORMAT, VERSION};
 use crate::calibration::learned::LearnedError;

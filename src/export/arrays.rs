@@ -21,9 +21,9 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
             (map, name) => format!("{map}_{name}"),
         };
         match field.value {
-            Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(u8::from(flag))])),
+            Value::Flag(flag) => arrays.push(vector(&name, &[f64::from(flag)])),
             Value::Flags(flags) => {
-                let flags: Vec<f64> = flags.iter().map(|flag| f64::from(u8::from(*flag))).collect();
+                let flags: Vec<f64> = flags.iter().map(|flag| f64::from(*flag)).collect();
                 arrays.push(vector(&name, &flags));
             }
             Value::Count(count) => arrays.push(vector(&name, &[count as f64])),
@@ -47,9 +47,10 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
 
 /// A matrix, row-major; one row is a vector.
 fn numbers(name: &str, n_columns: usize, values: Vec<f64>) -> Entry {
-    let shape = match values.len() == n_columns {
-        true => vec![n_columns],
-        false => vec![values.len() / n_columns.max(1), n_columns],
+    let shape = if values.len() == n_columns {
+        vec![n_columns]
+    } else {
+        vec![values.len() / n_columns.max(1), n_columns]
     };
     Entry::Numbers(Array { name: name.to_owned(), shape, values, ..Array::default() })
 }

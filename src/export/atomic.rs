@@ -17,7 +17,7 @@ use crate::progress::Progress;
 
 /// How temporary files begin and end; between the two are the name that they are to take, and some letters by chance.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
-/// Of longer names so many characters: the whole must be a file name, too.
+/// Maximum number of characters taken from a name: the whole must be a file name, too.
 const NAME_CHARS: usize = 50;
 
 /// A file could not be written; what was there is unchanged.
@@ -152,12 +152,11 @@ pub fn clean_up_when_asked_to_end() {
     let set = ctrlc::try_set_handler(move || {
         // Both handlers of the signal have run by then.
         std::thread::sleep(Duration::from_millis(5));
-        let word = match asked_to_end.load(Ordering::SeqCst) {
-            true => {
-                EXIT_CODE.store(143, Ordering::SeqCst);
-                "asked to end"
-            }
-            false => "interrupted",
+        let word = if asked_to_end.load(Ordering::SeqCst) {
+            EXIT_CODE.store(143, Ordering::SeqCst);
+            "asked to end"
+        } else {
+            "interrupted"
         };
         let work = work().take();
         if let Some(work) = work {
@@ -302,7 +301,7 @@ fn new_file(path: &Path) -> io::Result<File> {
         let file = options.open(path)?;
         // Where files cannot be locked, nothing that is left is taken away either.
         let _ = file.lock();
-        // Somebody may have been quicker to lock it, and took it away.
+        // Another program may have locked it first, and taken it away.
         if path.exists() {
             return Ok(file);
         }

@@ -55,10 +55,7 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
         })
         .collect();
     let recordings = first(NAMED_RECORDINGS, &calibration.trained_on);
-    let offset = match calibration.offset {
-        true => "in the model",
-        false => "none in the model",
-    };
+    let offset = if calibration.offset { "in the model" } else { "none in the model" };
     let rate = match calibration.rate_hz {
         Some(rate) => format!("{} Hz", significant(rate, 5)),
         None => "a rate that is not known".to_owned(),
@@ -132,10 +129,7 @@ fn scores(scores: &Scores) -> String {
     let told: Vec<String> = (sets.iter())
         .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_ref()?))))
         .collect();
-    match told.is_empty() {
-        true => "not known".to_owned(),
-        false => told.join("; "),
-    }
+    if told.is_empty() { "not known".to_owned() } else { told.join("; ") }
 }
 
 fn numbers(values: &[f64]) -> String {

@@ -11,7 +11,7 @@ pub(super) struct Field {
     /// The part that it is a part of; empty for the calibration itself.
     pub group: &'static str,
     pub name: &'static str,
-    /// What somebody must know who reads the number alone; may be empty.
+    /// What a reader of the number alone must know; may be empty.
     pub about: &'static str,
     pub value: Value,
 }

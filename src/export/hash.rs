@@ -8,7 +8,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::small_file::open_regular;
 
-/// So much is read at once.
+/// Length that is read at once (bytes).
 const BLOCK_BYTES: usize = 1 << 16;
 
 /// The SHA-256 of a file, in hexadecimal digits.

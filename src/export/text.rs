@@ -50,10 +50,7 @@ const TAKEN: &str = include_str!("templates/taken_names.txt");
 pub(super) fn library_name(name: &str) -> String {
     let name = identifier(name);
     let small = name.to_ascii_lowercase();
-    match TAKEN.split_whitespace().any(|word| word == small) {
-        true => format!("cal_{name}"),
-        false => name,
-    }
+    if TAKEN.split_whitespace().any(|word| word == small) { format!("cal_{name}") } else { name }
 }
 
 /// [`for_xml`] for a comment, in which two hyphens may not meet.

@@ -27,7 +27,7 @@ pub trait Block: Send + Sync {
     /// What its columns are.
     fn appends(&self) -> Appends;
 
-    /// How many columns it appends to so many gauges.
+    /// Returns the number of columns that it appends to `n_gauges` gauges.
     fn n_columns(&self, values: &[f64], n_gauges: usize) -> usize {
         values.len() * n_gauges
     }

@@ -21,7 +21,7 @@ pub struct AuxiliaryChannel {
     pub name: String,
     /// The unit that it is given in; empty where none is known.
     pub unit: String,
-    /// What its effect counts from: what somebody entered, else its mean over the training recordings.
+    /// What its effect counts from: what the user entered, else its mean over the training recordings.
     pub reference: f64,
     /// One over its standard deviation there.
     pub inverse_scale: f64,

@@ -177,9 +177,10 @@ impl Setting {
     /// # Errors
     /// [`OutOfRange`] if it is not allowed.
     pub fn check(&self, value: f64) -> Result<(), OutOfRange> {
-        match self.range.contains(value) {
-            true => Ok(()),
-            false => Err(OutOfRange { what: self.what, value, allowed: self.range }),
+        if self.range.contains(value) {
+            Ok(())
+        } else {
+            Err(OutOfRange { what: self.what, value, allowed: self.range })
         }
     }
 

@@ -218,7 +218,7 @@ impl FeatureSettings {
         self.look_backs.len() + self.blocks.n_histories
     }
 
-    /// The columns of so many gauges with these blocks: gauges, one set of them for each history, monomials, auxiliary channels,
+    /// The columns of `n_gauges` gauges with these blocks: gauges, one set of them for each history, monomials, auxiliary channels,
     /// offset.
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
@@ -248,7 +248,7 @@ impl FeatureSettings {
         columns
     }
 
-    /// How many columns so many gauges have with these blocks, without the offset.
+    /// Returns the number of columns of `n_gauges` gauges with these blocks, without the offset.
     pub(super) fn n_columns(&self, n_gauges: usize) -> usize {
         let blocks = self.blocks.used();
         let appended = blocks.map(|(block, values)| self.n_columns_of(block, values, n_gauges));
@@ -294,7 +294,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Checks that a sensor with so many gauges does not get too many columns.
+    /// Checks that a sensor with `n_gauges` gauges does not get too many columns.
     ///
     /// # Errors
     /// [`FeatureError::Columns`] if it does.
@@ -311,10 +311,7 @@ impl FeatureSettings {
         let mut parts = Vec::new();
         for (at, Thresholds { f_th, t_th_secs }) in self.look_backs.iter().enumerate() {
             let repeated = at > 0 && self.look_backs[0].t_th_secs == *t_th_secs;
-            let t_th = match repeated {
-                true => String::new(),
-                false => format!(", t_th {t_th_secs} s"),
-            };
+            let t_th = if repeated { String::new() } else { format!(", t_th {t_th_secs} s") };
             parts.push(self.distance.in_words(*f_th) + &t_th);
         }
         parts.extend(self.blocks.used().map(|(block, values)| {

@@ -89,10 +89,7 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
             }
             _ => n_rows,
         };
-        let array = match array.lies_in(n_rows) {
-            true => array,
-            false => array.turned(),
-        };
+        let array = if array.lies_in(n_rows) { array } else { array.turned() };
         let n_columns = array.values.len().checked_div(n_rows).unwrap_or(0);
         if !array.lies_in(n_rows) || table.columns.len() + n_columns > COLUMN_LIMIT {
             left_out.push(format!("{} ({})", array.name, shape_in_words(&array.shape)));
@@ -101,9 +98,10 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
         if is_reference_time {
             table.reference_time = Some(table.columns.len());
         }
-        let names = match array.labels.len() == n_columns {
-            true => array.labels.clone(),
-            false => column_names(&array.name, n_columns, array.is_vector(), &table),
+        let names = if array.labels.len() == n_columns {
+            array.labels.clone()
+        } else {
+            column_names(&array.name, n_columns, array.is_vector(), &table)
         };
         for (index, name) in names.into_iter().enumerate() {
             table.columns.push(Column {
@@ -134,7 +132,7 @@ impl Array {
         self.shape.iter().filter(|&&length| length != 1).count() <= 1
     }
 
-    /// Whether this has a row for each of so many samples.
+    /// Whether this has `n_rows` rows.
     fn lies_in(&self, n_rows: usize) -> bool {
         match self.shape[..] {
             _ if n_rows == 0 || self.values.is_empty() => false,

@@ -10,9 +10,9 @@ use crate::progress::Progress;
 
 /// More columns are no table of a sensor.
 pub(super) const COLUMN_LIMIT: usize = 4096;
-/// So much may always be unpacked.
+/// Number of bytes that any file may unpack to.
 const UNPACKED_BYTES: u64 = 1 << 30;
-/// Beyond [`UNPACKED_BYTES`], no more than so many times what is stored: measured numbers pack far less.
+/// Beyond [`UNPACKED_BYTES`], the maximum ratio of unpacked to packed bytes: measured numbers pack far less.
 const UNPACKED_RATIO: u64 = 100;
 
 /// One kind of file.
@@ -79,7 +79,7 @@ impl Budget {
     }
 }
 
-/// How many bytes may come out of so many packed ones.
+/// Returns the maximum number of bytes that packed ones of this number may unpack to.
 pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
     packed_bytes.saturating_mul(UNPACKED_RATIO).max(UNPACKED_BYTES)
 }

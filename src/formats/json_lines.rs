@@ -229,7 +229,7 @@ impl<'de> Visitor<'de> for Values<'_> {
     }
 
     fn visit_bool<E: Error>(self, value: bool) -> Result<(), E> {
-        self.take(Value::Number(f64::from(u8::from(value))))
+        self.take(Value::Number(f64::from(value)))
     }
 
     fn visit_i64<E: Error>(self, value: i64) -> Result<(), E> {
@@ -302,7 +302,7 @@ struct Channel {
 }
 
 impl Table {
-    /// An empty table of lines with so many bytes.
+    /// An empty table for lines of this length together (bytes).
     fn of_bytes(n_bytes: u64) -> Self {
         Self {
             budget: Budget::of_file(n_bytes),

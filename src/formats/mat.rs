@@ -2,7 +2,7 @@
 //! version 5.
 //!
 //! **Source** MAT-File Format (The MathWorks), level 5: a header of 128 bytes, then one element for each variable. An
-//! element is a kind, a length and so many bytes; a matrix is an element whose parts are elements: class, dimensions,
+//! element is a kind, a length and bytes of that number; a matrix is an element whose parts are elements: class, dimensions,
 //! name, numbers. Numbers may be stored as a smaller kind than their class. Level 4: for each variable five integers, its
 //! name and its numbers. The first integer has decimal digits: 1000 for the high byte first, 10 for each step in the list of
 //! kinds, 1 for text, 2 for a sparse matrix.
@@ -188,9 +188,10 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     while !rest.is_empty() {
         source.progress.check()?;
         let Some(header) = OlderHeader::read(rest) else {
-            return Err(match rest.len() < HEADER_BYTES {
-                true => FileError::cut_short(FILE),
-                false => FileError::damaged(FILE, "what follows a matrix is none"),
+            return Err(if rest.len() < HEADER_BYTES {
+                FileError::cut_short(FILE)
+            } else {
+                FileError::damaged(FILE, "what follows a matrix is none")
             });
         };
         let OlderHeader { shape, name, .. } = header;

@@ -234,18 +234,14 @@ impl<'a> Literal<'a> {
             self.has(',').then_some(())?;
             let is_record = self.0.trim_start().starts_with('[');
             let inner = self.record(depth + 1)?;
-            let lengths = match self.has(',') {
-                true => self.lengths()?,
-                false => Vec::new(),
-            };
+            let lengths = if self.has(',') { self.lengths()? } else { Vec::new() };
             self.has(')').then_some(())?;
             self.has(',');
             let n_each = lengths.into_iter().try_fold(1, usize::checked_mul)?;
             let start = record.n_bytes;
             record.n_bytes = start.checked_add(inner.n_bytes.checked_mul(n_each)?)?;
-            let within = |what: &str| match is_record {
-                true => format!("{name}.{what}"),
-                false => format!("{name} ({what})"),
+            let within = |what: &str| {
+                if is_record { format!("{name}.{what}") } else { format!("{name} ({what})") }
             };
             if name.is_empty() {
                 // Fills up to where the next field starts.
@@ -255,10 +251,7 @@ impl<'a> Literal<'a> {
                 let left_out = inner.left_out.iter().map(|what| within(what));
                 record.left_out.extend(left_out);
                 record.fields.extend(inner.fields.into_iter().map(|field| Field {
-                    name: match is_record {
-                        true => within(&field.name),
-                        false => name.to_owned(),
-                    },
+                    name: if is_record { within(&field.name) } else { name.to_owned() },
                     offset: start + field.offset,
                     n_each: field.n_each * n_each,
                     ..field

@@ -23,7 +23,7 @@ impl Number {
         }
     }
 
-    /// The value of so many bytes.
+    /// Returns the value that these bytes store.
     pub(super) fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
         self.value_since(bytes, is_big_endian, &Since::zero())
     }
@@ -34,7 +34,7 @@ impl Number {
         elements.map(|own| self.value(own, is_big_endian)).collect()
     }
 
-    /// The value of so many bytes, counted from the first one where that is large.
+    /// Returns the value that these bytes store, counted from the first value of its column where that is large.
     fn value_since(self, bytes: &[u8], is_big_endian: bool, since: &Since) -> f64 {
         let mut eight = [0; 8];
         let own = &mut eight[..bytes.len()];

@@ -19,7 +19,7 @@ use crate::recording::Day;
 
 /// Enough for a signature, and the name of an archive's first member.
 const SIGNATURE_BYTES: u64 = 512;
-/// So many rows of columns are looked at.
+/// Number of first rows that are looked at where a file holds columns.
 const HEAD_ROWS: usize = 200;
 /// Rows of columns that are handed over at a time.
 const PART_ROWS: usize = 1 << 14;
@@ -58,7 +58,7 @@ pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file; of a text with a limit, only so many bytes are read; of a file with several tables these parts, if any
+/// Opens a file. Of a text at most `limit_bytes` are read; of a file with several tables these parts, if any
 /// are named.
 ///
 /// # Errors

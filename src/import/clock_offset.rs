@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::join::Series;
 use crate::recording::gap::median_step;
 
-/// So many points at least are needed on each clock.
+/// Minimum number of points on each clock.
 const FEWEST_SAMPLES: usize = 16;
 /// Points of the first, coarse search, over the longer of the two.
 const COARSE_POINTS: f64 = 1024.0;

@@ -160,7 +160,7 @@ impl ReadError {
         with_ways(self.to_string(), ways, face)
     }
 
-    /// Whether somebody who says what the columns are would get past it.
+    /// Returns true if a column map can mend it.
     pub const fn wants_a_map(&self) -> bool {
         use TableError::{
             DuplicateAxis, DuplicateGauge, HeaderIsNumbers, NoGauges, NoSampleRate, NoTime,

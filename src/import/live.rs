@@ -23,9 +23,9 @@ use crate::recording::Axis;
 use crate::recording::gap::median_step;
 use crate::recording::units::TimeUnit;
 
-/// So many lines may stand before the first row.
+/// Maximum number of lines before the first row.
 const MAX_HEAD_LINES: usize = 200;
-/// From so many rows on their median step is that of the sensor.
+/// Number of rows from which on their median step is that of the sensor.
 const ROWS_FOR_A_STEP: usize = 5;
 
 /// Where rows come from, and what is known of them.
@@ -33,7 +33,7 @@ const ROWS_FOR_A_STEP: usize = 5;
 pub struct LiveSource<'a> {
     /// What messages call it.
     pub path: &'a Path,
-    /// What the columns are, where somebody says so.
+    /// What the columns are, where a map says it.
     pub map: Option<&'a ColumnMap>,
     /// The step of the recordings that the calibration was made of (s).
     pub step_secs: Option<f64>,
@@ -230,9 +230,10 @@ impl LiveTable {
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
         let plan = plan.map_err(at(&path, head.line))?;
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(&path))?;
-        match rows.times.is_empty() {
-            true => Err(at(&path, plan.line)(TableError::NoRows)),
-            false => Ok((plan, rows, keys)),
+        if rows.times.is_empty() {
+            Err(at(&path, plan.line)(TableError::NoRows))
+        } else {
+            Ok((plan, rows, keys))
         }
     }
 
@@ -253,7 +254,7 @@ impl LiveTable {
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
             // It takes its place where rows are counted.
-            self.n_rows += f64::from(u8::from(time.is_some()));
+            self.n_rows += f64::from(time.is_some());
             time.map(|time| time / self.per_second)
         })
     }
@@ -306,16 +307,16 @@ fn by_step_of(
 /// How often a file that does not grow is looked at again.
 const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
-/// So much is read at a time, and so much of what was read last tells whether it still stands there (bytes).
+/// Length that is read at a time, and length of the end of what was read that tells whether it still stands there (bytes).
 const READ_BYTES: usize = 1 << 16;
 const TAIL_BYTES: usize = 256;
 
-/// A file that somebody writes to: its end is waited at, and one that takes its place, or starts from the beginning, is followed.
+/// A file that is still being written: its end is waited at, and a file that takes its place, or starts anew, is followed.
 #[derive(Debug)]
 pub struct GrowingFile {
     path: PathBuf,
     file: File,
-    /// So many bytes of it are read.
+    /// Number of bytes read so far.
     n_read: u64,
     /// The last of these.
     tail: Vec<u8>,

@@ -44,7 +44,7 @@ pub struct Loaded {
 pub(super) struct Reading<'a> {
     pub(super) progress: &'a Progress,
     pub(super) block_bytes: usize,
-    /// Read only so much of each file.
+    /// Maximum number of bytes that are read of each file.
     pub(super) limit_bytes: Option<u64>,
 }
 
@@ -65,7 +65,7 @@ impl<'a> Reading<'a> {
         Self { progress, block_bytes: BLOCK_BYTES, limit_bytes: None }
     }
 
-    /// So much of the start of each file.
+    /// The start of each file, of this length (bytes).
     pub(super) fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
         Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
@@ -164,9 +164,10 @@ impl<'a> Reading<'a> {
             Err(no_time @ TableError::NoTime { .. }) if side == Side::Both && is_bare => {
                 let has_clock = has_clock(&opened, table, &head);
                 let has_many_rows = opened.about_rows(&head) > LOAD_CASE_ROWS;
-                match has_clock || has_many_rows {
-                    true => Err(no_time),
-                    false => Plan::of_load_cases(table, &head, weight).map_err(|_| no_time),
+                if has_clock || has_many_rows {
+                    Err(no_time)
+                } else {
+                    Plan::of_load_cases(table, &head, weight).map_err(|_| no_time)
                 }
             }
             plan => plan,
@@ -266,9 +267,10 @@ impl Sides {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
             of_reference = reference.rows.findings.into_warnings(&reference.path);
         }
-        let (recordings, mut warnings) = match is_static {
-            true => assemble::load_cases(gauges),
-            false => assemble::recordings(gauges, map.gap_secs)?,
+        let (recordings, mut warnings) = if is_static {
+            assemble::load_cases(gauges)
+        } else {
+            assemble::recordings(gauges, map.gap_secs)?
         };
         warnings.append(&mut of_reference);
         let finished = |recording: Recording| {

@@ -158,10 +158,8 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
         let is_free = rules.iter().all(|(own, _)| own != index);
         is_free && columns[*index].is_unnamed_load(head.unit(*index).as_deref())
     };
-    let unnamed_loads: Vec<usize> = match has_load {
-        true => Vec::new(),
-        false => (0..columns.len()).filter(is_unnamed_load).collect(),
-    };
+    let unnamed_loads: Vec<usize> =
+        if has_load { Vec::new() } else { (0..columns.len()).filter(is_unnamed_load).collect() };
     if !unnamed_loads.is_empty() {
         let names = unnamed_loads.iter().map(|index| names[*index].clone());
         notes.push(Finding::UnnamedLoads { names: names.collect() });

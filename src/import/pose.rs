@@ -151,7 +151,7 @@ pub struct WeightEstimate {
     pub force_rms: f64,
     /// What is left of the moments (N·m).
     pub moment_rms: Option<f64>,
-    /// From so many samples.
+    /// Number of samples.
     pub n_samples: usize,
 }
 

@@ -386,7 +386,7 @@ impl Rows {
         self.findings.note(self.line_of(row), finding);
     }
 
-    /// Notes what happened at so many rows, from the first to the last.
+    /// Notes what happened at `count` rows, from the first to the last.
     pub(super) fn note_rows(&mut self, first: usize, last: usize, count: u64, finding: Finding) {
         let (first, last) = (self.line_of(first), self.line_of(last));
         self.findings.note_many(first, last, count, finding);
@@ -425,10 +425,7 @@ impl Rows {
             let mut values = self.auxiliary.iter().skip(channel).step_by(n).copied();
             let mut last = values.find(|value| value.is_finite()).unwrap_or_default();
             for value in self.auxiliary.iter_mut().skip(channel).step_by(n) {
-                match value.is_finite() {
-                    true => last = *value,
-                    false => *value = last,
-                }
+                if value.is_finite() { last = *value } else { *value = last }
             }
         }
     }
@@ -596,7 +593,7 @@ fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f6
     }
 }
 
-/// How large the number is that somebody meant by a text that is none, whatever stands between its digits; infinite without digits.
+/// Returns the magnitude of the number that an unreadable text stands for, by its digits alone; infinite without digits.
 fn magnitude(text: &[u8]) -> f64 {
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
@@ -637,10 +634,7 @@ fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trou
         _ => 0.0,
     };
     let value = number * usage.factor() + shift;
-    match value.is_finite() {
-        true => Ok(value),
-        false => Err(Trouble::NotFinite),
-    }
+    if value.is_finite() { Ok(value) } else { Err(Trouble::NotFinite) }
 }
 
 #[cfg(test)]

@@ -164,10 +164,7 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
     let nearest = UNITS.into_iter().map(off);
     let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
     let (unit, off) = nearest.expect("there are units");
-    match off <= 10.0 {
-        true => Ok(unit),
-        false => Err((unit, off)),
-    }
+    if off <= 10.0 { Ok(unit) } else { Err((unit, off)) }
 }
 
 /// Lets counters of 32 bits go on where they begin anew; says after which row the first does, from which time (s) to which.
@@ -244,9 +241,10 @@ impl Cuts {
         if let Some((first, last, count)) = self.repeats {
             // Of a clock that is coarser than the samples.
             let is_coarse = 2 * count >= rows.times.len() as u64;
-            let finding = match is_coarse {
-                true => Finding::CoarseStamps,
-                false => Finding::RepeatedTime { time_secs: rows.times[first] },
+            let finding = if is_coarse {
+                Finding::CoarseStamps
+            } else {
+                Finding::RepeatedTime { time_secs: rows.times[first] }
             };
             rows.note_rows(first, last, count, finding);
         }

@@ -107,9 +107,10 @@ impl AuxiliaryTable {
         let rows = self.values.chunks_exact(self.len().max(1));
         let values = rows.flat_map(|row| places.iter().map(|at| row[*at]));
         let of = |texts: &[String]| places.iter().map(|at| texts[*at].clone()).collect();
-        let held = match self.held.is_empty() {
-            true => Vec::new(),
-            false => places.iter().map(|at| self.held[*at].clone()).collect(),
+        let held = if self.held.is_empty() {
+            Vec::new()
+        } else {
+            places.iter().map(|at| self.held[*at].clone()).collect()
         };
         Self::new(of(&self.names), of(&self.units), values.collect()).with_held(held)
     }

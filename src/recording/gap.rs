@@ -75,7 +75,7 @@ pub struct Earlier {
     every: usize,
 }
 
-/// So many samples say where every block stands at the end of a gap; what came before them is left aside.
+/// Number of samples that say where every block stands at the end of a gap; what came before them is left aside.
 const SAMPLES_BEFORE: usize = 200_000;
 
 impl Earlier {

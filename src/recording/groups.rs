@@ -1,6 +1,6 @@
 //! Which recordings know each other: those that repeat one programme, one day or one mounting are left out together.
 //!
-//! Guarantees: what somebody set holds; what is found from names, folders and files is used only where at least three
+//! Guarantees: what the user set holds; what is found from names, folders and files is used only where at least three
 //! groups come of it and no axis is loaded by one of them alone, else each recording stands for itself, with the reason.
 //! A series of numbers alone (`press_1` … `press_690`) is no group.
 
@@ -64,7 +64,7 @@ const ROLES: [&str; 3] = ["train", "training", "test"];
 /// Which recordings are left out together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Groups {
-    /// What a group is, in a word: `path`, `day`, `folder`, `group` where somebody set them, `recording` where each stands
+    /// What a group is, in a word: `path`, `day`, `folder`, `group` where the user set them, `recording` where each stands
     /// for itself.
     pub by: &'static str,
     /// The group of each recording of the set.
@@ -73,7 +73,7 @@ pub struct Groups {
     names: Vec<String>,
     /// Groups that are there to see, and why recordings are left out one by one all the same.
     pub unused: Option<UnusedGroups>,
-    /// A group that somebody set and that alone loads an axis.
+    /// A group that the user set and that alone loads an axis.
     pub lone: Option<LoneGroup>,
 }
 
@@ -114,7 +114,7 @@ impl Groups {
 pub const RECORDING: &str = "recording";
 /// What is left out where the samples have no times: all rows under the same load, whichever file they are in.
 pub const LOAD_CASE: &str = "load case";
-/// What is left out where somebody set the groups.
+/// What is left out where the user set the groups.
 const GROUP: &str = "group";
 
 /// How to call the group of any recording: a text in which `{file}`, `{folder}` and `{recording}` stand for what these are
@@ -143,9 +143,10 @@ impl FromStr for GroupPattern {
                 let ends = piece.split_once('}');
                 ends.is_some_and(|(word, rest)| is_word(word) && is_plain(rest))
             });
-        match are_whole && !pattern.0.is_empty() {
-            true => Ok(pattern),
-            false => Err(GroupPatternError(text.to_owned())),
+        if are_whole && !pattern.0.is_empty() {
+            Ok(pattern)
+        } else {
+            Err(GroupPatternError(text.to_owned()))
         }
     }
 }

@@ -78,7 +78,7 @@ impl Item {
     }
 }
 
-/// What somebody entered; an item that is not there was not.
+/// What the user entered; an item that is not there was not entered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identity(BTreeMap<Item, String>);
 
@@ -91,9 +91,10 @@ impl Identity {
     /// Enters it.
     pub fn set(&mut self, item: Item, text: impl Into<String>) {
         let text = text.into();
-        match text.trim().is_empty() {
-            true => self.0.remove(&item),
-            false => self.0.insert(item, text),
+        if text.trim().is_empty() {
+            self.0.remove(&item)
+        } else {
+            self.0.insert(item, text)
         };
     }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
-/// What somebody knows of a sensor's channels: beyond it no sample is to be trusted.
+/// What the user knows of a sensor's channels: beyond it no sample is to be trusted.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ValidRange {

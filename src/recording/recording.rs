@@ -72,7 +72,7 @@ pub struct Recording {
     tare: Option<Tare>,
     /// What the times are counted from (s since 1970); zero where that is what the file does.
     zero_secs: f64,
-    /// Where somebody knows better than the steps.
+    /// Step above which samples are missing (s), where its file says more than its own steps.
     gap_secs: Option<f64>,
     earlier: Option<Earlier>,
     /// What a tare took off the gauges; empty where there was none.
@@ -80,7 +80,7 @@ pub struct Recording {
     pub(super) left_out: Option<LeftOut>,
     /// The day that its file says.
     file_day: Option<Day>,
-    /// The day that somebody entered.
+    /// The day that the user entered.
     entered_day: Option<Day>,
 }
 
@@ -428,13 +428,13 @@ impl Recording {
         self
     }
 
-    /// The recording with the day that somebody entered, or with none entered.
+    /// The recording with the day that the user entered, or with none entered.
     pub fn with_entered_day(mut self, day: Option<Day>) -> Self {
         self.entered_day = day;
         self
     }
 
-    /// The day that somebody entered.
+    /// The day that the user entered.
     pub fn entered_day(&self) -> Option<Day> {
         self.entered_day
     }
@@ -540,7 +540,7 @@ impl Recording {
         self.picked(samples, self.name.clone())
     }
 
-    /// Cuts the recording in time into so many segments, as even as whole samples allow; fewer where it is shorter.
+    /// Cuts the recording in time into `count` segments, as even as whole samples allow; fewer where it is shorter.
     ///
     /// History does not cross the cuts: these are recordings of their own.
     pub fn segments(&self, count: usize) -> Vec<Self> {

@@ -30,9 +30,10 @@ impl Role {
     /// Returns the role that the name of a recording or of its file asks for: `test…` tests, all others train.
     pub fn of_name(name: &str) -> Self {
         let start = name.get(..4);
-        match start.is_some_and(|start| start.eq_ignore_ascii_case("test")) {
-            true => Self::Test,
-            false => Self::Train,
+        if start.is_some_and(|start| start.eq_ignore_ascii_case("test")) {
+            Self::Test
+        } else {
+            Self::Train
         }
     }
 
@@ -53,7 +54,7 @@ pub struct Entry {
     pub recording: Arc<Recording>,
     /// What it is for.
     pub role: Role,
-    /// The group that somebody put it in; see [`RecordingSet::groups`].
+    /// The group that the user put it in; see [`RecordingSet::groups`].
     pub group: Option<String>,
 }
 
@@ -249,10 +250,7 @@ impl RecordingSet {
     /// to be cut stays as it is. Load cases are not cut but take the one role or the other, so that no row tests what was
     /// fitted to its repeats.
     pub fn split(&self, fraction: f64) -> Self {
-        let cases = match self.is_static() {
-            true => self.groups().of,
-            false => Vec::new(),
-        };
+        let cases = if self.is_static() { self.groups().of } else { Vec::new() };
         // Spread evenly: loads are often in order.
         let trains = |case: usize| {
             let before = |n: usize| (fraction * n as f64).floor();

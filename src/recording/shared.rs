@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::range::{NO_RANGE, including, joined};
 
-/// So many samples, or numbers, are looked through by one thread at a time.
+/// Number of samples, or numbers, that one thread looks through at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 
 /// Some of the numbers of a list that is kept once.
@@ -27,7 +27,7 @@ impl Shared {
         }
     }
 
-    /// These rows of so many numbers, one range after another; of a single range they stay shared.
+    /// These rows of `width` numbers, one range after another; of a single range they stay shared.
     pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
         let numbers = |range: &Range<usize>| range.start * width..range.end * width;
         match ranges {
@@ -41,13 +41,14 @@ impl Shared {
 
     /// As a list of their own: the same one where they are all of it.
     pub fn whole(&self) -> Arc<Vec<f64>> {
-        match self.own.len() == self.all.len() {
-            true => Arc::clone(&self.all),
-            false => Arc::new(self.to_vec()),
+        if self.own.len() == self.all.len() {
+            Arc::clone(&self.all)
+        } else {
+            Arc::new(self.to_vec())
         }
     }
 
-    /// To be changed; copied where somebody else has them too.
+    /// To be changed; copied where another list shares them.
     pub fn make_mut(&mut self) -> &mut Vec<f64> {
         if self.own.len() < self.all.len() {
             *self = self.to_vec().into();
@@ -137,16 +138,15 @@ impl Ranged {
             let numbers = rows.start * self.width..rows.end * self.width;
             ranges(&self.values.all[numbers], self.width)
         };
-        let ranges = match whole.is_empty() || self.width == 0 {
-            true => of(start..end),
-            false => {
-                let beside = all_joined(
-                    &of(start..whole.start * SAMPLES_A_THREAD),
-                    &of(whole.end * SAMPLES_A_THREAD..end),
-                );
-                let runs = self.runs[whole].iter();
-                runs.fold(beside, |all, run| all_joined(&all, run))
-            }
+        let ranges = if whole.is_empty() || self.width == 0 {
+            of(start..end)
+        } else {
+            let beside = all_joined(
+                &of(start..whole.start * SAMPLES_A_THREAD),
+                &of(whole.end * SAMPLES_A_THREAD..end),
+            );
+            let runs = self.runs[whole].iter();
+            runs.fold(beside, |all, run| all_joined(&all, run))
         };
         Self { values, width: self.width, runs: Arc::clone(&self.runs), ranges }
     }

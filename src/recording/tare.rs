@@ -19,7 +19,7 @@ use crate::recording::recording::Recording;
 const QUIET_SECS: f64 = 0.5;
 /// Fewer samples have no scatter worth the name.
 const FEWEST_SAMPLES: usize = 4;
-/// The first interval is taken whose scatter is at most so many times that of the quietest.
+/// Maximum ratio of the scatter of the interval that is taken, the first one, to that of the quietest.
 const NEARLY_AS_QUIET: f64 = 2.0;
 /// An interval in which a gauge moves by more than this share of all it does is not quiet.
 const LARGEST_SHARE: f64 = 0.02;
@@ -166,9 +166,10 @@ fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
     if quiet.peek().is_none() {
         return Err(TareError::NeverQuiet { name: name() });
     }
-    let why = match recording.axes().is_empty() {
-        true => "it has no reference that says when the sensor is unloaded",
-        false => "in no quiet half second its reference is without load",
+    let why = if recording.axes().is_empty() {
+        "it has no reference that says when the sensor is unloaded"
+    } else {
+        "in no quiet half second its reference is without load"
     };
     quiet
         .find(|(start, end)| is_unloaded(recording, *start..*end))

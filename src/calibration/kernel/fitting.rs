@@ -24,12 +24,12 @@ const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// The strength where nothing can be left out to choose it.
 const UNTUNED_STRENGTH: f64 = 1e-3;
-/// Weights larger than so many standard deviations of what is learned say little: the answer is a small difference of large
-/// numbers, which a single-precision controller rounds and a slight drift of a gauge upsets.
+/// Maximum size of a weight, in standard deviations of what is learned. Beyond it weights say little: the answer is a small
+/// difference of large numbers, which a single-precision controller rounds and a slight drift of a gauge upsets.
 const LARGEST_WEIGHT: f64 = 1e4;
-/// The length scale is chosen on about so many samples.
+/// Approximate number of samples on which the length scale is chosen.
 const TUNING_SAMPLES: usize = 20_000;
-/// Landmarks are picked among about so many samples.
+/// Approximate number of samples among which landmarks are picked.
 const CANDIDATES: usize = 4_000;
 
 /// Samples that follow each other, all of one fold; row-major.
@@ -402,10 +402,7 @@ impl<'a> Whitened<'a> {
         let weakest = STRENGTHS.iter().position(is_sane);
         let strengths = &STRENGTHS[weakest.unwrap_or(STRENGTHS.len() - 1)..];
         // The kernel on its own is all there is.
-        let shares: &[f64] = match columns.of_linear.is_empty() {
-            true => &[1.0],
-            false => &SHARES,
-        };
+        let shares: &[f64] = if columns.of_linear.is_empty() { &[1.0] } else { &SHARES };
         // Of each part, by strength, share and axis.
         let squares = NormalEquations::each_without(
             &parts,

@@ -135,9 +135,10 @@ impl Kernel {
         let m = self.landmarks.len();
         let vector = |field: &'static str, n: usize, numbers: &[f64]| {
             check_length(field, n, numbers.len())?;
-            match numbers.iter().all(|number| is_usable(*number)) {
-                true => Ok(()),
-                false => Err(KernelError::NotFinite { field }),
+            if numbers.iter().all(|number| is_usable(*number)) {
+                Ok(())
+            } else {
+                Err(KernelError::NotFinite { field })
             }
         };
         let rows = |field, n, rows: &[Vec<f64>], width: &dyn Fn(usize) -> usize| {

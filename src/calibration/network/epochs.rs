@@ -158,10 +158,8 @@ impl<'a> Training<'a> {
             self.progress.check()?;
             let done = epoch as f64 + at as f64 / n_batches as f64;
             let fraction = done / self.settings.epochs as f64;
-            let share = match self.settings.constant_rate {
-                true => 1.0,
-                false => 0.5 * (1.0 + (PI * fraction).cos()),
-            };
+            let share =
+                if self.settings.constant_rate { 1.0 } else { 0.5 * (1.0 + (PI * fraction).cos()) };
             let rate = self.settings.learning_rate * share;
             loss += self.step(start, (start + capacity).min(n), rate);
             self.progress.advance(1);

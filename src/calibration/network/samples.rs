@@ -12,7 +12,7 @@ const FARTHEST: f64 = 1e30;
 const CONSTANT_BELOW: f64 = 1e-13;
 /// A smaller spread has no place in single precision.
 const SMALLEST_SPREAD: f64 = 1e-30;
-/// Rows that are measured before somebody may cancel.
+/// Number of rows that are measured between two looks at whether the work is cancelled.
 const ROWS_PER_CHECK: usize = 8192;
 
 /// Samples: what they are described by, and what is to be learned.
@@ -30,7 +30,7 @@ impl Samples {
         Self { inputs: Table::new(n_inputs), targets: Table::new(n_targets) }
     }
 
-    /// Makes room for so many more samples, so that memory is asked for only once.
+    /// Makes room for `n_samples` more samples, so that memory is asked for only once.
     pub fn reserve(&mut self, n_samples: usize) {
         for table in [&mut self.inputs, &mut self.targets] {
             table.values.reserve_exact(n_samples * table.width);
@@ -128,7 +128,7 @@ impl Table {
     /// Mean and standard deviation of each column.
     ///
     /// # Errors
-    /// [`Cancelled`] if somebody asked for it.
+    /// [`Cancelled`] if the work is cancelled.
     pub(super) fn measure(&self, progress: &Progress) -> Result<Scale, Cancelled> {
         let n = self.n_rows().max(1) as f64;
         let mut mean = vec![0.0; self.width];

@@ -51,7 +51,7 @@ impl Network {
     /// batches.
     ///
     /// The network is that of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss;
-    /// without early stopping that of the last. Once somebody has asked to stop, it is that of the epochs that were done.
+    /// without early stopping that of the last. Once the work is cancelled, it is that of the epochs that were done.
     ///
     /// **Source** section 4.2.1; He et al. 2015; Kingma and Ba 2015; Loshchilov and Hutter 2017 without restarts.
     ///

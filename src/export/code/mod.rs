@@ -56,9 +56,10 @@ pub(in crate::export) const CODE: Target = Target {
     },
     check: |outline| {
         let window_secs = outline.features.window_secs();
-        match window_secs > LONGEST_WINDOW_SECS {
-            true => Err(Box::new(LongWindow { window_secs })),
-            false => Ok(()),
+        if window_secs > LONGEST_WINDOW_SECS {
+            Err(Box::new(LongWindow { window_secs }))
+        } else {
+            Ok(())
         }
     },
     ..Target::PLAIN

@@ -20,7 +20,7 @@ pub struct ReportData {
     pub made: SystemTime,
     /// What it is about.
     pub calibration: Arc<Calibration>,
-    /// What somebody wrote down about it; may be empty.
+    /// Notes of the user; may be empty.
     pub notes: String,
     /// Errors of the calibration that the sensor came with, where there is one.
     pub factory: Option<FactoryScores>,

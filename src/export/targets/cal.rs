@@ -151,9 +151,10 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
     let (mut matrix, mut full_scale) = (Vec::new(), Vec::new());
     for axis in Axis::ALL {
         let row = rows.get(&axis).ok_or(CalError::Missing {
-            element: match axis.is_force() {
-                true => "UserAxis for each of Fx Fy Fz",
-                false => "UserAxis for each of Tx Ty Tz",
+            element: if axis.is_force() {
+                "UserAxis for each of Fx Fy Fz"
+            } else {
+                "UserAxis for each of Tx Ty Tz"
             },
         })?;
         let factor = if axis.is_force() { to_newtons } else { to_newton_metres };
@@ -269,9 +270,10 @@ fn attribute<'a>(of: &'a Attributes, element: &str, name: &str) -> Result<&'a st
 
 fn number(of: &Attributes, element: &str, name: &str) -> Result<f64, CalError> {
     let value = parsed(attribute(of, element, name)?.trim(), name)?;
-    match value >= 0.0 {
-        true => Ok(value),
-        false => Err(CalError::Number { place: name.to_owned(), text: value.to_string() }),
+    if value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(CalError::Number { place: name.to_owned(), text: value.to_string() })
     }
 }
 

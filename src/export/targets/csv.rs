@@ -40,9 +40,10 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
         .chain(compensated.map(|map| ("compensated", &*blocks, map)));
     for (name, blocks, map) in maps {
         // Whoever opens the table elsewhere must see that no real sensor stands behind it.
-        let name = match calibration.simulated {
-            true => format!("{name} (simulated sensor)"),
-            false => name.to_owned(),
+        let name = if calibration.simulated {
+            format!("{name} (simulated sensor)")
+        } else {
+            name.to_owned()
         };
         let axes = calibration.axes.iter().zip(&calibration.units);
         for ((axis, unit), row) in axes.zip(&map.matrix) {

@@ -52,10 +52,8 @@ pub(super) fn check(
     if (least..=most).contains(&outline.n_gauges) && *outline.axes == Axis::ALL {
         return Ok(());
     }
-    let room = match least == most {
-        true => format!("{most} gauges"),
-        false => format!("up to {most} gauges"),
-    };
+    let room =
+        if least == most { format!("{most} gauges") } else { format!("up to {most} gauges") };
     Err(Box::new(NoRoom {
         file,
         room,

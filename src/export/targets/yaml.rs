@@ -51,18 +51,19 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
 
 /// A parameter's name, of letters, digits and underscores.
 fn key(name: &str) -> String {
-    let name = name.chars().map(|c| match c.is_ascii_alphanumeric() {
-        true => c.to_ascii_lowercase(),
-        false => '_',
-    });
+    let name =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' });
     name.collect()
 }
 
 /// A field as parameters; none where it is empty.
 fn entries(field: &Field) -> Vec<(&'static str, String)> {
-    let listed = |texts: Vec<String>| match texts.is_empty() {
-        true => Vec::new(),
-        false => vec![(field.name, format!("[{}]", texts.join(", ")))],
+    let listed = |texts: Vec<String>| {
+        if texts.is_empty() {
+            Vec::new()
+        } else {
+            vec![(field.name, format!("[{}]", texts.join(", ")))]
+        }
     };
     let numbers = |values: &[f64]| listed(values.iter().map(|value| number(*value)).collect());
     match &field.value {

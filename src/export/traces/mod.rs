@@ -33,7 +33,7 @@ pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
 pub struct Interval<'a> {
     /// All of the recording, since the past of a sample may lie before the interval.
     pub recording: &'a Recording,
-    /// Every so many-th of its samples is used.
+    /// One of every `decimation` samples is used.
     pub decimation: usize,
     /// Which of these samples are written.
     pub samples: Range<usize>,
@@ -111,9 +111,10 @@ pub fn write_loads_csv(
                 time: *time,
                 clock_secs: recording.clock_time(k),
                 gauges: recording.gauges_at(k),
-                auxiliary: match calibration.features.auxiliary.is_empty() {
-                    true => &[],
-                    false => recording.auxiliary().at(k),
+                auxiliary: if calibration.features.auxiliary.is_empty() {
+                    &[]
+                } else {
+                    recording.auxiliary().at(k)
                 },
                 reference: reference_at(recording, k),
                 is_held: recording.auxiliary().is_held_at(*time),

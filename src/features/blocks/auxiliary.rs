@@ -196,9 +196,10 @@ impl Stream for Effects {
         let mut columns = out.chunks_exact_mut(1 + gauges.len());
         for (own, state) in self.states.iter_mut().enumerate() {
             let tau_secs = self.taus_secs[own / n];
-            match tau_secs > 0.0 {
-                true => *state += -(-elapsed / tau_secs).exp_m1() * (now(own % n) - *state),
-                false => *state = now(own % n),
+            if tau_secs > 0.0 {
+                *state += -(-elapsed / tau_secs).exp_m1() * (now(own % n) - *state)
+            } else {
+                *state = now(own % n)
             }
             let columns = columns.next().expect("columns for each state");
             columns[0] = *state;

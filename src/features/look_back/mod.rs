@@ -109,7 +109,7 @@ impl LoadPath {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
-    /// [`past_samples`](Self::past_samples), of which some are not looked for once somebody has asked to stop: those have none.
+    /// [`past_samples`](Self::past_samples), of which some are not looked for once the work is cancelled: those have none.
     ///
     /// # Panics
     /// As [`past_samples`](Self::past_samples).
@@ -268,9 +268,10 @@ impl<const D: usize> Path<D> {
                 let k = first + lane;
                 advance(&mut oldest, k);
                 let point = self.point(k);
-                let own = match own_is_near {
-                    true => 0,
-                    false => far_lanes(&self.groups[group], &point, least) & ((2 << lane) - 1),
+                let own = if own_is_near {
+                    0
+                } else {
+                    far_lanes(&self.groups[group], &point, least) & ((2 << lane) - 1)
                 };
                 let found = if own != 0 {
                     Some(first + own.ilog2() as usize)

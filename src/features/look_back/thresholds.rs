@@ -133,7 +133,7 @@ impl Distance {
     /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
-            Self::Force => axes.iter().map(|axis| f64::from(u8::from(axis.is_force()))).collect(),
+            Self::Force => axes.iter().map(|axis| f64::from(axis.is_force())).collect(),
             Self::FullScale => full_scale
                 .iter()
                 .map(|&scale| if scale > 0.0 { 1.0 / scale } else { 0.0 })

@@ -333,9 +333,10 @@ fn records(
 fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
     let (number, order) = match datatype {
         Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), byte_order, layout } => {
-            match layout.signed {
-                true => (Number::Int(*size as usize), byte_order),
-                false => (Number::Uint(*size as usize), byte_order),
+            if layout.signed {
+                (Number::Int(*size as usize), byte_order)
+            } else {
+                (Number::Uint(*size as usize), byte_order)
             }
         }
         Datatype::FloatingPoint { size: size @ (2 | 4 | 8), byte_order, .. } => {

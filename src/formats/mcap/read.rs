@@ -336,10 +336,7 @@ impl Topics {
         let mut table = Columns {
             is_named: true,
             is_guessed_part: wanted.is_empty() && has_rivals,
-            parts: match has_rivals || !wanted.is_empty() {
-                true => told.collect(),
-                false => Vec::new(),
-            },
+            parts: if has_rivals || !wanted.is_empty() { told.collect() } else { Vec::new() },
             ..Columns::default()
         };
         let mut topics = self.topics;
@@ -384,7 +381,7 @@ impl Topic {
         self.shape.is_some_and(Shape::is_wrench)
     }
 
-    /// Whether its messages hold as many numbers as somebody wished, and nothing else.
+    /// Whether its messages hold a list of numbers of any length, and nothing else.
     fn is_list(&self) -> bool {
         matches!(self.shape, Some(Shape::Array(_)))
     }

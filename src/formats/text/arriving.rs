@@ -8,7 +8,7 @@ use super::encoding::{Encoding, decoded, encoding_of};
 const LONGEST_LINE: usize = 1 << 20;
 /// What stands for a longer one.
 const TOO_LONG: &str = "(a line of more than 1 MiB)";
-/// So much of a line says what the encoding is (bytes).
+/// Length of a line that is enough to tell the encoding (bytes).
 const ENOUGH: usize = 1 << 10;
 
 /// The lines of a text that is not there as a whole yet.

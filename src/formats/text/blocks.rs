@@ -26,7 +26,7 @@ pub(super) struct Blocks {
 }
 
 impl Blocks {
-    /// Opens a file and makes sure that it is text; with a limit, only so many bytes of it are read.
+    /// Opens a file and makes sure that it is text. `limit_bytes` is the maximum number of bytes that are read.
     pub(super) fn open(
         path: &Path,
         block_bytes: usize,
@@ -41,7 +41,7 @@ impl Blocks {
         })
     }
 
-    /// The whole lines among so many bytes from this one on, whatever was read before.
+    /// Returns the whole lines among `n_bytes` bytes from byte `at` on, whatever was read before.
     pub(super) fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
         if at + (n_bytes as u64) < self.text.whole_file_bytes() {
@@ -55,7 +55,7 @@ impl Blocks {
         Ok(lines)
     }
 
-    /// The first blocks as one, with at least so many bytes and a line that is no comment, if the file has them.
+    /// Returns the first blocks as one, with at least this length (bytes) and a line that is no comment, if the file has them.
     pub(super) fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;

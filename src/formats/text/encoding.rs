@@ -72,7 +72,7 @@ pub(super) struct Text {
 }
 
 impl Text {
-    /// Opens a file and makes sure that it is text; with a limit, only so many bytes of it are read.
+    /// Opens a file and makes sure that it is text. `limit_bytes` is the maximum number of bytes that are read.
     pub(super) fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
         let mut file = File::open(path)?;
         let mut head = Vec::with_capacity(HEAD_BYTES);
@@ -142,7 +142,7 @@ impl Text {
         Ok(has_more)
     }
 
-    /// So many bytes from this one on as text, whatever was read before; the characters at its ends may be cut.
+    /// Returns the text of `n_bytes` bytes from byte `at` on, whatever was read before. The characters at its ends may be cut.
     pub(super) fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;
@@ -238,10 +238,7 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
         // The head may end in the middle of a character.
         Err(error) => error.error_len().is_none(),
     };
-    let encoding = match is_utf8 {
-        true => Encoding::Utf8,
-        false => Encoding::Latin1,
-    };
+    let encoding = if is_utf8 { Encoding::Utf8 } else { Encoding::Latin1 };
     Ok((encoding, 0))
 }
 

@@ -26,9 +26,9 @@ pub(in crate::formats) const FORMAT: Format = Format {
     read: |_| Ok(None),
 };
 
-/// So much of a text is there when its table is looked for.
+/// Minimum length of the start of a file in which its table is looked for (bytes).
 const HEAD_BYTES: usize = 1 << 16;
-/// So much is read at a place in the midst of a file at least, and at most.
+/// Minimum and maximum length that is read at a place in the midst of a file (bytes).
 const PLACE_BYTES: std::ops::RangeInclusive<usize> = 4 << 10..=128 << 10;
 /// Enough for threads to share them evenly.
 const BLOCKS_PER_THREAD: usize = 8;
@@ -46,7 +46,7 @@ pub(crate) struct TextFile {
 }
 
 impl TextFile {
-    /// Opens a file; with a limit, only so many bytes of it are read.
+    /// Opens a file. `limit_bytes` is the maximum number of bytes that are read.
     pub(in crate::formats) fn open(
         path: &Path,
         block_bytes: usize,

@@ -31,10 +31,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         source.progress.check()?;
         lines(&block).for_each(|line| table.line(line));
     }
-    match table.is_begun {
-        true => Ok(Some(table.columns())),
-        false => Err(FileError::cut_short("the header")),
-    }
+    if table.is_begun { Ok(Some(table.columns())) } else { Err(FileError::cut_short("the header")) }
 }
 
 /// What the header of a segment says of its channels, and of its start.
@@ -172,9 +169,10 @@ impl Table {
         let time_at = self.places[0].1;
         let number = |at: usize| self.number(cell(at));
         let time_of = |at: Option<usize>| at.and_then(number);
-        let time = match self.is_counted {
-            true => self.segment.x0 + self.segment.n_rows as f64 * self.segment.delta_x,
-            false => time_of(time_at).unwrap_or(f64::NAN),
+        let time = if self.is_counted {
+            self.segment.x0 + self.segment.n_rows as f64 * self.segment.delta_x
+        } else {
+            time_of(time_at).unwrap_or(f64::NAN)
         };
         let is_other =
             |at: Option<usize>| at != time_at && time_of(at).is_some_and(|own| own != time);

@@ -80,9 +80,10 @@ impl TimeForm {
         // points between them nobody writes the month first.
         let has_points =
             |cell: &[u8]| cell.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.');
-        let either = match cells.clone().next().is_some_and(|cell| has_points(cell.trim_ascii())) {
-            true => [DateOrder::DayMonthYear, DateOrder::MonthDayYear],
-            false => [DateOrder::MonthDayYear, DateOrder::DayMonthYear],
+        let either = if cells.clone().next().is_some_and(|cell| has_points(cell.trim_ascii())) {
+            [DateOrder::DayMonthYear, DateOrder::MonthDayYear]
+        } else {
+            [DateOrder::MonthDayYear, DateOrder::DayMonthYear]
         };
         let forms = [
             Self::Date(DateOrder::YearMonthDay),
@@ -139,7 +140,7 @@ impl TimeForm {
     }
 }
 
-/// A number of so many digits.
+/// Returns a number whose count of digits is in this range.
 fn digits(text: &str, n_digits: RangeInclusive<usize>) -> Option<i64> {
     let is_number = n_digits.contains(&text.len()) && text.bytes().all(|b| b.is_ascii_digit());
     is_number.then(|| text.parse().ok())?

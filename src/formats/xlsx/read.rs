@@ -20,7 +20,7 @@ use super::super::text::times::TimeForm;
 use crate::recording::Day;
 
 const FILE: &str = "the workbook";
-/// The first row of numbers stands among so many.
+/// Number of rows among which the first row of numbers stands.
 const HEADER_LIMIT: u32 = 100;
 /// Maximum length of a cell's text that is kept (bytes): no name and no value is longer.
 const TEXT_LIMIT_BYTES: usize = 1 << 10;
@@ -147,7 +147,7 @@ fn number(value: &DataRef) -> Option<f64> {
     match value {
         DataRef::Int(value) => Some(*value as f64),
         DataRef::Float(value) => Some(*value),
-        DataRef::Bool(value) => Some(f64::from(u8::from(*value))),
+        DataRef::Bool(value) => Some(f64::from(*value)),
         DataRef::String(_) | DataRef::SharedString(_) => text(value).parse().ok(),
         _ => None,
     }

@@ -10,9 +10,9 @@ use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
 /// How many values are shown.
 const SHOWN_VALUES: usize = 3;
-/// With so many steps up out of a hundred, and hardly any down, numbers run like a clock.
+/// Minimum share of steps up, with hardly any down, of numbers that run like a clock (%).
 const CLOCK_STEPS_PERCENT: usize = 60;
-/// Where a file holds one recording after the other, its clock goes back at so many steps out of a hundred at most.
+/// Maximum share of steps back of a clock: where one recording of a file ends and the next begins (%).
 const RESTARTS_PERCENT: usize = 1;
 /// Fewer rows tell nothing about a clock.
 const FEWEST_CLOCK_ROWS: usize = 3;

@@ -30,7 +30,7 @@ use crate::import::warning::Finding;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// So much of a file is read to see what would be loaded: enough for thousands of rows, and gone in a blink.
+/// Maximum length of a file that is read to see what would be loaded (bytes): thousands of rows, read at once.
 const SAMPLE_BYTES: u64 = 8 << 20;
 /// How many rows are shown.
 const PREVIEW_ROWS: usize = 12;

@@ -63,7 +63,7 @@ pub struct Join {
     /// how old a reference sample may be. By default 20 median steps of the reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit_secs: Option<f64>,
-    /// Added to the reference's times (s). Nothing is added unless somebody writes it here.
+    /// Added to the reference's times (s). Nothing is added without an entry here.
     #[serde(skip_serializing_if = "is_zero")]
     pub clock_offset_secs: f64,
 }

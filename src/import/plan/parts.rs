@@ -129,7 +129,7 @@ impl Side {
 /// Where times come from and what they count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TimeScale {
-    /// So many make one second.
+    /// This number makes one second.
     PerSecond(f64),
     /// By their values.
     ByValues,

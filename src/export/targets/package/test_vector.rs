@@ -24,7 +24,7 @@ pub(super) struct Answered {
 
 /// Where no recording says how fast samples come (Hz).
 const USUAL_RATE_HZ: f64 = 20.0;
-/// The loads that move the gauges reach so much of full scale, and the gauges so many deviations.
+/// Share of full scale that the loads reach which move the gauges, and how many deviations the gauges reach.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
 const DEVIATIONS: f64 = 2.0;
 /// Parts of the test: fast motion, and slow motion for as long as the history is, but for no more samples than these.

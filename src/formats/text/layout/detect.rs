@@ -9,7 +9,7 @@ use super::start::{Line, first_lines, names, unbracketed};
 use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
 use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};
 
-/// A header stands among so many first lines.
+/// Number of first lines among which a header stands.
 const HEADER_LIMIT: usize = 60;
 
 /// Finds out how a table is written. `None` without a line that is neither blank nor a comment.
