@@ -63,17 +63,17 @@ impl Entry {
 /// Numbers as a file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Array {
-    pub(crate) name: String,
+    pub name: String,
     /// Where the file itself says it; empty otherwise.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// Where the file itself names each of its columns.
-    pub(crate) labels: Vec<String>,
-    pub(crate) shape: Vec<usize>,
+    pub labels: Vec<String>,
+    pub shape: Vec<usize>,
     /// Whether the first index runs fastest.
-    pub(crate) is_by_column: bool,
+    pub is_by_column: bool,
     /// Added to each of the values.
-    pub(crate) since: i64,
-    pub(crate) values: Vec<f64>,
+    pub since: i64,
+    pub values: Vec<f64>,
 }
 
 /// The arrays as columns; what is none is listed with what it is.

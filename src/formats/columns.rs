@@ -16,33 +16,33 @@ pub struct FilePart {
 /// Columns of numbers, as a file that is no text holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
-    pub(crate) columns: Vec<Column>,
+    pub columns: Vec<Column>,
     /// Whether the columns have names.
-    pub(crate) is_named: bool,
+    pub is_named: bool,
     /// Which column is the clock of the reference, where that is another than the gauges'.
-    pub(crate) reference_time: Option<usize>,
+    pub reference_time: Option<usize>,
     /// The day of the recording, where the file itself says it.
-    pub(crate) day: Option<Day>,
+    pub day: Option<Day>,
     /// What else the file holds, and what it is.
-    pub(crate) left_out: Vec<String>,
+    pub left_out: Vec<String>,
     /// Whether the file ends before it should.
-    pub(crate) ends_early: bool,
+    pub ends_early: bool,
     /// Where the file holds several tables, all of them.
-    pub(crate) parts: Vec<FilePart>,
+    pub parts: Vec<FilePart>,
     /// Whether nobody said which of them it is.
-    pub(crate) is_guessed_part: bool,
+    pub is_guessed_part: bool,
 }
 
 /// One column; another clock's columns may have another length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Column {
     /// As a header of text would have it; empty without names.
-    pub(crate) name: String,
+    pub name: String,
     /// Where the file itself says it; empty otherwise.
-    pub(crate) unit: String,
+    pub unit: String,
     /// Added to each of the values: large whole numbers keep their digits so.
-    pub(crate) since: i64,
-    pub(crate) values: Vec<f64>,
+    pub since: i64,
+    pub values: Vec<f64>,
 }
 
 /// Up to here a number of 64 bits has every whole number.
@@ -53,25 +53,25 @@ const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 pub(super) struct Since(std::cell::Cell<Option<i64>>);
 
 impl Since {
-    pub(super) fn zero() -> Self {
+    pub fn zero() -> Self {
         Self(std::cell::Cell::new(Some(0)))
     }
 
-    pub(super) fn number(&self, value: i64) -> f64 {
+    pub fn number(&self, value: i64) -> f64 {
         let of_first = if value.unsigned_abs() > EXACT { value } else { 0 };
         let since = self.0.get().unwrap_or(of_first);
         self.0.set(Some(since));
         value.saturating_sub(since) as f64
     }
 
-    pub(super) fn get(&self) -> i64 {
+    pub fn get(&self) -> i64 {
         self.0.get().unwrap_or(0)
     }
 }
 
 impl Columns {
     /// How long the longest column is.
-    pub(crate) fn n_rows(&self) -> usize {
+    pub fn n_rows(&self) -> usize {
         let lengths = self.columns.iter().map(|column| column.values.len());
         lengths.max().unwrap_or(0)
     }
@@ -82,7 +82,7 @@ impl Columns {
         used.map(|part| part.name.clone()).collect()
     }
 
-    pub(crate) fn row(&self, row: usize) -> NumberRow<'_> {
+    pub fn row(&self, row: usize) -> NumberRow<'_> {
         NumberRow { columns: self.columns.iter(), row }
     }
 }
@@ -90,7 +90,7 @@ impl Columns {
 /// Rows of a file from its start to its end: its first ones, and some at places all over the rest.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sample<'a> {
-    pub(crate) rows: Vec<Vec<Cell<'a>>>,
+    pub rows: Vec<Vec<Cell<'a>>>,
     /// With which row each place starts.
     starts: Vec<usize>,
 }
@@ -103,7 +103,7 @@ impl<'a> Sample<'a> {
     }
 
     /// The rows of each place, which follow one another there.
-    pub(crate) fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
+    pub fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
         let ends = self.starts.iter().copied().skip(1).chain([self.rows.len()]);
         let starts = self.starts.iter();
         starts.zip(ends).map(|(&start, end)| &self.rows[start..end])
@@ -126,12 +126,12 @@ pub(crate) enum Cell<'a> {
 }
 
 impl<'a> Cell<'a> {
-    pub(crate) fn is_empty(self) -> bool {
+    pub fn is_empty(self) -> bool {
         self == Self::Text(b"")
     }
 
     /// Whether no value stands there: nothing, or NaN.
-    pub(crate) fn is_blank(self) -> bool {
+    pub fn is_blank(self) -> bool {
         match self {
             Self::Text(text) => text.is_empty() || text.eq_ignore_ascii_case(b"nan"),
             Self::Number(number) | Self::Since(_, number) => number.is_nan(),
@@ -139,7 +139,7 @@ impl<'a> Cell<'a> {
     }
 
     /// As it is written; nothing of a number.
-    pub(crate) fn written(self) -> Option<&'a [u8]> {
+    pub fn written(self) -> Option<&'a [u8]> {
         match self {
             Self::Text(text) => Some(text),
             Self::Number(_) | Self::Since(..) => None,
@@ -147,7 +147,7 @@ impl<'a> Cell<'a> {
     }
 
     /// For people.
-    pub(crate) fn text(self) -> String {
+    pub fn text(self) -> String {
         match self {
             Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
             Self::Number(number) => number.to_string(),
@@ -156,7 +156,7 @@ impl<'a> Cell<'a> {
     }
 
     /// The start of [`Cell::text`], long enough for any message.
-    pub(crate) fn shown(self) -> String {
+    pub fn shown(self) -> String {
         const LONG_ENOUGH_BYTES: usize = 200;
         match self {
             Self::Text(text) => Self::Text(&text[..text.len().min(LONG_ENOUGH_BYTES)]).text(),

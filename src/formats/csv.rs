@@ -13,12 +13,12 @@ use crate::recording::Recording;
 pub(crate) struct CsvWriter<W: Write>(csv::Writer<W>);
 
 impl<W: Write> CsvWriter<W> {
-    pub(crate) fn new(out: W) -> Self {
+    pub fn new(out: W) -> Self {
         Self(csv::Writer::from_writer(out))
     }
 
     /// Writes one cell of the row that has begun.
-    pub(crate) fn cell(&mut self, cell: impl AsRef<str>) -> io::Result<()> {
+    pub fn cell(&mut self, cell: impl AsRef<str>) -> io::Result<()> {
         let cell = cell.as_ref();
         if begins_a_formula(cell) && cell.parse::<f64>().is_err() {
             return Ok(self.0.write_field(format!("'{cell}"))?);
@@ -26,21 +26,18 @@ impl<W: Write> CsvWriter<W> {
         Ok(self.0.write_field(cell)?)
     }
 
-    pub(crate) fn end_row(&mut self) -> io::Result<()> {
+    pub fn end_row(&mut self) -> io::Result<()> {
         Ok(self.0.write_record(None::<&[u8]>)?)
     }
 
-    pub(crate) fn row(
-        &mut self,
-        cells: impl IntoIterator<Item = impl AsRef<str>>,
-    ) -> io::Result<()> {
+    pub fn row(&mut self, cells: impl IntoIterator<Item = impl AsRef<str>>) -> io::Result<()> {
         for cell in cells {
             self.cell(cell)?;
         }
         self.end_row()
     }
 
-    pub(crate) fn flush(&mut self) -> io::Result<()> {
+    pub fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }
 }

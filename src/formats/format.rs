@@ -31,17 +31,17 @@ pub struct Format {
 /// A file whose format is known, before it is read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
-    pub(super) path: &'a Path,
+    pub path: &'a Path,
     /// How it starts.
-    pub(super) head: &'a [u8],
-    pub(super) n_bytes: u64,
+    pub head: &'a [u8],
+    pub n_bytes: u64,
     /// Which of several parts of it make the table; none where nobody said.
-    pub(super) parts: &'a [String],
-    pub(super) progress: &'a Progress,
+    pub parts: &'a [String],
+    pub progress: &'a Progress,
 }
 
 impl Source<'_> {
-    pub(super) fn open(&self) -> io::Result<File> {
+    pub fn open(&self) -> io::Result<File> {
         File::open(self.path)
     }
 }
@@ -55,7 +55,7 @@ pub(super) struct Budget {
 
 impl Budget {
     /// Returns the budget of a whole file with this length.
-    pub(super) fn of_file(n_bytes: u64) -> Self {
+    pub fn of_file(n_bytes: u64) -> Self {
         let limit_bytes = unpacked_limit(n_bytes);
         Self { left_bytes: limit_bytes, limit_bytes }
     }
@@ -64,12 +64,7 @@ impl Budget {
     ///
     /// # Errors
     /// [`FileError::UnpacksTooLarge`] if less is left.
-    pub(super) fn take(
-        &mut self,
-        what: &str,
-        n_values: u64,
-        bytes_each: u64,
-    ) -> Result<(), FileError> {
+    pub fn take(&mut self, what: &str, n_values: u64, bytes_each: u64) -> Result<(), FileError> {
         let left_bytes = n_values
             .checked_mul(bytes_each)
             .and_then(|n_bytes| self.left_bytes.checked_sub(n_bytes));

@@ -91,7 +91,7 @@ impl LineKeys {
     }
 
     /// A line as the one row of a table; `None` if it is no object.
-    pub(crate) fn row(&self, line: &str) -> Option<Columns> {
+    pub fn row(&self, line: &str) -> Option<Columns> {
         let row = row(line.as_bytes())?;
         let column = |key: &Key| {
             let value = row.iter().find(|(own, _)| own == key);
@@ -104,7 +104,7 @@ impl LineKeys {
     }
 
     /// Whether some of the values stand in a list.
-    pub(crate) fn have_list(&self) -> bool {
+    pub fn have_list(&self) -> bool {
         self.0.iter().any(|(_, index)| index.is_some())
     }
 }

@@ -44,10 +44,10 @@ struct Header {
 #[derive(Debug)]
 pub(super) struct Content {
     /// One array, or one for each field of the records, called like the field.
-    pub(super) arrays: Vec<Array>,
-    pub(super) is_records: bool,
+    pub arrays: Vec<Array>,
+    pub is_records: bool,
     /// Fields without numbers.
-    pub(super) left_out: Vec<String>,
+    pub left_out: Vec<String>,
 }
 
 /// The fields of records, or a lone array: its columns have no names.

@@ -16,7 +16,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    pub(super) const fn n_bytes(self) -> usize {
+    pub const fn n_bytes(self) -> usize {
         match self {
             Self::Float(n_bytes) | Self::Int(n_bytes) | Self::Uint(n_bytes) => n_bytes,
             Self::Time => 8,
@@ -24,12 +24,12 @@ impl Number {
     }
 
     /// Returns the value that these bytes store.
-    pub(super) fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
+    pub fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
         self.value_since(bytes, is_big_endian, &Since::zero())
     }
 
     /// The values that follow one another.
-    pub(super) fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
+    pub fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
         let elements = bytes.chunks_exact(self.n_bytes());
         elements.map(|own| self.value(own, is_big_endian)).collect()
     }
@@ -76,13 +76,13 @@ fn half(bits: u16) -> f64 {
 #[derive(Debug)]
 pub(super) struct Field {
     /// Empty where the elements are no records.
-    pub(super) name: String,
-    pub(super) number: Number,
-    pub(super) unit: &'static str,
-    pub(super) is_big_endian: bool,
+    pub name: String,
+    pub number: Number,
+    pub unit: &'static str,
+    pub is_big_endian: bool,
     /// Where they start in each record, and how many there are.
-    pub(super) offset: usize,
-    pub(super) n_each: usize,
+    pub offset: usize,
+    pub n_each: usize,
 }
 
 impl Field {
@@ -90,7 +90,7 @@ impl Field {
     ///
     /// # Panics
     /// If the field is not within a record.
-    pub(super) fn append(
+    pub fn append(
         &self,
         records: &[u8],
         record_bytes: usize,
@@ -106,7 +106,7 @@ impl Field {
     }
 
     /// An array of records of this shape, of which these are the numbers.
-    pub(super) fn array(self, shape: &[usize], (values, since): (Vec<f64>, Since)) -> Array {
+    pub fn array(self, shape: &[usize], (values, since): (Vec<f64>, Since)) -> Array {
         Array {
             name: self.name,
             unit: self.unit,

@@ -28,12 +28,12 @@ const PART_ROWS: usize = 1 << 14;
 #[derive(Debug)]
 pub(crate) struct Opened {
     /// What a file is called that is no text.
-    pub(crate) kind: Option<&'static str>,
-    pub(crate) encoding: Encoding,
+    pub kind: Option<&'static str>,
+    pub encoding: Encoding,
     /// How long the file is.
-    pub(crate) file_bytes: u64,
+    pub file_bytes: u64,
     /// How many of them are read.
-    pub(crate) read_bytes: u64,
+    pub read_bytes: u64,
     table: Table,
 }
 
@@ -126,13 +126,13 @@ impl Opened {
     }
 
     /// The first lines of a stream as if they were a file, where they are JSON objects.
-    pub(crate) fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
+    pub fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
         let (columns, keys) = LineKeys::of_first(lines)?;
         Some((Self::of_columns(columns, &json_lines::FORMAT, 0), keys))
     }
 
     /// How the table is written, found by looking; `None` if there is none.
-    pub(crate) fn layout(&self) -> Option<TextLayout> {
+    pub fn layout(&self) -> Option<TextLayout> {
         match &self.table {
             Table::Text(text) => text.layout(),
             Table::Columns(columns) => Some(TextLayout {
@@ -144,7 +144,7 @@ impl Opened {
     }
 
     /// Where the table is by a layout, of which only the header matters where nothing is cut; `None` if it is not there.
-    pub(crate) fn head(&self, layout: &TextLayout) -> Option<Head> {
+    pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         let table = match &self.table {
             Table::Text(text) => return text.head(layout),
             Table::Columns(columns) => columns,
@@ -162,7 +162,7 @@ impl Opened {
     }
 
     /// The day of the recording, where the file says it above its table.
-    pub(crate) fn day(&self, head: &Head) -> Option<Day> {
+    pub fn day(&self, head: &Head) -> Option<Day> {
         match &self.table {
             Table::Text(text) => text.day(head),
             Table::Columns(columns) => columns.day,
@@ -170,7 +170,7 @@ impl Opened {
     }
 
     /// Whether looking finds that the file is cut as a layout says.
-    pub(crate) fn is_cut_by(&self, layout: &TextLayout) -> bool {
+    pub fn is_cut_by(&self, layout: &TextLayout) -> bool {
         match &self.table {
             Table::Text(text) => text.layout().as_ref() == Some(layout),
             Table::Columns(columns) => columns.is_named == layout.header,
@@ -178,7 +178,7 @@ impl Opened {
     }
 
     /// The cells of the first rows, and of some all over the file.
-    pub(crate) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
+    pub fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let columns = match &self.table {
             Table::Text(text) => return text.sample(layout, head),
             Table::Columns(columns) => columns,
@@ -203,7 +203,7 @@ impl Opened {
 
     /// Hands the rows below a head to `parse` part by part, many at a time, and what comes of them in file order to
     /// `take`, with the share of the file that these parts are.
-    pub(crate) fn read<R: Send>(
+    pub fn read<R: Send>(
         self,
         head: &Head,
         progress: &Progress,
@@ -228,7 +228,7 @@ impl Opened {
     }
 
     /// How many rows the file has if all are like those of its head.
-    pub(crate) fn about_rows(&self, head: &Head) -> u64 {
+    pub fn about_rows(&self, head: &Head) -> u64 {
         match &self.table {
             Table::Text(text) => text.about_rows(head),
             Table::Columns(columns) => columns.n_rows() as u64,
@@ -236,7 +236,7 @@ impl Opened {
     }
 
     /// What the file holds if it is no text.
-    pub(crate) fn columns(&self) -> Option<&Columns> {
+    pub fn columns(&self) -> Option<&Columns> {
         match &self.table {
             Table::Text(_) => None,
             Table::Columns(columns) => Some(columns),
@@ -244,7 +244,7 @@ impl Opened {
     }
 
     /// Of a file with several tables, all of them.
-    pub(crate) fn parts(&self) -> &[FilePart] {
+    pub fn parts(&self) -> &[FilePart] {
         self.columns().map_or(&[], |columns| &columns.parts)
     }
 }

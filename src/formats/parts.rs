@@ -11,15 +11,15 @@ use super::error::FileError;
 /// One table of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    pub(super) name: String,
-    pub(super) columns: Columns,
+    pub name: String,
+    pub columns: Columns,
 }
 
 /// Arrays that lie beside each other in a group or a struct; those of the file itself have no name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Group {
-    pub(super) name: String,
-    pub(super) arrays: Vec<Array>,
+    pub name: String,
+    pub arrays: Vec<Array>,
 }
 
 /// What was asked for that is not there.

@@ -42,18 +42,18 @@ pub struct Loaded {
 /// How files are read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading<'a> {
-    pub(super) progress: &'a Progress,
-    pub(super) block_bytes: usize,
+    pub progress: &'a Progress,
+    pub block_bytes: usize,
     /// Maximum number of bytes that are read of each file.
-    pub(super) limit_bytes: Option<u64>,
+    pub limit_bytes: Option<u64>,
 }
 
 /// Gauges and reference before they are joined, and notes on the map that was made for them.
 #[derive(Debug)]
 pub(super) struct Sides {
-    pub(super) gauges: Table,
+    pub gauges: Table,
     /// `None` if there is only one clock.
-    pub(super) reference: Option<Table>,
+    pub reference: Option<Table>,
     map: ColumnMap,
     /// The day that the file of the gauges, or that of the reference, says.
     day: Option<Day>,
@@ -61,24 +61,24 @@ pub(super) struct Sides {
 
 impl<'a> Reading<'a> {
     /// Whole files.
-    pub(super) fn whole(progress: &'a Progress) -> Self {
+    pub fn whole(progress: &'a Progress) -> Self {
         Self { progress, block_bytes: BLOCK_BYTES, limit_bytes: None }
     }
 
     /// The start of each file, of this length (bytes).
-    pub(super) fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
+    pub fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
         Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
 
     /// Opens a file, of several tables in it these parts; without any one is chosen.
-    pub(super) fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
+    pub fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
         let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
         let opened = formats::open(path, block_bytes, limit_bytes, parts, self.progress);
         opened.map_err(of_file(path))
     }
 
     /// Reads a file by a map; without one, by its names.
-    pub(super) fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
+    pub fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
         if map.is_none() {
             sides.check_skipped(path)?;
@@ -87,7 +87,7 @@ impl<'a> Reading<'a> {
     }
 
     /// Reads gauges and reference.
-    pub(super) fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
+    pub fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
         let parts = map.map_or(&[][..], |map| &map.table.text.parts);
         let opened = self.open(path, parts)?;
         let (map, notes) = match map {
@@ -142,7 +142,7 @@ impl<'a> Reading<'a> {
         Ok(Some(reference))
     }
 
-    pub(super) fn table(
+    pub fn table(
         &self,
         path: &Path,
         opened: Opened,
@@ -259,7 +259,7 @@ impl Sides {
     }
 
     /// Brings the reference to the gauges' times, and cuts the result into recordings.
-    pub(super) fn joined(self) -> Result<Loaded, ReadError> {
+    pub fn joined(self) -> Result<Loaded, ReadError> {
         let Self { mut gauges, reference, map, day } = self;
         let is_static = gauges.plan.is_static;
         let mut of_reference: Vec<LoadWarning> = Vec::new();

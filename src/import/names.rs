@@ -21,16 +21,16 @@ const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
     /// Each with the column that it speaks of, from 0 on.
-    pub(super) rules: Vec<(usize, ColumnRule)>,
+    pub rules: Vec<(usize, ColumnRule)>,
     /// What the names leave out.
-    pub(super) notes: Vec<Finding>,
+    pub notes: Vec<Finding>,
     /// Columns, from 0 on, that are loads by their unit or name and say no axis, where no other column is a load.
-    pub(super) unnamed_loads: Vec<usize>,
+    pub unnamed_loads: Vec<usize>,
 }
 
 impl Guess {
     /// The map of the table.
-    pub(super) fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
+    pub fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
         let rules = self.rules.iter();
         TableMap {
             shape: Shape { columns: head.n_columns, names: head.names.clone() },
@@ -42,7 +42,7 @@ impl Guess {
     }
 
     /// The map of the file, in which gauges and loads may stand in rows of their own.
-    pub(super) fn map(
+    pub fn map(
         &mut self,
         text: &TextLayout,
         head: &Head,
@@ -93,7 +93,7 @@ impl Guess {
         counts.iter().all(|count| *count >= FEWEST_ROWS)
     }
 
-    pub(super) fn has_role(&self, role: ColumnRole) -> bool {
+    pub fn has_role(&self, role: ColumnRole) -> bool {
         self.rules.iter().any(|(_, rule)| rule.is == role)
     }
 }

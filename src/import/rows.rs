@@ -16,39 +16,39 @@ use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 /// The rows of an interval of lines, in SI but for the times, which stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
-    pub(super) times: Vec<f64>,
+    pub times: Vec<f64>,
     /// Row-major.
-    pub(super) gauges: Vec<f64>,
+    pub gauges: Vec<f64>,
     /// Row-major; NaN where nothing was measured, until [`Rows::hold_auxiliary`].
-    pub(super) auxiliary: Vec<f64>,
+    pub auxiliary: Vec<f64>,
     /// Row-major, in axis order.
-    pub(super) loads: Vec<f64>,
+    pub loads: Vec<f64>,
     /// Row-major, as the plan's pose says; empty once the loads are computed.
-    pub(super) poses: Vec<f64>,
-    pub(super) findings: Findings,
-    pub(super) n_lines: u64,
-    pub(super) n_skipped: u64,
+    pub poses: Vec<f64>,
+    pub findings: Findings,
+    pub n_lines: u64,
+    pub n_skipped: u64,
     /// Per column, in how many skipped rows it holds no finite number.
-    pub(super) bad_cells: Vec<u64>,
+    pub bad_cells: Vec<u64>,
     /// Per column, the least magnitude of what was written there and is no number; infinite without any.
-    pub(super) least_bad: Vec<f64>,
+    pub least_bad: Vec<f64>,
     /// Lines that are rows, usable or not.
     n_table_rows: u64,
     /// Whether the times are such counts.
     counts_rows: bool,
     /// What was taken off the times (s since 1970).
-    pub(super) zero_secs: f64,
+    pub zero_secs: f64,
     lines: Vec<LineRun>,
     /// Rows in which an auxiliary channel holds a value that is older than a gap, in order of channel and row.
-    pub(super) held: Vec<HeldRows>,
+    pub held: Vec<HeldRows>,
 }
 
 /// Rows in which an auxiliary channel has no number of its own for longer than a gap.
 #[derive(Clone, Debug)]
 pub(super) struct HeldRows {
     /// Which of the channels.
-    pub(super) channel: usize,
-    pub(super) rows: Range<usize>,
+    pub channel: usize,
+    pub rows: Range<usize>,
 }
 
 /// From row `row` on, rows stand on successive lines, the first on `line`.
@@ -63,7 +63,7 @@ struct Unusable;
 
 impl Rows {
     /// All rows of a file below its head.
-    pub(super) fn read(
+    pub fn read(
         opened: Opened,
         head: &Head,
         plan: &Plan,
@@ -76,7 +76,7 @@ impl Rows {
     }
 
     /// The rows of a part of a file, line 1 being its first; rows that are no text count as lines.
-    pub(super) fn parse(part: Part<'_>, plan: &Plan) -> Self {
+    pub fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
             bad_cells: vec![0; plan.uses.len()],
             least_bad: vec![f64::INFINITY; plan.uses.len()],
@@ -125,7 +125,7 @@ impl Rows {
 
     /// Returns the time of a row that is not usable, the first of a part, in the unit of the file, where rows are counted that count;
     /// `None` if it has none.
-    pub(super) fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
+    pub fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
         let time = match part {
             Part::Lines(line) => Self::time_of(plan.text.row(line)?, plan),
             Part::Rows(columns, rows) => Self::time_of(columns.row(rows.start), plan),
@@ -134,7 +134,7 @@ impl Rows {
     }
 
     /// Returns the time of a row, in the unit of the file; `None` if it has none.
-    pub(super) fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
+    pub fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
         let cells = cells.zip(&plan.uses).enumerate();
         let own = cells.filter(|(_, (_, usage))| usage.is_time());
         let mut own = own.map(|(at, (cell, usage))| Some(value_of(cell, *usage, at, plan).ok()?.0));
@@ -143,7 +143,7 @@ impl Rows {
     }
 
     /// Returns all numbers with how many of them each row has.
-    pub(super) fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
+    pub fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
         let n_rows = self.times.len();
         let lists = [
             &mut self.times,
@@ -156,7 +156,7 @@ impl Rows {
     }
 
     /// Puts the rows in this order.
-    pub(super) fn arrange(&mut self, order: &[usize]) {
+    pub fn arrange(&mut self, order: &[usize]) {
         self.keep_lines_of(order.iter().copied());
         for (width, values) in self.lists() {
             let rows = order.iter().flat_map(|row| &values[row * width..][..width]);
@@ -165,7 +165,7 @@ impl Rows {
     }
 
     /// Plans to count times from the first of these rows on, where they are counted from long ago.
-    pub(super) fn plan_zero<'a>(plan: &mut Plan, first: impl Iterator<Item = Cell<'a>>) {
+    pub fn plan_zero<'a>(plan: &mut Plan, first: impl Iterator<Item = Cell<'a>>) {
         /// A clock that is set counts from 1970; one that was started with a computer stays below (s).
         const SET_SECS: f64 = 1e8;
         let Some(first) = Self::time_of(first, plan).filter(|first| *first < i64::MAX as f64)
@@ -187,7 +187,7 @@ impl Rows {
     }
 
     /// Counts the times from here (s since 1970).
-    pub(super) fn count_from(&mut self, zero_secs: f64) {
+    pub fn count_from(&mut self, zero_secs: f64) {
         let later = self.zero_secs - zero_secs;
         self.times.iter_mut().for_each(|time| *time += later);
         self.zero_secs = zero_secs;
@@ -247,7 +247,7 @@ impl Rows {
     }
 
     /// On which line row `row` stands.
-    pub(super) fn line_of(&self, row: usize) -> u64 {
+    pub fn line_of(&self, row: usize) -> u64 {
         let run = self.lines[self.lines.partition_point(|run| run.row <= row) - 1];
         run.line + (row - run.row) as u64
     }
@@ -353,7 +353,7 @@ impl Rows {
     }
 
     /// Whether what is no number is, in a column of a gauge or a load, larger than every number there.
-    pub(super) fn skips_largest(&self, plan: &Plan) -> bool {
+    pub fn skips_largest(&self, plan: &Plan) -> bool {
         let mut gauge = 0;
         let mut columns = plan.uses.iter().zip(&self.least_bad);
         columns.any(|(usage, least)| {
@@ -372,7 +372,7 @@ impl Rows {
     }
 
     /// Leaves out the rows that are not kept, and notes why.
-    pub(super) fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, finding: Finding) {
+    pub fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, finding: Finding) {
         let missing = || (0..self.times.len()).filter(|row| !is_kept(*row));
         if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
             let count = missing().count() as u64;
@@ -382,18 +382,18 @@ impl Rows {
     }
 
     /// Notes what happened at one row.
-    pub(super) fn note_row(&mut self, row: usize, finding: Finding) {
+    pub fn note_row(&mut self, row: usize, finding: Finding) {
         self.findings.note(self.line_of(row), finding);
     }
 
     /// Notes what happened at `count` rows, from the first to the last.
-    pub(super) fn note_rows(&mut self, first: usize, last: usize, count: u64, finding: Finding) {
+    pub fn note_rows(&mut self, first: usize, last: usize, count: u64, finding: Finding) {
         let (first, last) = (self.line_of(first), self.line_of(last));
         self.findings.note_many(first, last, count, finding);
     }
 
     /// Leaves out the rows that are not kept.
-    pub(super) fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
+    pub fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let n_rows = self.times.len();
         self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
         for (width, values) in self.lists() {
@@ -404,7 +404,7 @@ impl Rows {
 
     /// Gives auxiliary channels the last value where a row has none, and the first where no row before it has one. A channel without
     /// any is gone, and told.
-    pub(super) fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
+    pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
         let known = |channel: usize| {
             let mut values = self.auxiliary.iter().skip(channel).step_by(n);
@@ -481,7 +481,7 @@ impl Rows {
     }
 
     /// From now on these rows, in order, are the first, the second and so on; only their lines move.
-    pub(super) fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
+    pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
         let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
         let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
         let mut ends: Vec<(usize, usize)> = ends.map(|end| (end, 0)).collect();

@@ -30,11 +30,11 @@ const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Cuts {
     /// The first row of each recording but the first.
-    pub(super) starts: Vec<usize>,
+    pub starts: Vec<usize>,
     /// The first and the last row with the time of the row before, and how many there are.
-    pub(super) repeats: Option<(usize, usize, u64)>,
+    pub repeats: Option<(usize, usize, u64)>,
     /// A step longer than this cuts (s).
-    pub(super) gap_secs: f64,
+    pub gap_secs: f64,
     /// The pauses that are taken for the rhythm of a logger.
     bursts: Option<Bursts>,
 }
@@ -219,7 +219,7 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
 
 impl Cuts {
     /// Notes the cuts and repeats as findings about `rows`.
-    pub(super) fn note(&self, rows: &mut Rows) {
+    pub fn note(&self, rows: &mut Rows) {
         let back = |row: &&usize| {
             let step = rows.times[**row] - rows.times[**row - 1];
             -self.gap_secs < step && step < 0.0

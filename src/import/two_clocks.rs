@@ -18,11 +18,11 @@ use crate::recording::Day;
 /// One side of a recording, its times in seconds.
 #[derive(Debug)]
 pub(super) struct Table {
-    pub(super) path: PathBuf,
-    pub(super) plan: Plan,
-    pub(super) rows: Rows,
+    pub path: PathBuf,
+    pub plan: Plan,
+    pub rows: Rows,
     /// The day that its file says.
-    pub(super) day: Option<Day>,
+    pub day: Option<Day>,
 }
 
 /// Where the reference of the gauges in `path` is.

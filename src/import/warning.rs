@@ -268,12 +268,12 @@ pub(super) struct Findings(Vec<LoadWarning>);
 
 impl Findings {
     /// Notes a finding; its kind's first one is kept, later ones only count.
-    pub(super) fn note(&mut self, line: u64, finding: Finding) {
+    pub fn note(&mut self, line: u64, finding: Finding) {
         self.note_many(line, line, 1, finding);
     }
 
     /// Notes `count` findings of one kind at once.
-    pub(super) fn note_many(&mut self, first: u64, last: u64, count: u64, finding: Finding) {
+    pub fn note_many(&mut self, first: u64, last: u64, count: u64, finding: Finding) {
         self.add(LoadWarning {
             path: PathBuf::new(),
             first_line: first,
@@ -284,7 +284,7 @@ impl Findings {
     }
 
     /// Appends what was found in a later interval whose line 1 is line `lines_before + 1` here.
-    pub(super) fn append(&mut self, later: Self, lines_before: u64) {
+    pub fn append(&mut self, later: Self, lines_before: u64) {
         for mut collected in later.0 {
             collected.first_line += lines_before;
             collected.last_line += lines_before;
@@ -304,27 +304,27 @@ impl Findings {
     }
 
     /// Returns the number of rows that are skipped for a cell which is no number, or for missing cells.
-    pub(super) fn not_understood(&self) -> u64 {
+    pub fn not_understood(&self) -> u64 {
         let is_nan = |own: &&LoadWarning| matches!(&own.finding, Finding::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
         let skipped = self.0.iter().filter(|own| own.finding.skips_row() && !is_nan(own));
         skipped.map(|own| own.count).sum()
     }
 
     /// Returns the most frequent reason for a skipped row.
-    pub(super) fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
+    pub fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
         let skipped = self.0.iter().filter(|own| own.finding.skips_row());
         let most = skipped.max_by_key(|own| own.count)?;
         Some(LoadWarning { path: path.to_owned(), ..most.clone() })
     }
 
     /// How many rows are skipped for having too few cells.
-    pub(super) fn short_rows(&self) -> u64 {
+    pub fn short_rows(&self) -> u64 {
         let is_short = |c: &&LoadWarning| matches!(c.finding, Finding::TooFewCells { .. });
         self.0.iter().find(is_short).map_or(0, |c| c.count)
     }
 
     /// The warnings about the file at `path`, in the order of their first lines.
-    pub(super) fn into_warnings(mut self, path: &Path) -> Vec<LoadWarning> {
+    pub fn into_warnings(mut self, path: &Path) -> Vec<LoadWarning> {
         self.0.sort_by_key(|collected| collected.first_line);
         for warning in &mut self.0 {
             warning.path = path.to_owned();

@@ -21,12 +21,12 @@ pub(super) struct Adam {
 }
 
 impl Adam {
-    pub(super) fn new(n_parameters: usize) -> Self {
+    pub fn new(n_parameters: usize) -> Self {
         Self { first: vec![0.0; n_parameters], second: vec![0.0; n_parameters], n_steps: 0 }
     }
 
     /// One step against the gradient.
-    pub(super) fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64) {
+    pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64) {
         self.n_steps = self.n_steps.saturating_add(1);
         let unbiased = |decay: f64| 1.0 - decay.powi(self.n_steps);
         // The learning rate over the first moment's bias, and one over the root of the second's.

@@ -24,8 +24,8 @@ const ORDER: u64 = 2;
 /// Mean losses per sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Losses {
-    pub(super) train: f64,
-    pub(super) held_out: Option<f64>,
+    pub train: f64,
+    pub held_out: Option<f64>,
 }
 
 /// Samples as the network sees them.
@@ -102,10 +102,10 @@ impl Batch {
 pub(super) struct Training<'a> {
     settings: &'a NetworkSettings,
     progress: &'a Progress,
-    pub(super) shape: Shape,
+    pub shape: Shape,
     train: Standard<'a>,
     held_out: Option<(Standard<'a>, Batch)>,
-    pub(super) parameters: Vec<f32>,
+    pub parameters: Vec<f32>,
     gradient: Vec<f32>,
     adam: Adam,
     batch: Batch,
@@ -115,7 +115,7 @@ pub(super) struct Training<'a> {
 }
 
 impl<'a> Training<'a> {
-    pub(super) fn new(
+    pub fn new(
         train: &'a Samples,
         held_out: Option<&'a Samples>,
         inputs: &Scale,
@@ -147,7 +147,7 @@ impl<'a> Training<'a> {
     }
 
     /// One epoch, counted from zero.
-    pub(super) fn epoch(&mut self, epoch: usize) -> Result<Losses, Cancelled> {
+    pub fn epoch(&mut self, epoch: usize) -> Result<Losses, Cancelled> {
         self.progress.check()?;
         Random::new(self.settings.seed, &[ORDER, epoch as u64]).shuffle(&mut self.order);
         let n = self.order.len();
@@ -199,7 +199,7 @@ impl<'a> Training<'a> {
     }
 
     /// Refuses losses and parameters that are not finite; `epoch` is counted from one.
-    pub(super) fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
+    pub fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
         // A last step may spoil the parameters after the loss was taken.
         let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
         let which = match losses.held_out {

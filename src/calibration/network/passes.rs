@@ -15,39 +15,39 @@ use super::product::{Out, Real, View};
 pub(super) struct Shape(Vec<usize>);
 
 impl Shape {
-    pub(super) fn new(n_inputs: usize, hidden: &[usize], n_targets: usize) -> Self {
+    pub fn new(n_inputs: usize, hidden: &[usize], n_targets: usize) -> Self {
         let ends = ([n_inputs], [n_targets]);
         Self([&ends.0[..], hidden, &ends.1[..]].concat())
     }
 
     /// How many layers have weights.
-    pub(super) fn n_layers(&self) -> usize {
+    pub fn n_layers(&self) -> usize {
         self.0.len() - 1
     }
 
     /// Units that layer `layer` takes in; layer 0 takes the inputs.
-    pub(super) fn fan_in(&self, layer: usize) -> usize {
+    pub fn fan_in(&self, layer: usize) -> usize {
         self.0[layer]
     }
 
     /// Units that layer `layer` gives out.
-    pub(super) fn fan_out(&self, layer: usize) -> usize {
+    pub fn fan_out(&self, layer: usize) -> usize {
         self.0[layer + 1]
     }
 
-    pub(super) fn n_outputs(&self) -> usize {
+    pub fn n_outputs(&self) -> usize {
         self.fan_out(self.n_layers() - 1)
     }
 
     /// Where the weights and biases of a layer stand: `fan_out × (fan_in + 1)`, column-major, biases last.
-    pub(super) fn parameters(&self, layer: usize) -> Range<usize> {
+    pub fn parameters(&self, layer: usize) -> Range<usize> {
         let count = |layer: usize| self.fan_out(layer) * (self.fan_in(layer) + 1);
         let start = (0..layer).map(count).sum();
         start..start + count(layer)
     }
 
     /// How many weights and biases there are in all.
-    pub(super) fn n_parameters(&self) -> usize {
+    pub fn n_parameters(&self) -> usize {
         self.parameters(self.n_layers() - 1).end
     }
 
@@ -66,7 +66,7 @@ pub(super) struct Forward<T> {
 }
 
 impl<T: Real> Forward<T> {
-    pub(super) fn new(shape: &Shape, capacity: usize) -> Self {
+    pub fn new(shape: &Shape, capacity: usize) -> Self {
         // All ones: what is overwritten does not matter, and the units behind the others must be one.
         let blocks = (0..=shape.n_layers())
             .map(|layer| vec![T::from(1.0); shape.stride(layer) * capacity])
@@ -75,18 +75,18 @@ impl<T: Real> Forward<T> {
     }
 
     /// How many samples fit in.
-    pub(super) fn capacity(&self) -> usize {
+    pub fn capacity(&self) -> usize {
         self.capacity
     }
 
     /// The inputs of each sample, to be written before [`Forward::run`].
-    pub(super) fn inputs(&mut self) -> impl Iterator<Item = &mut [T]> {
+    pub fn inputs(&mut self) -> impl Iterator<Item = &mut [T]> {
         let n_inputs = self.shape.fan_in(0);
         self.blocks[0].chunks_exact_mut(n_inputs + 1).map(move |column| &mut column[..n_inputs])
     }
 
     /// The outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
-    pub(super) fn run(&mut self, parameters: &[T], n_samples: usize) -> &[T] {
+    pub fn run(&mut self, parameters: &[T], n_samples: usize) -> &[T] {
         let shape = &self.shape;
         for layer in 0..shape.n_layers() {
             let (fan_in, fan_out) = (shape.fan_in(layer), shape.fan_out(layer));
@@ -115,7 +115,7 @@ pub(super) struct Backward<T> {
 }
 
 impl<T: Real> Backward<T> {
-    pub(super) fn new(forward: &Forward<T>) -> Self {
+    pub fn new(forward: &Forward<T>) -> Self {
         let slopes = (forward.blocks.iter().enumerate())
             .map(|(layer, block)| vec![T::from(0.0); if layer == 0 { 0 } else { block.len() }])
             .collect();
@@ -123,12 +123,12 @@ impl<T: Real> Backward<T> {
     }
 
     /// How the loss changes with each output, to be written before [`Backward::run`]: as long as the outputs.
-    pub(super) fn output_slopes(&mut self) -> &mut [T] {
+    pub fn output_slopes(&mut self) -> &mut [T] {
         self.slopes.last_mut().expect("there are outputs")
     }
 
     /// Writes how the loss changes with each parameter, after `forward` ran on the same `n_samples` samples.
-    pub(super) fn run(
+    pub fn run(
         &mut self,
         forward: &Forward<T>,
         parameters: &[T],

@@ -63,11 +63,11 @@ pub(super) struct View<'a, T> {
 }
 
 impl<'a, T: Real> View<'a, T> {
-    pub(super) fn new(values: &'a [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
+    pub fn new(values: &'a [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
         Self { values, n_rows, n_columns, stride, transposed: false }
     }
 
-    pub(super) fn transpose(self) -> Self {
+    pub fn transpose(self) -> Self {
         Self {
             n_rows: self.n_columns,
             n_columns: self.n_rows,
@@ -101,7 +101,7 @@ pub(super) struct Out<'a, T> {
 }
 
 impl<'a, T> Out<'a, T> {
-    pub(super) fn new(values: &'a mut [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
+    pub fn new(values: &'a mut [T], n_rows: usize, n_columns: usize, stride: usize) -> Self {
         Self { values, n_rows, n_columns, stride }
     }
 

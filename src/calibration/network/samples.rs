@@ -129,7 +129,7 @@ impl Table {
     ///
     /// # Errors
     /// [`Cancelled`] if the work is cancelled.
-    pub(super) fn measure(&self, progress: &Progress) -> Result<Scale, Cancelled> {
+    pub fn measure(&self, progress: &Progress) -> Result<Scale, Cancelled> {
         let n = self.n_rows().max(1) as f64;
         let mut mean = vec![0.0; self.width];
         self.for_each_row(progress, |row| {
@@ -174,7 +174,7 @@ impl Table {
     }
 
     /// The rows of this table as standardised by `scale`.
-    pub(super) fn standardised(&self, scale: &Scale) -> Standardised<'_> {
+    pub fn standardised(&self, scale: &Scale) -> Standardised<'_> {
         let inverse = scale.inverse_spread();
         Standardised {
             table: self,
@@ -190,14 +190,14 @@ impl Table {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
     /// Mean.
-    pub(super) shift: Vec<f64>,
+    pub shift: Vec<f64>,
     /// Standard deviation; zero for a constant column.
-    pub(super) spread: Vec<f64>,
+    pub spread: Vec<f64>,
 }
 
 impl Scale {
     /// One over the standard deviation; zero for a constant column.
-    pub(super) fn inverse_spread(&self) -> Vec<f64> {
+    pub fn inverse_spread(&self) -> Vec<f64> {
         let inverse = |&spread: &f64| if spread > 0.0 { 1.0 / spread } else { 0.0 };
         self.spread.iter().map(inverse).collect()
     }
@@ -212,13 +212,13 @@ pub(super) struct Standardised<'a> {
 }
 
 impl Standardised<'_> {
-    pub(super) fn n_rows(&self) -> usize {
+    pub fn n_rows(&self) -> usize {
         self.table.n_rows()
     }
 
     /// Reads a little of each row, so that the waits for memory overlap before the rows are needed one by one.
     #[inline]
-    pub(super) fn past_ages(&self, rows: impl Iterator<Item = usize>) {
+    pub fn past_ages(&self, rows: impl Iterator<Item = usize>) {
         let width = self.table.width;
         let ends =
             |k: usize| self.table.values[k * width] + self.table.values[k * width + width - 1];
@@ -227,7 +227,7 @@ impl Standardised<'_> {
 
     /// Writes row `k`; a constant column gives zero.
     #[inline]
-    pub(super) fn write_row(&self, k: usize, out: &mut [f32]) {
+    pub fn write_row(&self, k: usize, out: &mut [f32]) {
         let row = &self.table.values[k * self.table.width..][..self.table.width];
         let columns = row.iter().zip(&self.factor).zip(&self.offset);
         for (out, ((value, factor), offset)) in out.iter_mut().zip(columns) {

@@ -38,17 +38,17 @@ const TIMES_WITH_UNIT: [&str; 1] = ["temps"];
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ColumnName {
     /// As written, without the bracketed unit.
-    pub(crate) name: String,
+    pub name: String,
     /// `None` for a column that is not used.
-    pub(crate) kind: Option<Kind>,
+    pub kind: Option<Kind>,
     /// As written; a bracketed one may be anything, one after a separator is known for the kind.
-    pub(crate) unit: Option<String>,
+    pub unit: Option<String>,
     /// Of a path, what stands before the part that says the kind: the topic or the struct. Empty otherwise.
-    pub(crate) source: String,
+    pub source: String,
 }
 
 impl ColumnName {
-    pub(crate) fn parse(cell: &str) -> Self {
+    pub fn parse(cell: &str) -> Self {
         let (name, bracketed) = split_brackets(cell.trim());
         let separators = name.match_indices(['_', ' ', '/']);
         let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
@@ -89,7 +89,7 @@ impl ColumnName {
 
     /// The unit of a column that is an auxiliary channel by its name or its unit, empty where it says none; `None` for any other. Only
     /// of columns that are nothing else: no gauge is taken for one.
-    pub(crate) fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
+    pub fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST || unit.is_some_and(is_load_unit) {
             return None;
@@ -120,7 +120,7 @@ impl ColumnName {
     }
 
     /// Returns true if the name or the unit is that of a load, and the name says no axis that is understood.
-    pub(crate) fn is_unnamed_load(&self, unit: Option<&str>) -> bool {
+    pub fn is_unnamed_load(&self, unit: Option<&str>) -> bool {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST {
             return false;
@@ -132,7 +132,7 @@ impl ColumnName {
     }
 
     /// Whether this counts the nanoseconds of a stamp whose whole seconds `self` counts.
-    pub(crate) fn is_completed_by(&self, other: &Self) -> bool {
+    pub fn is_completed_by(&self, other: &Self) -> bool {
         let stamp = path::stamp_of_part(&self.name, false);
         stamp.is_some() && stamp == path::stamp_of_part(&other.name, true)
     }

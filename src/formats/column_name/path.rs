@@ -69,11 +69,11 @@ const NANOSECONDS: [&str; 4] = ["nanosec", "nanosecs", "nsec", "nsecs"];
 /// What a path is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Path {
-    pub(super) kind: Kind,
+    pub kind: Kind,
     /// What stands before the part that says it, in small letters.
-    pub(super) source: String,
+    pub source: String,
     /// What the path itself says.
-    pub(super) unit: Option<&'static str>,
+    pub unit: Option<&'static str>,
 }
 
 /// The stamp that this is a part of: its whole seconds, or what is left over. Empty where a name is nothing but the part.

@@ -12,7 +12,7 @@ pub(super) struct Cdr<'a> {
 }
 
 impl<'a> Cdr<'a> {
-    pub(super) fn new(message: &'a [u8]) -> Option<Self> {
+    pub fn new(message: &'a [u8]) -> Option<Self> {
         const LITTLE_ENDIAN: [u8; 2] = [0, 1];
         let body = message.strip_prefix(&LITTLE_ENDIAN)?.get(2..)?;
         Some(Self { body, at: 0 })
@@ -25,23 +25,23 @@ impl<'a> Cdr<'a> {
         Some(bytes)
     }
 
-    pub(super) fn number(&mut self, number: Number) -> Option<f64> {
+    pub fn number(&mut self, number: Number) -> Option<f64> {
         self.at = self.at.next_multiple_of(number.n_bytes());
         Some(number.value(self.bytes(number.n_bytes())?, false))
     }
 
     /// How many parts follow.
-    pub(super) fn length(&mut self) -> Option<usize> {
+    pub fn length(&mut self) -> Option<usize> {
         Some(self.number(Number::Uint(4))? as usize)
     }
 
-    pub(super) fn skip_text(&mut self) -> Option<()> {
+    pub fn skip_text(&mut self) -> Option<()> {
         let n_bytes = self.length()?;
         self.bytes(n_bytes).map(drop)
     }
 
     /// Seconds and nanoseconds as nanoseconds, then the name of a frame.
-    pub(super) fn header_nanosecs(&mut self) -> Option<i64> {
+    pub fn header_nanosecs(&mut self) -> Option<i64> {
         let secs = self.number(Number::Int(4))? as i64;
         let nanosecs = self.number(Number::Uint(4))? as i64;
         self.skip_text()?;
@@ -49,7 +49,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// Every number of a sequence.
-    pub(super) fn sequence(&mut self, number: Number) -> Option<Vec<f64>> {
+    pub fn sequence(&mut self, number: Number) -> Option<Vec<f64>> {
         let n_numbers = self.length()?;
         if n_numbers == 0 {
             return Some(Vec::new());
@@ -60,7 +60,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// Passes over the texts of a sequence.
-    pub(super) fn skip_texts(&mut self) -> Option<()> {
+    pub fn skip_texts(&mut self) -> Option<()> {
         let n_texts = self.length()?;
         (0..n_texts).try_for_each(|_| self.skip_text())
     }

@@ -28,7 +28,7 @@ pub(crate) struct ArrivingLines {
 
 impl ArrivingLines {
     /// Takes what has come.
-    pub(crate) fn push(&mut self, bytes: &[u8]) {
+    pub fn push(&mut self, bytes: &[u8]) {
         self.raw.extend_from_slice(bytes);
         if self.encoding.is_some() || self.raw.contains(&b'\n') || self.raw.len() >= ENOUGH {
             self.decode();
@@ -51,7 +51,7 @@ impl ArrivingLines {
     }
 
     /// Returns the next line that is whole, without its end.
-    pub(crate) fn next_line(&mut self) -> Option<String> {
+    pub fn next_line(&mut self) -> Option<String> {
         let Some(at) = memchr::memchr(b'\n', &self.text[self.searched..]) else {
             if self.text.len() - self.start > LONGEST_LINE {
                 self.is_too_long = true;
@@ -68,7 +68,7 @@ impl ArrivingLines {
     }
 
     /// Returns the line that has begun, where nothing more comes.
-    pub(crate) fn last_line(&mut self) -> Option<String> {
+    pub fn last_line(&mut self) -> Option<String> {
         self.decode();
         let end = self.text.len();
         (end > self.start).then(|| {

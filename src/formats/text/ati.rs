@@ -12,22 +12,22 @@ const ANY_ERROR: u32 = 1 << 31;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Preamble {
     /// How many lines there are.
-    pub(crate) n_lines: usize,
-    pub(crate) rate_hz: Option<f64>,
-    pub(crate) force: CountedUnit,
-    pub(crate) moment: CountedUnit,
+    pub n_lines: usize,
+    pub rate_hz: Option<f64>,
+    pub force: CountedUnit,
+    pub moment: CountedUnit,
 }
 
 /// A unit, and how many counts make one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CountedUnit {
-    pub(crate) unit: String,
-    pub(crate) counts: f64,
+    pub unit: String,
+    pub counts: f64,
 }
 
 impl Preamble {
     /// Understands the first lines of a file; `None` if they are not such a preamble.
-    pub(crate) fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
+    pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
         const LINES_AT_MOST: usize = 12;
         let mut values: Vec<(String, String)> = Vec::new();
         for (n_lines, line) in lines.take(LINES_AT_MOST).enumerate() {

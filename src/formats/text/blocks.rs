@@ -16,7 +16,7 @@ const LINE_LIMIT_BYTES: usize = 4 << 20;
 /// Reads a file block by block.
 #[derive(Debug)]
 pub(super) struct Blocks {
-    pub(super) text: Text,
+    pub text: Text,
     block_bytes: usize,
     /// The start of a line whose end is not read yet.
     carry: Vec<u8>,
@@ -27,7 +27,7 @@ pub(super) struct Blocks {
 
 impl Blocks {
     /// Opens a file and makes sure that it is text. `limit_bytes` is the maximum number of bytes that are read.
-    pub(super) fn open(
+    pub fn open(
         path: &Path,
         block_bytes: usize,
         limit_bytes: Option<u64>,
@@ -42,7 +42,7 @@ impl Blocks {
     }
 
     /// Returns the whole lines among `n_bytes` bytes from byte `at` on, whatever was read before.
-    pub(super) fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
+    pub fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
         if at + (n_bytes as u64) < self.text.whole_file_bytes() {
             lines.truncate(memchr::memrchr(b'\n', &lines).map_or(0, |end| end + 1));
@@ -56,7 +56,7 @@ impl Blocks {
     }
 
     /// Returns the first blocks as one, with at least this length (bytes) and a line that is no comment, if the file has them.
-    pub(super) fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
+    pub fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;
         while (head.len() < at_least || is_comment_only)
@@ -69,7 +69,7 @@ impl Blocks {
     }
 
     /// The next block: whole lines, of which only the file's last may lack its end. `None` at the end.
-    pub(super) fn next(&mut self) -> Result<Option<Vec<u8>>, FileError> {
+    pub fn next(&mut self) -> Result<Option<Vec<u8>>, FileError> {
         let mut block = Vec::with_capacity(self.carry.len() + self.block_bytes);
         block.append(&mut self.carry);
         while !self.is_at_end {

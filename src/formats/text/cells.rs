@@ -139,7 +139,7 @@ pub(crate) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    pub(crate) fn new(line: &'a [u8], delimiter: Delimiter) -> Self {
+    pub fn new(line: &'a [u8], delimiter: Delimiter) -> Self {
         let is_by_whitespace = delimiter == Delimiter::Spaces;
         Self {
             rest: Some(if is_by_whitespace { line.trim_ascii() } else { line }),
@@ -152,7 +152,7 @@ impl<'a> Cells<'a> {
     }
 
     /// The next cell if it is a plain number, in one pass; otherwise `None`, and the cell is still the next one.
-    pub(crate) fn next_plain_number(&mut self, point: u8) -> Option<f64> {
+    pub fn next_plain_number(&mut self, point: u8) -> Option<f64> {
         let rest = self.rest?;
         let (value, end) = plain_number(rest, point)?;
         self.rest = match rest.get(end) {

@@ -73,7 +73,7 @@ pub(super) struct Text {
 
 impl Text {
     /// Opens a file and makes sure that it is text. `limit_bytes` is the maximum number of bytes that are read.
-    pub(super) fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
+    pub fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
         let mut file = File::open(path)?;
         let mut head = Vec::with_capacity(HEAD_BYTES);
         (&mut file).take(HEAD_BYTES as u64).read_to_end(&mut head)?;
@@ -98,30 +98,26 @@ impl Text {
     }
 
     /// How many bytes are read in all.
-    pub(super) fn file_bytes(&self) -> u64 {
+    pub fn file_bytes(&self) -> u64 {
         self.file_bytes.min(self.limit_bytes)
     }
 
     /// How long the file was when it was opened.
-    pub(super) fn whole_file_bytes(&self) -> u64 {
+    pub fn whole_file_bytes(&self) -> u64 {
         self.file_bytes
     }
 
     /// Whether the file goes on after what is read.
-    pub(super) fn is_sample(&self) -> bool {
+    pub fn is_sample(&self) -> bool {
         self.file_bytes > self.limit_bytes
     }
 
-    pub(super) fn encoding(&self) -> Encoding {
+    pub fn encoding(&self) -> Encoding {
         self.encoding
     }
 
     /// Appends the text of the next `wanted_bytes` of the file, and says whether there may be more.
-    pub(super) fn read_into(
-        &mut self,
-        text: &mut Vec<u8>,
-        wanted_bytes: usize,
-    ) -> io::Result<bool> {
+    pub fn read_into(&mut self, text: &mut Vec<u8>, wanted_bytes: usize) -> io::Result<bool> {
         let wanted_bytes = self.left_bytes.min(wanted_bytes as u64);
         let mut next = (&mut self.file).take(wanted_bytes);
         let mut has_more = |got: usize| {
@@ -143,7 +139,7 @@ impl Text {
     }
 
     /// Returns the text of `n_bytes` bytes from byte `at` on, whatever was read before. The characters at its ends may be cut.
-    pub(super) fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
+    pub fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;
         let mut raw = Vec::new();

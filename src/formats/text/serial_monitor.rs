@@ -13,7 +13,7 @@ pub(super) struct Arrows {
 
 impl Arrows {
     /// Of a text that starts so; `None` if its first line has no time and arrow.
-    pub(super) fn of(text: &[u8]) -> Option<Self> {
+    pub fn of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
         let at = place(line)?;
         let delimiter = delimiter_of_header(&line[at + ARROW.len()..]);
@@ -22,7 +22,7 @@ impl Arrows {
     }
 
     /// Makes the times of whole lines a column; above the names, of the first lines of a file, it is called `time`.
-    pub(super) fn mend(self, lines: &mut [u8], mut is_first: bool) {
+    pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = place(line) else {
                 continue;

@@ -50,7 +50,7 @@ pub(crate) const TIME_SPELLINGS: &str =
 
 impl TimeSpelling {
     /// The spelling that a unit names; `None` for an unknown one.
-    pub(crate) fn from_name(unit: &str) -> Option<Self> {
+    pub fn from_name(unit: &str) -> Option<Self> {
         Some(match unit.trim().to_lowercase().as_str() {
             "samples" | "sample" => Self::Samples,
             "unix" => Self::Number(TimeUnit::Seconds),
@@ -65,7 +65,7 @@ impl TimeSpelling {
 
 impl TimeForm {
     /// The name that [`TimeSpelling::from_name`] reads.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Date(DateOrder::YearMonthDay) => "iso8601",
             Self::Date(DateOrder::DayMonthYear) => "d/m/y",
@@ -75,7 +75,7 @@ impl TimeForm {
     }
 
     /// The first form in which all of these cells are times; `None` if there is none, or no cell.
-    pub(crate) fn of_all<'a>(cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
+    pub fn of_all<'a>(cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
         // Month and day first: where both orders fit, files of the one kind come from programs that offer no other. With
         // points between them nobody writes the month first.
         let has_points =
@@ -101,10 +101,7 @@ impl TimeForm {
     }
 
     /// The other order of day and month, where these cells are dates in it too, and other times apart.
-    pub(crate) fn other_order<'a>(
-        self,
-        cells: impl Iterator<Item = &'a [u8]> + Clone,
-    ) -> Option<Self> {
+    pub fn other_order<'a>(self, cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
         let other = Self::Date(match self {
             Self::Date(DateOrder::MonthDayYear) => DateOrder::DayMonthYear,
             Self::Date(DateOrder::DayMonthYear) => DateOrder::MonthDayYear,
@@ -117,12 +114,12 @@ impl TimeForm {
     }
 
     /// The time in seconds that a cell names, since 1970 or since midnight.
-    pub(crate) fn secs(self, cell: &[u8]) -> Option<f64> {
+    pub fn secs(self, cell: &[u8]) -> Option<f64> {
         self.secs_since(0, cell)
     }
 
     /// [`Self::secs`] after these seconds since 1970.
-    pub(crate) fn secs_since(self, since: i64, cell: &[u8]) -> Option<f64> {
+    pub fn secs_since(self, since: i64, cell: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok()?.trim_ascii();
         let Self::Date(order) = self else {
             return time_of_day(text);

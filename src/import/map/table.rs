@@ -122,7 +122,7 @@ fn is_one(value: &f64) -> bool {
 }
 
 /// Which column of a file: its number from 1 on, or its name as the header writes it. In a file it becomes an index, by
-/// [`Header`].
+/// [`Header`](crate::import::map::Header).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]

@@ -43,16 +43,16 @@ fn resolved<'a>(
 
 /// What a plan is made from.
 pub(super) struct Making<'a> {
-    pub(super) table: &'a TableMap,
-    pub(super) head: &'a Head,
-    pub(super) side: Side,
+    pub table: &'a TableMap,
+    pub head: &'a Head,
+    pub side: Side,
     /// Those that this side reads, each with its index in the file, in file order.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
 impl<'a> Making<'a> {
     /// Finds the columns of a map in a file.
-    pub(super) fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
+    pub fn new(table: &'a TableMap, head: &'a Head, side: Side) -> Result<Self, TableError> {
         let mut columns = resolved(table, head)?;
         columns.retain(|(_, rule)| side.reads(rule.is));
         Ok(Self { table, head, side, columns })
@@ -110,7 +110,7 @@ impl Making<'_> {
         }
     }
 
-    pub(super) fn no_time(&self) -> TableError {
+    pub fn no_time(&self) -> TableError {
         TableError::NoTime { names: self.all_names() }
     }
 
@@ -124,11 +124,11 @@ impl Making<'_> {
     }
 
     /// As [`Self::times`], of a table that has none.
-    pub(super) fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+    pub fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
         Ok((None, TimeScale::PerSecond(1.0), self.uses()?))
     }
 
-    pub(super) fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
+    pub fn times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
         let mut uses = self.uses()?;
         let ati_rate = self.head.ati.as_ref().and_then(|ati| ati.rate_hz);
         let rate = self.table.sample_rate_hz.or(ati_rate);
@@ -206,10 +206,7 @@ impl Making<'_> {
         name.unwrap_or_else(|| format!("{stem}{}", n_before + 1))
     }
 
-    pub(super) fn gauges(
-        &self,
-        uses: &mut [Use],
-    ) -> Result<(Vec<String>, Vec<String>), TableError> {
+    pub fn gauges(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         let count = self.with_role(ColumnRole::Gauge).count();
         if count > GAUGE_LIMIT {
@@ -243,10 +240,7 @@ impl Making<'_> {
     }
 
     /// The names and units of the auxiliary channels, which belong to the gauges.
-    pub(super) fn auxiliary(
-        &self,
-        uses: &mut [Use],
-    ) -> Result<(Vec<String>, Vec<String>), TableError> {
+    pub fn auxiliary(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
             let name = self.channel_name(index, rule, "aux", names.len());
@@ -267,7 +261,7 @@ impl Making<'_> {
     }
 
     /// The columns of a pose, if the load is computed from it.
-    pub(super) fn pose(
+    pub fn pose(
         &self,
         weight: Option<&WeightMap>,
         uses: &mut [Use],
@@ -329,7 +323,7 @@ impl Making<'_> {
         Ok(in_si * rule.scale / rule.counts_per_unit)
     }
 
-    pub(super) fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
+    pub fn loads(&self, has_pose: bool, uses: &mut [Use]) -> Result<Vec<Axis>, TableError> {
         let mut axes = Vec::new();
         for axis in Axis::ALL {
             let mut candidates = self.with_role(ColumnRole::Load(axis));
@@ -372,7 +366,7 @@ impl Making<'_> {
         Some(if axis.is_force() { &ati.force } else { &ati.moment })
     }
 
-    pub(super) fn names(&self, gauge_names: &[String], uses: &[Use]) -> Vec<String> {
+    pub fn names(&self, gauge_names: &[String], uses: &[Use]) -> Vec<String> {
         let mut gauges = gauge_names.iter();
         let mut name = |(index, usage): (usize, &Use)| {
             let of_gauge = match usage {
@@ -388,7 +382,7 @@ impl Making<'_> {
         uses.iter().enumerate().map(&mut name).collect()
     }
 
-    pub(super) fn dropouts(&self, uses: &[Use]) -> Vec<Vec<f64>> {
+    pub fn dropouts(&self, uses: &[Use]) -> Vec<Vec<f64>> {
         let is_used = |index: usize| uses.get(index).is_some_and(|usage| *usage != Use::Ignored);
         let mut dropouts = Vec::new();
         for (index, rule) in &self.columns {

@@ -19,69 +19,69 @@ pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, 
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     /// The header's line, or that of the first row.
-    pub(super) line: u64,
-    pub(super) text: TextLayout,
+    pub line: u64,
+    pub text: TextLayout,
     /// One per column, in file order.
-    pub(super) uses: Vec<Use>,
+    pub uses: Vec<Use>,
     /// One per column, as a message calls it.
-    pub(super) names: Vec<String>,
+    pub names: Vec<String>,
     /// Per column, which values mean that there is none; empty if no column has any.
-    pub(super) dropouts: Vec<Vec<f64>>,
-    pub(super) time_scale: TimeScale,
+    pub dropouts: Vec<Vec<f64>>,
+    pub time_scale: TimeScale,
     /// What is taken off the times before they become numbers of 64 bits, in the unit of the file: stamps of today lose digits there.
-    pub(super) since: i64,
+    pub since: i64,
     /// Without one, rows are counted.
-    pub(super) time_column: Option<usize>,
+    pub time_column: Option<usize>,
     /// In file order.
-    pub(super) gauge_names: Vec<String>,
+    pub gauge_names: Vec<String>,
     /// Labels; empty where there is none.
-    pub(super) gauge_units: Vec<String>,
+    pub gauge_units: Vec<String>,
     /// The auxiliary channels, in file order.
-    pub(super) auxiliary_names: Vec<String>,
+    pub auxiliary_names: Vec<String>,
     /// Their units; empty where none is known.
-    pub(super) auxiliary_units: Vec<String>,
+    pub auxiliary_units: Vec<String>,
     /// In [`Axis`] order.
-    pub(super) axes: Vec<Axis>,
+    pub axes: Vec<Axis>,
     /// Where the load is computed.
-    pub(super) pose: Option<PosePlan>,
+    pub pose: Option<PosePlan>,
     /// Whether a row may hold nothing for this side.
-    pub(super) may_be_blank: bool,
+    pub may_be_blank: bool,
     /// Whether there are no times at all: rows are load cases.
-    pub(super) is_static: bool,
+    pub is_static: bool,
 }
 
 impl Plan {
     /// Whether times say when in a day, but not on which.
-    pub(super) fn is_time_of_day(&self) -> bool {
+    pub fn is_time_of_day(&self) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let is_clock = |usage: &Use| *usage == Use::TimeText(TimeForm::TimeOfDay);
         self.uses.iter().any(is_clock) && !self.uses.iter().any(is_date)
     }
 
     /// The column from which [`Self::since`] is taken off.
-    pub(super) fn is_since_off(&self, index: usize) -> bool {
+    pub fn is_since_off(&self, index: usize) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let date = self.uses.iter().position(is_date);
         self.since != 0 && date.or(self.time_column) == Some(index)
     }
 
     /// What is taken off the times in a column.
-    pub(super) fn since_of(&self, index: usize) -> i64 {
+    pub fn since_of(&self, index: usize) -> i64 {
         i64::from(self.is_since_off(index)) * self.since
     }
 
     /// What a message calls a column.
-    pub(super) fn column(&self, index: usize) -> NamedColumn {
+    pub fn column(&self, index: usize) -> NamedColumn {
         NamedColumn::new(index, &self.names[index])
     }
 
     /// How many numbers of a pose are kept of each row.
-    pub(super) fn pose_width(&self) -> usize {
+    pub fn pose_width(&self) -> usize {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
 
     /// Brings a map to the file whose table starts so.
-    pub(super) fn new(
+    pub fn new(
         table: &TableMap,
         head: &Head,
         side: Side,
@@ -92,7 +92,7 @@ impl Plan {
     }
 
     /// Brings a map without a time to the file whose table starts so: rows are load cases, so there must be loads.
-    pub(super) fn of_load_cases(
+    pub fn of_load_cases(
         table: &TableMap,
         head: &Head,
         weight: Option<&WeightMap>,

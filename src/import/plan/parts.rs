@@ -29,7 +29,7 @@ pub(crate) enum Use {
         factor: f64,
         shift: f64,
     },
-    /// The reference load number `slot` in [`Axis`] order; times `factor` it is SI.
+    /// The reference load number `slot` in [`Axis`](crate::recording::Axis) order; times `factor` it is SI.
     Load {
         slot: usize,
         factor: f64,
@@ -48,18 +48,18 @@ pub(crate) enum Use {
 
 impl Use {
     /// Whether it is read as a number.
-    pub(crate) const fn is_number(self) -> bool {
+    pub const fn is_number(self) -> bool {
         !matches!(self, Self::TimeText(_) | Self::Status | Self::Mount { .. })
     }
 
     /// Whether it is a part of the time.
-    pub(crate) const fn is_time(self) -> bool {
+    pub const fn is_time(self) -> bool {
         matches!(self, Self::Time | Self::TimeText(_) | Self::TimeFraction { .. })
     }
 
     /// What one of its numbers is as the map wants it.
     #[inline(always)]
-    pub(crate) const fn factor(self) -> f64 {
+    pub const fn factor(self) -> f64 {
         match self {
             Self::Gauge { factor }
             | Self::Auxiliary { factor, .. }
@@ -71,7 +71,7 @@ impl Use {
     }
 
     /// What a message calls such a column.
-    pub(crate) fn noun(self) -> &'static str {
+    pub fn noun(self) -> &'static str {
         match self {
             Self::Ignored | Self::Status | Self::Mount { .. } => "column",
             Self::Pose { .. } => "pose",
@@ -98,7 +98,7 @@ pub(crate) enum Side {
 
 impl Side {
     /// The part of a file that is read for its gauges.
-    pub(crate) fn of_gauges(map: &ColumnMap) -> Self {
+    pub fn of_gauges(map: &ColumnMap) -> Self {
         if map.has_two_clocks() { Self::Gauges } else { Self::Both }
     }
 
@@ -138,17 +138,17 @@ pub(crate) enum TimeScale {
 /// The numbers of a pose, as they stand beside each other: how the sensor is turned, where it is, what it carries.
 #[derive(Clone, Debug)]
 pub(crate) struct PosePlan {
-    pub(crate) attitude: Attitude,
+    pub attitude: Attitude,
     /// Where the three numbers of the position stand, if they are there.
-    pub(crate) position: Option<usize>,
+    pub position: Option<usize>,
     /// Where the number of the mount stands, if it is there.
-    pub(crate) mount: Option<usize>,
+    pub mount: Option<usize>,
     /// The mounts' names.
-    pub(crate) mounts: Vec<String>,
-    pub(crate) width: usize,
+    pub mounts: Vec<String>,
+    pub width: usize,
 }
 
 impl PosePlan {
     /// No pose has more numbers: a matrix, a position, a mount.
-    pub(crate) const WIDTH_LIMIT: usize = 13;
+    pub const WIDTH_LIMIT: usize = 13;
 }

@@ -55,7 +55,7 @@ impl Path {
     /// Roll goes around by up to 170° to either side and pitch by up to 86°, so that gravity reaches nearly every
     /// direction. Pitch follows roll by 30° to 150° of phase on odd paths and leads it on even ones: in phase, a path
     /// would go back on itself, and with one sense throughout, one axis would foretell another's hysteresis.
-    pub(super) fn new(seed: u64, path: u64) -> Self {
+    pub fn new(seed: u64, path: u64) -> Self {
         let mut random = Random::new(seed, &[path]);
         let phase = random.between(0.0, TAU);
         let sense = if path % 2 == 1 { 1.0 } else { -1.0 };
@@ -76,7 +76,7 @@ impl Path {
     }
 
     /// The loads of `n_samples` samples at even steps along the path, with the weight at `centre_m`.
-    pub(super) fn loads(&self, n_samples: usize, centre_m: [f64; 3]) -> Vec<[f64; 6]> {
+    pub fn loads(&self, n_samples: usize, centre_m: [f64; 3]) -> Vec<[f64; 6]> {
         let weight = Weight { mass_kg: MASS_KG, centre_m };
         (0..n_samples)
             .map(|k| {

@@ -122,13 +122,13 @@ pub(super) struct Sensor([Gauge; 6]);
 
 impl Sensor {
     /// A relaxed sensor read at this time step.
-    pub(super) fn relaxed(step_secs: f64) -> Self {
+    pub fn relaxed(step_secs: f64) -> Self {
         Self::with_creep(Some(CREEP.map(|(_, tau)| LowPass::new(tau, step_secs))))
     }
 
     /// A relaxed sensor that does not creep, so that only the order of loads matters and not their times.
     #[cfg(test)]
-    pub(super) fn without_creep() -> Self {
+    pub fn without_creep() -> Self {
         Self::with_creep(None)
     }
 
@@ -137,7 +137,7 @@ impl Sensor {
     }
 
     /// The six readings without noise, in mV/V, once the load has gone straight to this one, a time step on.
-    pub(super) fn read(&mut self, load: &[f64; 6]) -> [f64; 6] {
+    pub fn read(&mut self, load: &[f64; 6]) -> [f64; 6] {
         self.0.each_mut().map(|gauge| gauge.read(load))
     }
 }

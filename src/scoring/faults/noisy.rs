@@ -26,7 +26,7 @@ const WINDOWS: [usize; 3] = [64, 256, 1024];
 
 impl Watched<'_> {
     /// Beyond which value it goes no farther though the others say that it does; `inward` is the sign of what is not beyond.
-    pub(crate) fn noisy_limit(&self, inward: f64) -> Option<f64> {
+    pub fn noisy_limit(&self, inward: f64) -> Option<f64> {
         // Outward is up.
         let outward = |value: f64| -inward * value;
         let mut values: Vec<f64> = looked_at(self.n()).map(|k| outward(self.value(k))).collect();
@@ -77,7 +77,7 @@ impl Watched<'_> {
 
     /// Where a gauge shows next to nothing but noise though the others say that it moves, and nothing else was `found` of it. Of a load
     /// that rests, gauges may say that it moves, since they show the other axes too.
-    pub(crate) fn stuck_in_noise(&self, found: &[Fault]) -> Vec<Fault> {
+    pub fn stuck_in_noise(&self, found: &[Fault]) -> Vec<Fault> {
         let (Some(expected), Channel::Gauge(_)) = (self.expected, self.own.channel) else {
             return Vec::new();
         };

@@ -34,15 +34,15 @@ pub(super) const PILES_UP: usize = 3;
 /// A channel by itself.
 #[derive(Debug)]
 pub(super) struct Own {
-    pub(super) channel: Channel,
-    pub(super) low: f64,
-    pub(super) high: f64,
+    pub channel: Channel,
+    pub low: f64,
+    pub high: f64,
     /// Where nearly all of its values lie: without what is far off.
-    pub(super) span: f64,
+    pub span: f64,
     /// The median step from sample to sample.
-    pub(super) step: f64,
+    pub step: f64,
     /// The least step that is not zero.
-    pub(super) resolution: f64,
+    pub resolution: f64,
     /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
     piles_up: Vec<f64>,
     /// Where it repeats one value, whatever the others do.
@@ -50,7 +50,7 @@ pub(super) struct Own {
 }
 
 impl Own {
-    pub(super) fn of(recording: &Recording, channel: Channel) -> Self {
+    pub fn of(recording: &Recording, channel: Channel) -> Self {
         let n = recording.n_samples();
         let value = |k: usize| channel.of(recording, k);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -114,15 +114,15 @@ pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 #[derive(Debug)]
 pub(super) struct Expected {
     /// The channels, with the mean that is taken off and the factor.
-    pub(super) by: Vec<(Channel, f64, f64)>,
+    pub by: Vec<(Channel, f64, f64)>,
     constant: f64,
     /// How far off it is in general: a standard deviation, whatever lies far out.
-    pub(super) sigma: f64,
+    pub sigma: f64,
 }
 
 impl Expected {
     /// By least squares, three times: each time without what is far from the one before; values that are `odd` say nothing.
-    pub(super) fn of(
+    pub fn of(
         recording: &Recording,
         own: &Own,
         by: Vec<Channel>,
@@ -192,7 +192,7 @@ impl Expected {
         found
     }
 
-    pub(super) fn at(&self, recording: &Recording, k: usize) -> f64 {
+    pub fn at(&self, recording: &Recording, k: usize) -> f64 {
         let by = self.by.iter();
         let by = by.map(|(channel, mean, factor)| (channel.of(recording, k) - mean) * factor);
         self.constant + by.sum::<f64>()
@@ -214,17 +214,17 @@ impl Expected {
 
 /// A channel that is looked at.
 pub(super) struct Watched<'a> {
-    pub(super) recording: &'a Recording,
-    pub(super) own: &'a Own,
-    pub(super) expected: Option<&'a Expected>,
+    pub recording: &'a Recording,
+    pub own: &'a Own,
+    pub expected: Option<&'a Expected>,
 }
 
 impl Watched<'_> {
-    pub(super) fn value(&self, k: usize) -> f64 {
+    pub fn value(&self, k: usize) -> f64 {
         self.own.channel.of(self.recording, k)
     }
 
-    pub(super) fn n(&self) -> usize {
+    pub fn n(&self) -> usize {
         self.recording.n_samples()
     }
 
@@ -238,7 +238,7 @@ impl Watched<'_> {
     }
 
     /// Finds where the logger could not write more, and says between which values (as the logger writes them) it could.
-    pub(super) fn clipped(
+    pub fn clipped(
         &self,
         entered: Option<&GaugeRange>,
         found: &mut Vec<Fault>,
@@ -290,7 +290,7 @@ impl Watched<'_> {
     }
 
     /// Finds where it repeats one value though the others say that it moves, or is elsewhere.
-    pub(super) fn stuck(&self, found: &mut Vec<Fault>) {
+    pub fn stuck(&self, found: &mut Vec<Fault>) {
         for run in &self.own.flat {
             if is_known(found, run) {
                 continue;
@@ -323,7 +323,7 @@ impl Watched<'_> {
     }
 
     /// Finds where it jumps away and back, and nothing else does.
-    pub(super) fn jumps(&self, found: &mut Vec<Fault>) {
+    pub fn jumps(&self, found: &mut Vec<Fault>) {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
         let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
@@ -376,7 +376,7 @@ impl Watched<'_> {
         (k + 1..self.n().min(k + 1 + DROPOUT_SAMPLES)).find(is_back)
     }
 
-    pub(super) fn fault(&self, kind: FaultKind, samples: Range<usize>) -> Fault {
+    pub fn fault(&self, kind: FaultKind, samples: Range<usize>) -> Fault {
         Fault { kind, channel: self.own.channel, samples }
     }
 }

@@ -50,7 +50,7 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    pub(crate) fn new(m: usize, q: usize) -> Self {
+    pub fn new(m: usize, q: usize) -> Self {
         let room = |len| vec![[0.0; LANES]; len];
         let products = row_start(m) + q * m;
         Self {
@@ -68,7 +68,7 @@ impl Work {
     }
 
     /// Fits all parts but one, for each of up to [`LANES`] parts.
-    pub(crate) fn fit(
+    pub fn fit(
         &mut self,
         total: &NormalEquations,
         terms: Terms<'_>,
@@ -79,7 +79,7 @@ impl Work {
     }
 
     /// Writes the sums of squared errors on one part; whether they are to be trusted.
-    pub(crate) fn answer(&self, lane: usize, squares: &mut [f64]) -> bool {
+    pub fn answer(&self, lane: usize, squares: &mut [f64]) -> bool {
         for (square, lanes) in squares.iter_mut().zip(&self.squares) {
             *square = lanes[lane].max(0.0);
         }

@@ -19,32 +19,32 @@ use crate::formats::columns::Sample;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Head {
     /// The header's line, or that of the first row.
-    pub(crate) line: u64,
+    pub line: u64,
     /// The header's cells; none without a header.
-    pub(crate) names: Vec<String>,
+    pub names: Vec<String>,
     /// Without a header: the columns' names, if a comment above the rows has one for each.
-    pub(crate) names_in_comment: Vec<String>,
+    pub names_in_comment: Vec<String>,
     /// The cells of the units row; none without one.
-    pub(crate) units: Vec<String>,
+    pub units: Vec<String>,
     /// How many columns most of the first rows have; the header's number where there is a header.
-    pub(crate) n_columns: usize,
+    pub n_columns: usize,
     /// How many lines stand before the first that may be a row.
-    pub(crate) n_lines: u64,
+    pub n_lines: u64,
     /// Where that line starts.
-    pub(crate) n_bytes: usize,
-    pub(crate) ati: Option<ati::Preamble>,
+    pub n_bytes: usize,
+    pub ati: Option<ati::Preamble>,
     /// Which column the file itself says is the clock of the reference.
-    pub(crate) reference_time: Option<usize>,
+    pub reference_time: Option<usize>,
 }
 
 impl Head {
     /// A column's name in the header, understood.
-    pub(crate) fn name(&self, index: usize) -> Option<ColumnName> {
+    pub fn name(&self, index: usize) -> Option<ColumnName> {
         self.names.get(index).map(|name| ColumnName::parse(name))
     }
 
     /// A column's unit in the header, or in the units row.
-    pub(crate) fn unit(&self, index: usize) -> Option<String> {
+    pub fn unit(&self, index: usize) -> Option<String> {
         let in_units_row = || {
             let unit = unbracketed(self.units.get(index)?);
             (!unit.is_empty()).then(|| unit.to_owned())

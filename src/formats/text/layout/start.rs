@@ -13,11 +13,11 @@ const LINES_LOOKED_AT: usize = 200;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
     /// Counted from 1.
-    pub(super) number: u64,
+    pub number: u64,
     /// Where the next line starts.
-    pub(super) end: usize,
+    pub end: usize,
     /// Without its end.
-    pub(super) text: &'a [u8],
+    pub text: &'a [u8],
 }
 
 /// All lines up to the last that is looked at, the first `n_skipped` of which do not count.
