@@ -12,7 +12,7 @@ fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().collect();
     let Cli { job, files } = Cli::understood(&words).unwrap_or_else(|error| error.exit());
     match job {
-        Some(job) => cli::run(job),
+        Some(job) => cli::run(&job),
         None => open_window(files),
     }
 }

@@ -1,6 +1,6 @@
 //! `loopscope best`: sensible models in the order of their cost, and the one to take.
 
-use std::io::{self, Write};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -8,21 +8,29 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{CommonArgs, RecordingArgs, fit_arguments};
-use super::fit::warn_of;
-use super::progress_line::ProgressLine;
-use super::{JobError, named_file, tell};
+use super::choices::{CommonArgs, fit_arguments};
+use super::error::JobError;
+use super::examples::examples;
+use super::exports::{check_determined, check_endings, export};
+use super::inputs::Files;
+use super::recordings::RecordingArgs;
+use super::run::{Run, Work};
+use super::values::named_file;
 use crate::calibration::DECIMATION;
-use crate::export::{Together, add_calibration, check_targets, interrupt_stops, target_for};
+use crate::export::{Together, interrupt_stops};
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
-use crate::questions::{AnalysisError, Best, Request, Search, find_best, handed_over, train};
+use crate::questions::{AnalysisError, Best, Request, Search, find_best, train};
+use crate::recording::identity::Identity;
 
-/// Arguments of `best`.
+/// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
 #[derive(Debug, Args)]
-pub struct BestArgs {
+#[command(after_help = examples(&[
+    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "the model it proposes"),
+]))]
+pub struct BestJob {
     #[command(flatten)]
-    pub(super) recordings: RecordingArgs,
+    recordings: RecordingArgs,
     /// Begin no further model after so many minutes.
     #[arg(long, value_name = "MIN", default_value_t = 2.0)]
     minutes: f64,
@@ -47,98 +55,77 @@ struct Report<'a> {
     #[serde(flatten)]
     best: &'a Best,
     /// The arguments of `fit` for the proposed model.
-    fit: Option<String>,
+    fit: Option<&'a String>,
 }
 
-pub(super) fn run(args: &BestArgs) -> Result<(), JobError> {
-    for path in &args.export {
-        if target_for(path).is_none() {
-            return Err(JobError::Ending { path: path.clone() });
-        }
+impl Work for BestJob {
+    fn files(&self) -> Files<'_> {
+        self.recordings.files().writing(&self.export, self.force)
     }
-    check_targets(args.recordings.inputs(), &args.export, args.force)?;
-    if !(args.minutes >= 0.0 && args.minutes.is_finite()) {
-        return Err(JobError::Minutes(args.minutes));
-    }
-    let recordings = Arc::new(args.recordings.read(&args.common.rated())?);
-    let search = Search {
-        settings: args.common.settings(&recordings, args.decimate),
-        recordings: Arc::clone(&recordings),
-        // Far more than anybody waits, and little enough to be added to a time.
-        time_limit: Duration::from_secs_f64((args.minutes * 60.0).min(1e9)),
-    };
-    let progress = Progress::default();
-    let mut line = ProgressLine::default();
-    line.say("looking at the recordings");
-    let line = Mutex::new(line);
-    let so_far: Mutex<Option<Best>> = Mutex::new(None);
-    interrupt_stops(&progress);
-    let found = find_best(&search, &progress, &|best| {
-        if let Ok(mut so_far) = so_far.lock() {
-            *so_far = Some(best.clone());
-        }
-        let newest = best.tried.last().map_or("", |tried| tried.name);
-        let text = format!("{} tried, the newest: {newest}", best.tried.len());
-        if let Ok(mut line) = line.lock() {
-            line.say(&text);
-        }
-    });
-    let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
-    let best = match (found, so_far.into_inner().ok().flatten()) {
-        (Err(AnalysisError::Cancelled(_)), Some(so_far)) => so_far,
-        (found, _) => found?,
-    };
-    if let Ok(mut line) = line.lock() {
-        line.end();
-    }
-    for (name, why) in &best.failed {
-        tell(&format_args!("{name}: {why}"));
-    }
-    if best.n_left > 0 {
-        tell(&format_args!(
-            "note: {} models were not tried within {} min; give more --minutes",
-            best.n_left, args.minutes
-        ));
-    }
-    let proposed = best.proposed();
-    if let Some(proposed) = proposed.filter(|_| !args.export.is_empty()) {
-        let request = Request::fit(Arc::clone(&recordings), proposed.model.settings.clone());
-        let calibration = train(&request, &Progress::default(), &mut |_| {})?;
-        if let Some(undetermined) = calibration.undetermined()
-            && !args.force
-        {
-            return Err(JobError::Undetermined { undetermined });
-        }
-        let told = handed_over(&request, &calibration, &Progress::default())?;
-        warn_of(&calibration, &args.export);
-        let mut files = Together::default();
-        for path in &args.export {
-            add_calibration(&mut files, &told, path)?;
-        }
-        files.finish()?;
-    }
-    let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));
-    let mut out = io::stdout().lock();
-    if args.json {
-        let report = Report { best: &best, fit };
-        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
-        writeln!(out)?;
-        return ended(is_interrupted);
-    }
-    writeln!(out, "{}", best.table(ScoreSet::LeftOut).text())?;
-    if best.tried.iter().any(|tried| tried.model.scores.test_rmse.is_some()) {
-        writeln!(out, "{}", best.table(ScoreSet::Test).text())?;
-    }
-    if let (Some(proposed), Some(fit)) = (proposed, fit) {
-        writeln!(out, "Proposed: {}. To fit it: loopscope fit {fit}", proposed.name)?;
-    }
-    ended(is_interrupted)
-}
 
-/// Fails where the search was interrupted, after what it had found was written.
-fn ended(is_interrupted: bool) -> Result<(), JobError> {
-    match is_interrupted {
-        true => Err(JobError::Interrupted),
-        false => Ok(()),
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        check_endings(&self.export)?;
+        let minutes = self.minutes;
+        if !(minutes >= 0.0 && minutes.is_finite()) {
+            return Err(JobError::Usage(format!(
+                "the time is {minutes} minutes; it must be a number from zero up"
+            )));
+        }
+        let recordings = Arc::new(self.recordings.read(run, &self.common.rated())?);
+        let search = Search {
+            settings: self.common.settings(&recordings, self.decimate),
+            recordings: Arc::clone(&recordings),
+            // Far more than anybody waits, and little enough to be added to a time.
+            time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
+        };
+        run.say.line("looking at the recordings");
+        let so_far: Mutex<Option<Best>> = Mutex::new(None);
+        interrupt_stops(&run.progress);
+        let found = find_best(&search, &run.progress, &|best| {
+            if let Ok(mut so_far) = so_far.lock() {
+                *so_far = Some(best.clone());
+            }
+            let newest = best.tried.last().map_or("", |tried| tried.name);
+            run.say.line(&format!("{} tried, the newest: {newest}", best.tried.len()));
+        });
+        let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
+        let best = match (found, so_far.into_inner().ok().flatten()) {
+            (Err(AnalysisError::Cancelled(_)), Some(so_far)) => so_far,
+            (found, _) => found?,
+        };
+        for (name, why) in &best.failed {
+            run.say.error(&format_args!("{name}: {why}"));
+        }
+        if best.n_left > 0 {
+            run.say.note(format_args!(
+                "{} models were not tried within {minutes} min; give more --minutes",
+                best.n_left
+            ));
+        }
+        let proposed = best.proposed();
+        if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
+            let request = Request::fit(recordings, proposed.model.settings.clone());
+            let calibration = train(&request, &Progress::default(), &mut |_| {})?;
+            check_determined(&calibration, self.force)?;
+            let mut files = Together::default();
+            let identity = Identity::default();
+            export(run, &request, &calibration, &identity, &self.export, &mut files)?;
+            files.finish()?;
+        }
+        let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));
+        run.print(self.json, &Report { best: &best, fit: fit.as_ref() }, |out| {
+            writeln!(out, "{}", best.table(ScoreSet::LeftOut).text())?;
+            if best.tried.iter().any(|tried| tried.model.scores.test_rmse.is_some()) {
+                writeln!(out, "{}", best.table(ScoreSet::Test).text())?;
+            }
+            if let (Some(proposed), Some(fit)) = (proposed, &fit) {
+                writeln!(out, "Proposed: {}. To fit it: loopscope fit {fit}", proposed.name)?;
+            }
+            Ok(())
+        })?;
+        match is_interrupted {
+            true => Err(JobError::Interrupted),
+            false => Ok(()),
+        }
     }
 }

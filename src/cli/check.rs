@@ -1,25 +1,31 @@
 //! `loopscope check`: whether the recordings carry the model, before anybody trusts the matrix.
 
-use std::io::{self, Write};
+use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{ModelArgs, RecordingArgs};
-use super::{JobError, named_file};
+use super::choices::ModelArgs;
+use super::error::JobError;
+use super::examples::examples;
+use super::inputs::Files;
+use super::recordings::RecordingArgs;
+use super::run::{Run, Work};
+use super::values::named_file;
 use crate::finding::{Face, Verdict};
-use crate::progress::Progress;
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::check::sufficiency_tables;
 use crate::questions::{HangingMass, Request};
-use crate::shown::printable;
 
-/// Arguments of `check`.
+/// Say whether the recordings carry the model: what they reach, load cases for coefficients, and which to record next.
 #[derive(Debug, Args)]
-pub struct CheckArgs {
+#[command(after_help = examples(&[
+    ("loopscope check day1.csv day2.csv --mass 1,2,5", "is it enough, and which masses to hang next; exit code 3 if not"),
+]))]
+pub struct CheckJob {
     /// Recordings to fit, as after --train; without any, those of the built-in simulated sensor.
     #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
     files: Vec<PathBuf>,
@@ -36,14 +42,6 @@ pub struct CheckArgs {
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
-}
-
-impl CheckArgs {
-    /// Returns the recordings, with those that are named bare among those to train on.
-    pub(super) fn moved(&mut self) -> &mut RecordingArgs {
-        self.recordings.train.append(&mut self.files);
-        &mut self.recordings
-    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -69,43 +67,52 @@ struct Report<'a> {
     found: &'a Sufficiency,
 }
 
-pub(super) fn run(args: CheckArgs) -> Result<(), JobError> {
-    let CheckArgs { recordings, model, mass, arm, json, .. } = args;
-    let set = recordings.read(&model.rated())?;
-    let settings = model.settings(&set);
-    let features = settings.features.describe();
-    let simulated = set.is_simulated();
-    let hanging = (!mass.is_empty()).then_some(HangingMass { masses: mass, arms: arm });
-    let request = Request::fit(Arc::new(set), settings);
-    let asked = CheckData::of(&request, recordings.read.gauge_range.clone(), hanging);
-    let found = sufficiency(&asked, &Progress::default())?;
-    let mut out = io::stdout().lock();
-    if json {
-        let report = Report { simulated, features, found: &found };
-        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
-        writeln!(out)?;
-    } else {
-        if simulated {
-            writeln!(out, "The built-in simulated sensor")?;
-        }
-        for line in text(&found).lines() {
-            writeln!(out, "{}", printable(line))?;
+impl Work for CheckJob {
+    fn files(&self) -> Files<'_> {
+        let named = self.recordings.files();
+        match self.files.is_empty() {
+            true => named,
+            false => Files { recordings: &self.files, ..named },
         }
     }
-    match found.verdict {
-        Verdict::Enough | Verdict::Doubtful => Ok(()),
-        Verdict::Insufficient => Err(JobError::Insufficient),
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        let set = self.recordings.read(run, &self.model.rated())?;
+        let settings = self.model.settings(&run.say, &set);
+        let features = settings.features.describe();
+        let simulated = set.is_simulated();
+        let hanging = HangingMass { masses: self.mass.clone(), arms: self.arm.clone() };
+        let hanging = Some(hanging).filter(|own| !own.masses.is_empty());
+        let request = Request::fit(Arc::new(set), settings);
+        let range = self.recordings.read.gauge_range.clone();
+        let found = sufficiency(&CheckData::of(&request, range, hanging), &run.progress)?;
+        let report = Report { simulated, features, found: &found };
+        run.print(self.json, &report, |out| print(&report, out))?;
+        match found.verdict {
+            Verdict::Enough | Verdict::Doubtful => Ok(()),
+            Verdict::Insufficient => {
+                Err(JobError::NotMet("the recordings do not carry the model".to_owned()))
+            }
+        }
     }
 }
 
 /// For people: the verdict, its reasons, then the figures.
-fn text(found: &Sufficiency) -> String {
-    let mut lines = vec![format!("{}.", found.verdict.words())];
-    lines.extend(found.sentences(Face::CommandLine).map(|sentence| format!("* {sentence}")));
-    lines.push(format!("\n{}", found.rank_in_words()));
-    lines.extend(found.undetermined.iter().map(|one| format!("  {one}")));
-    lines.extend(
-        sufficiency_tables(found).iter().map(|table| format!("\n{}", table.text().trim_end())),
-    );
-    lines.join("\n")
+fn print(report: &Report<'_>, out: &mut Vec<u8>) -> io::Result<()> {
+    let found = report.found;
+    if report.simulated {
+        writeln!(out, "The built-in simulated sensor")?;
+    }
+    writeln!(out, "{}.", found.verdict.words())?;
+    for sentence in found.sentences(Face::CommandLine) {
+        writeln!(out, "* {sentence}")?;
+    }
+    writeln!(out, "\n{}", found.rank_in_words())?;
+    for one in &found.undetermined {
+        writeln!(out, "  {one}")?;
+    }
+    for table in sufficiency_tables(found) {
+        writeln!(out, "\n{}", table.text().trim_end())?;
+    }
+    Ok(())
 }

@@ -1,13 +1,14 @@
-//! The arguments that several jobs share: which recordings, which blocks, which regressor.
+//! The arguments that several jobs share: which blocks, which regressor.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 
-use super::{JobError, Rated, ReadArgs, check_distinct, named_file, read_hearing, tell};
+use super::messages::Messages;
+use super::rated::Rated;
+use super::values::{List, one_of};
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
     LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
@@ -16,178 +17,10 @@ use crate::features::{
     BLOCKS, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
     listed,
 };
-use crate::import::LoadWarning;
-use crate::import::map::ColumnMap;
-use crate::questions::expected_error::limits::Limits;
-use crate::recording::identity::SensorFile;
-use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
-
-/// Which recordings, in which role.
-#[derive(Debug, Args)]
-pub struct RecordingArgs {
-    #[command(flatten)]
-    pub read: ReadArgs,
-    /// Recordings to fit, or folders of them; without any, those of the built-in simulated sensor. Files of a folder that are
-    /// called test… are for --test, unless it or --split is given.
-    #[arg(long, num_args = 1.., value_name = "FILE", value_parser = named_file())]
-    pub train: Vec<PathBuf>,
-    /// Recordings to score the fit on, or folders of them.
-    #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
-    pub test: Vec<PathBuf>,
-    /// Instead of test files: train on this first part of each recording, test on the rest.
-    #[arg(long, value_name = "FRACTION", conflicts_with = "test", allow_negative_numbers = true)]
-    pub split: Option<f64>,
-    /// Cross-validation leaves recordings of one group out together. A name with {file}, {folder}, {recording}, or a {word}
-    /// for the number or letter after it in the names, as in {mount} [default: found from names, folders and files].
-    #[arg(long, value_name = "PATTERN")]
-    pub group: Option<GroupPattern>,
-}
-
-impl RecordingArgs {
-    /// The files that are read.
-    pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
-        let recordings = self.train.iter().chain(&self.test);
-        recordings.chain(&self.read.columns)
-    }
-
-    /// Reads them; warnings go to standard error.
-    pub fn read(&self, rated: &Rated) -> Result<RecordingSet, JobError> {
-        self.read_hearing(rated, &mut |_| {})
-    }
-
-    /// [`read`](Self::read), with an ear for the warnings.
-    pub fn read_hearing(
-        &self,
-        rated: &Rated,
-        hear: &mut dyn FnMut(&LoadWarning),
-    ) -> Result<RecordingSet, JobError> {
-        check_distinct(self.train.iter().chain(&self.test))?;
-        let mut set = RecordingSet::default();
-        if self.train.is_empty() {
-            let built_in = simulated::recordings(simulated::DEFAULT_SEED);
-            for entry in built_in.entries() {
-                let recording = self.read.tared((*entry.recording).clone())?;
-                set.push(self.grouped(Entry::new(recording, entry.role), None)?)?;
-            }
-        }
-        let map = self.read.columns.as_deref().map(ColumnMap::read);
-        let by_map = map.transpose()?.and_then(|map| map.group);
-        for (files, role) in [(&self.train, Role::Train), (&self.test, Role::Test)] {
-            for (path, recordings) in
-                files.iter().zip(read_hearing(files, &self.read, rated, hear)?)
-            {
-                for recording in recordings {
-                    if !recording.has_reference() {
-                        return Err(JobError::NoReference { path: path.clone() });
-                    }
-                    let entry = Entry::new(recording, role);
-                    set.push(self.grouped(entry, by_map.as_ref())?)?;
-                }
-            }
-        }
-        let (given, axes) = (rated.full_scale.len(), &set.layout().axes);
-        if (1..axes.len()).contains(&given) {
-            let axes = axes.iter().map(|axis| axis.symbol()).collect();
-            return Err(JobError::FullScales { given, axes });
-        }
-        match self.split {
-            None => Ok(set),
-            Some(fraction) => {
-                let split = set.split(fraction);
-                let tests = split.entries().iter().any(|entry| entry.role == Role::Test);
-                if fraction > 0.0 && fraction < 1.0 && tests {
-                    Ok(split)
-                } else {
-                    Err(JobError::Split(fraction))
-                }
-            }
-        }
-    }
-}
-
-impl RecordingArgs {
-    /// The entry in the group that it is said to be in.
-    fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
-        let group = match &self.group {
-            Some(pattern) => {
-                let group = pattern.group_of(&entry.recording);
-                Some(group.ok_or_else(|| JobError::NoGroup {
-                    recording: entry.recording.name().to_owned(),
-                    pattern: pattern.clone().into(),
-                })?)
-            }
-            None => by_map.and_then(|pattern| pattern.group_of(&entry.recording)),
-        };
-        Ok(Entry { group, ..entry })
-    }
-}
-
-/// Limits that the calibration must keep.
-#[derive(Debug, Args)]
-pub struct LimitsArgs {
-    /// Check the calibration against limits: a TOML file like `expected_error = 1.0` (percent of full scale), `rmse = "0.2 N"`,
-    /// `loop_width = { Fx = 0.5 }`. A figure that is not known does not pass; the exit code is 3 then.
-    #[arg(long, value_name = "LIMITS.toml", value_parser = named_file())]
-    pub limits: Option<PathBuf>,
-}
-
-impl LimitsArgs {
-    /// Returns the file that is read.
-    pub fn input(&self) -> impl Iterator<Item = &PathBuf> {
-        self.limits.iter()
-    }
-
-    /// Reads the limits; there are none without a file.
-    pub fn read(&self) -> Result<Limits, JobError> {
-        let read = self.limits.as_deref().map(Limits::read);
-        Ok(read.transpose()?.unwrap_or_default())
-    }
-}
-
-/// Which sensor it is.
-#[derive(Debug, Args)]
-pub struct SensorArgs {
-    /// Which sensor it is, who calibrates it, when, and against what, and its rated loads: a TOML file whose items go into every
-    /// export and the report; `loopscope sensor` prints one to fill in.
-    #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
-    pub sensor: Option<PathBuf>,
-}
-
-impl SensorArgs {
-    /// The file that is read.
-    pub fn input(&self) -> impl Iterator<Item = &PathBuf> {
-        self.sensor.iter()
-    }
-
-    /// Reads it; nothing is said without one.
-    pub fn read(&self) -> Result<SensorFile, JobError> {
-        let read = self.sensor.as_deref().map(SensorFile::read);
-        Ok(read.transpose()?.unwrap_or_default())
-    }
-}
+use crate::recording::RecordingSet;
 
 /// Under which features stand in `--help`.
 const HEADING: &str = "Features";
-
-/// Numbers with commas between them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct List(pub Vec<f64>);
-
-impl FromStr for List {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.split(',')
-            .map(|cell| {
-                let cell = cell.trim();
-                cell.parse().map_err(|_| {
-                    format!("{cell:?} is not a number; write numbers with commas between them")
-                })
-            })
-            .collect::<Result<_, _>>()
-            .map(Self)
-    }
-}
 
 /// F_th values, or none at all.
 #[derive(Clone, Debug, PartialEq)]
@@ -318,7 +151,7 @@ pub struct BlockArgs {
     listed: ListedBlocks,
     #[command(flatten)]
     pub common: CommonArgs,
-    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0],         value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0], value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
     pub ridge: Option<RidgeChoice>,
     /// What the effect of an auxiliary channel counts from, as in T=22; again for each. The gauges' matrix and the offset are those
     /// there [default: the mean over the training recordings].
@@ -344,7 +177,11 @@ impl FromStr for AuxiliaryReference {
 }
 
 impl BlockArgs {
-    fn auxiliary_references(&self, recordings: &RecordingSet) -> BTreeMap<String, f64> {
+    fn auxiliary_references(
+        &self,
+        say: &Messages,
+        recordings: &RecordingSet,
+    ) -> BTreeMap<String, f64> {
         let names = recordings.entries().first();
         let names = names.map_or(&[][..], |entry| entry.recording.auxiliary().names());
         let given = self.auxiliary_reference.iter();
@@ -353,20 +190,25 @@ impl BlockArgs {
                 [] => "there is none".to_owned(),
                 names => format!("there are {}", names.join(" ")),
             };
-            tell(&format_args!(
-                "note: --auxiliary-reference {name}: no auxiliary channel has this name; {known}"
+            say.note(format_args!(
+                "--auxiliary-reference {name}: no auxiliary channel has this name; {known}"
             ));
         }
         given.map(|AuxiliaryReference(name, value)| (name.clone(), *value)).collect()
     }
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
-    pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
+    pub fn settings(
+        &self,
+        say: &Messages,
+        recordings: &RecordingSet,
+        decimation: usize,
+    ) -> FitSettings {
         let common = self.common.settings(recordings, decimation);
         FitSettings {
             features: FeatureSettings { blocks: self.listed.blocks.clone(), ..common.features },
             ridge: self.ridge.unwrap_or_default(),
-            auxiliary_references: self.auxiliary_references(recordings),
+            auxiliary_references: self.auxiliary_references(say, recordings),
             ..common
         }
     }
@@ -476,15 +318,15 @@ impl ModelArgs {
     }
 
     /// The settings that these arguments mean for such recordings.
-    pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
+    pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
         for (option, of) in self.choices.of_learners() {
             if learner != Some(of) {
                 let key = self.regressor.key();
-                tell(&format_args!("note: --{option} does nothing with --regressor {key}"));
+                say.note(format_args!("--{option} does nothing with --regressor {key}"));
             }
         }
-        self.choices.settings(recordings, self.regressor, self.decimate)
+        self.choices.settings(say, recordings, self.regressor, self.decimate)
     }
 }
 
@@ -492,6 +334,7 @@ impl FitChoices {
     /// The settings that these arguments mean for such recordings.
     pub fn settings(
         &self,
+        say: &Messages,
         recordings: &RecordingSet,
         regressor: Regressor,
         decimation: usize,
@@ -511,7 +354,7 @@ impl FitChoices {
                 landmarks: self.landmarks.unwrap_or(kernel.landmarks),
                 ..kernel
             },
-            ..self.blocks.settings(recordings, decimation)
+            ..self.blocks.settings(say, recordings, decimation)
         };
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings
@@ -599,22 +442,8 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     words.join(" ")
 }
 
-/// Takes one of a few things by its name; the last of each says what it is.
-pub(super) fn one_of<T: Copy + Send + Sync + 'static>(
-    all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
-) -> impl TypedValueParser<Value = T> {
-    let all: Vec<_> = all.into_iter().collect();
-    let names =
-        all.iter().map(|(_, name, explanation)| PossibleValue::new(*name).help(*explanation));
-    let parser = PossibleValuesParser::new(names.collect::<Vec<_>>());
-    parser.map(move |name| {
-        let named = all.iter().find(|(_, own, _)| *own == name);
-        named.expect("no other name passes").0
-    })
-}
-
 /// Takes a regressor by its name.
-pub(super) fn regressor() -> impl TypedValueParser<Value = Regressor> {
+pub fn regressor() -> impl TypedValueParser<Value = Regressor> {
     one_of(Regressor::ALL.map(|own| (own, own.key(), own.explanation())))
 }
 
@@ -628,6 +457,8 @@ mod tests {
     use crate::features::{Creep, Play, Polynomial};
     use clap::Parser;
 
+    use crate::recording::simulated;
+
     #[derive(Parser)]
     struct Only {
         #[command(flatten)]
@@ -638,7 +469,7 @@ mod tests {
         let arguments = [&["x"], arguments].concat();
         let only = Only::parse_from(arguments);
         let recordings = simulated::recordings(1);
-        only.choices.settings(&recordings, Regressor::Linear, 1).features
+        only.choices.settings(&Messages::default(), &recordings, Regressor::Linear, 1).features
     }
 
     #[test]

@@ -1,27 +1,33 @@
 //! `loopscope compare`: every regressor without and with the past, side by side.
 
-use std::io::{self, Write};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use clap::Args;
 
-use super::choices::{FitChoices, RecordingArgs, regressor};
-use super::progress_line::ProgressLine;
-use super::{JobError, named_file, tell};
+use super::choices::{FitChoices, regressor};
+use super::error::JobError;
+use super::examples::examples;
+use super::inputs::Files;
+use super::recordings::RecordingArgs;
+use super::run::{Run, Work};
+use super::values::named_file;
 use crate::calibration::Regressor;
-use crate::export::{check_targets, write_atomically};
-use crate::progress::Progress;
+use crate::export::write_atomically;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
 };
 
-/// Arguments of `compare`.
+/// Fit every regressor without and with the past, on all and on every tenth sample: one table.
 #[derive(Debug, Args)]
-pub struct CompareArgs {
+#[command(after_help = examples(&[
+    ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "the paper's comparison of these"),
+]))]
+pub struct CompareJob {
     #[command(flatten)]
-    pub(super) recordings: RecordingArgs,
+    recordings: RecordingArgs,
     #[command(flatten)]
     choices: FitChoices,
     /// Only these regressors [default: all].
@@ -48,70 +54,58 @@ pub struct CompareArgs {
     json: bool,
 }
 
-pub(super) fn run(args: &CompareArgs) -> Result<(), JobError> {
-    check_targets(args.recordings.inputs(), args.csv.as_slice(), args.force)?;
-    let recordings = Arc::new(args.recordings.read(&args.choices.blocks.common.rated())?);
-    let regressors = match &args.regressors[..] {
-        [] => &Regressor::ALL,
-        named => named,
-    };
-    let settings = args.choices.settings(&recordings, Regressor::Linear, 1);
-    let mut candidates = paper_candidates(&recordings, &settings, regressors);
-    if let Some(step) = args.decimate {
-        for candidate in &mut candidates {
-            candidate.decimation = step;
-        }
-        let mut seen: Vec<Candidate> = Vec::new();
-        candidates.retain(|candidate| {
-            let is_new = !seen.contains(candidate);
-            if is_new {
-                seen.push(candidate.clone());
+impl Work for CompareJob {
+    fn files(&self) -> Files<'_> {
+        self.recordings.files().writing(&self.csv, self.force)
+    }
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        let recordings = self.recordings.read(run, &self.choices.blocks.common.rated())?;
+        let recordings = Arc::new(recordings);
+        let regressors = match &self.regressors[..] {
+            [] => &Regressor::ALL,
+            named => named,
+        };
+        let settings = self.choices.settings(&run.say, &recordings, Regressor::Linear, 1);
+        let mut candidates: Vec<Candidate> = Vec::new();
+        for mut candidate in paper_candidates(&recordings, &settings, regressors) {
+            candidate.decimation = self.decimate.unwrap_or(candidate.decimation);
+            if !candidates.contains(&candidate) {
+                candidates.push(candidate);
             }
-            is_new
+        }
+        let ended: Mutex<Vec<(usize, Result<ComparedRow, AnalysisError>)>> = Mutex::default();
+        compare(&recordings, &settings, &candidates, &run.progress, &|at, event| {
+            run.say.show(&run.progress);
+            if let RowEvent::Ended(row) = event {
+                ended.lock().unwrap_or_else(PoisonError::into_inner).push((at, row));
+            }
         });
-    }
-    let progress = Progress::default();
-    let line = Mutex::new(ProgressLine::default());
-    let rows: Mutex<Vec<Option<Result<ComparedRow, AnalysisError>>>> =
-        Mutex::new(candidates.iter().map(|_| None).collect());
-    compare(&recordings, &settings, &candidates, &progress, &|at, event| {
-        let unpoisoned = PoisonError::into_inner;
-        line.lock().unwrap_or_else(unpoisoned).show(&progress);
-        if let RowEvent::Ended(row) = event {
-            rows.lock().unwrap_or_else(PoisonError::into_inner)[at] = Some(row);
-        }
-    });
-    line.into_inner().unwrap_or_else(PoisonError::into_inner).end();
-    let ended = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let mut rows = Vec::new();
-    let mut failed = None;
-    for (candidate, row) in candidates.iter().zip(ended.into_iter().flatten()) {
-        match row {
-            Ok(row) => rows.push(row),
-            Err(error) => {
-                let label = candidate.regressor.label();
-                let (history, pattern) = (candidate.history(), candidate.pattern());
-                tell(&format_args!("{label}, {history}, pattern {pattern}: {error}"));
-                failed = Some(error);
+        let mut ended = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
+        ended.sort_by_key(|(at, _)| *at);
+        let (mut rows, mut failed) = (Vec::new(), None);
+        for (at, row) in ended {
+            match row {
+                Ok(row) => rows.push(row),
+                Err(error) => {
+                    let own = &candidates[at];
+                    let (label, history) = (own.regressor.label(), own.history());
+                    let pattern = own.pattern();
+                    run.say.error(&format_args!("{label}, {history}, pattern {pattern}: {error}"));
+                    failed = Some(error);
+                }
             }
         }
-    }
-    if let Some(path) = &args.csv {
-        write_atomically(path, |out| comparison_table(&rows, &ScoreSet::ALL).write_csv(out))?;
-    }
-    let mut out = io::stdout().lock();
-    if args.json {
-        serde_json::to_writer_pretty(&mut out, &rows).map_err(io::Error::from)?;
-        writeln!(out)?;
-    } else {
-        for set in ScoreSet::ALL {
-            if rows.iter().any(|row| set.rmse(&row.scores).is_some()) {
+        if let Some(path) = &self.csv {
+            write_atomically(path, |out| comparison_table(&rows, &ScoreSet::ALL).write_csv(out))?;
+        }
+        run.print(self.json, &rows, |out| {
+            let is_scored = |set: &ScoreSet| rows.iter().any(|row| set.rmse(&row.scores).is_some());
+            for set in ScoreSet::ALL.into_iter().filter(is_scored) {
                 writeln!(out, "{}", comparison_table(&rows, &[set]).text())?;
             }
-        }
-    }
-    match failed {
-        Some(error) => Err(error.into()),
-        None => Ok(()),
+            Ok(())
+        })?;
+        failed.map_or(Ok(()), |error| Err(error.into()))
     }
 }

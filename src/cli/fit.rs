@@ -7,18 +7,21 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{LimitsArgs, ModelArgs, RecordingArgs, SensorArgs};
-use super::progress_line::ProgressLine;
+use super::choices::ModelArgs;
+use super::error::JobError;
+use super::examples::examples;
+use super::exports::{check_determined, check_endings, export};
+use super::inputs::Files;
+use super::messages::Messages;
+use super::recordings::{LimitsArgs, RecordingArgs, SensorArgs, keep_limits};
+use super::run::{Run, Work};
 use super::traces::TraceArgs;
-use super::{JobError, keep_limits, named_file, tell};
+use super::values::named_file;
 use crate::calibration::{
     BlockRidge, Calibration, CrossValidation, EpochReport, ExpectedError, FactoryScores,
     FitSettings, Regressor, Scores,
 };
-use crate::export::{
-    Footprint, Outline, Together, WriteError, add_calibration, caution, check_targets,
-    listed_targets, target_for,
-};
+use crate::export::{Footprint, Outline, Together, WriteError, listed_targets, target_for};
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::finding::{Face, Finding, Id};
 use crate::progress::Progress;
@@ -28,16 +31,20 @@ use crate::questions::expected_error::query::expected_error;
 use crate::questions::expected_error::{expected_error_table, limits_table};
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
-    Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, handed_over,
-    read_factory, train,
+    Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, read_factory,
+    train,
 };
 use crate::scoring::numbers::significant;
 
-/// Arguments of `fit`.
+/// Fit the conventional calibration and one with a past, and score both.
 #[derive(Debug, Args)]
-pub struct FitArgs {
+#[command(after_help = examples(&[
+    ("loopscope fit --train day1.csv day2.csv --test day3.csv --export sensor.json", "conventional and with a look-back of 3 N and 15 s"),
+    ("loopscope fit --train day*.csv --play --ridge auto --export sensor.h --export sensor.json", "play operators, their strength by cross-validation; C code"),
+]))]
+pub struct FitJob {
     #[command(flatten)]
-    pub(super) recordings: RecordingArgs,
+    recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
     #[command(flatten)]
@@ -62,110 +69,83 @@ pub struct FitArgs {
     json: bool,
 }
 
-pub(super) fn run(args: &FitArgs) -> Result<(), JobError> {
-    // Before any work: a wrong ending must not cost the time of a fit.
-    for path in &args.export {
-        if target_for(path).is_none() {
-            return Err(JobError::Ending { path: path.clone() });
+impl Work for FitJob {
+    fn files(&self) -> Files<'_> {
+        let files = self.recordings.files().reading(&self.factory).reading(&self.limits.limits);
+        let files = files.reading(&self.sensor.sensor);
+        files.writing(self.export.iter().chain(&self.traces.traces), self.force)
+    }
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        // Before any work: a wrong ending must not cost the time of a fit.
+        check_endings(&self.export)?;
+        self.traces.check()?;
+        let sensor = self.sensor.read()?;
+        let limits = self.limits.read()?;
+        let recordings = self.recordings.read(run, &self.model.rated().and(&sensor))?;
+        let n_recordings = recordings.entries().len();
+        let mut settings = self.model.settings(&run.say, &recordings);
+        sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
+        for path in &self.export {
+            if let Some(target) = target_for(path) {
+                let outline = Outline::of_fit(&settings, recordings.layout());
+                (target.check)(&outline).map_err(|refusal| WriteError {
+                    path: path.clone(),
+                    source: io::Error::other(refusal),
+                })?;
+            }
         }
-    }
-    args.traces.check()?;
-    let outputs: Vec<PathBuf> = (args.export.iter().chain(&args.traces.traces)).cloned().collect();
-    let inputs = args.recordings.inputs().chain(&args.factory);
-    let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
-    check_targets(inputs, &outputs, args.force)?;
-    let sensor = args.sensor.read()?;
-    let limits = args.limits.read()?;
-    let recordings = args.recordings.read(&args.model.rated().and(&sensor))?;
-    let n_recordings = recordings.entries().len();
-    let mut settings = args.model.settings(&recordings);
-    sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
-    for path in &args.export {
-        if let Some(target) = target_for(path) {
-            let outline = Outline::of_fit(&settings, recordings.layout());
-            (target.check)(&outline).map_err(|refusal| WriteError {
-                path: path.clone(),
-                source: io::Error::other(refusal),
-            })?;
+        let request = Request::fit(Arc::new(recordings), settings);
+        let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
+        self.traces.check_intervals(all(), self.model.decimate)?;
+        let cost = cross_validation_cost(&request.settings);
+        let mut calibration = train(&request, &run.progress, &mut |step| {
+            run.say.line(&step_text(&step, cost));
+        })?;
+        run.say.end_line();
+        if !self.export.is_empty() {
+            check_determined(&calibration, self.force)?;
         }
-    }
-    let request = Request::fit(Arc::new(recordings), settings);
-    let all = || {
-        let entries = request.recordings.entries().iter();
-        entries.map(|entry| &*entry.recording)
-    };
-    args.traces.check_intervals(all(), args.model.decimate)?;
-    let mut line = ProgressLine::default();
-    let cost = cross_validation_cost(&request.settings);
-    let mut calibration = train(&request, &Progress::default(), &mut |step| {
-        line.say(&step_text(&step, cost));
-    })?;
-    line.end();
-    if let Some(undetermined) = calibration.undetermined()
-        && !args.export.is_empty()
-        && !args.force
-    {
-        return Err(JobError::Undetermined { undetermined });
-    }
-    let text = |found: &Finding| found.text(Face::CommandLine);
-    // Whoever reads the figures alone must hear of what leaves them without meaning.
-    let (grave, others): (Vec<Finding>, Vec<Finding>) =
-        (findings(&request, &calibration, &Progress::default())?.into_iter())
-            .partition(|found| matches!(found.id, Id::Undetermined | Id::NotLeftOut));
-    for found in &grave {
-        tell(&format_args!("warning: {}", text(found)));
-    }
-    let factory = match &args.factory {
-        Some(path) => factory_scores(path, &request, &calibration)?,
-        None => None,
-    };
-    let progress = Progress::default();
-    let expected = expected_error(&request, &calibration, true, &progress)?;
-    calibration.quality.expected_error = expected.as_ref().ok().cloned();
-    let calibration = Arc::new(calibration);
-    let limits = check_limits(&request, &calibration, &limits, &progress)?;
-    warn_of(&calibration, &args.export);
-    let mut files = Together::default();
-    if !args.export.is_empty() {
-        let told = handed_over(&request, &calibration, &progress)?.of_sensor(&sensor.identity);
-        for path in &args.export {
-            add_calibration(&mut files, &told, path)?;
-        }
-    }
-    args.traces.write(&mut files, &calibration, all(), args.model.decimate)?;
-    files.finish()?;
-    if args.export.iter().any(|path| is_for_controllers(path)) {
-        tell_footprint(&request, &calibration);
-    }
-    let mut out = io::stdout().lock();
-    if args.json {
-        let report = FitReport {
-            factory,
-            expected_error: expected.as_ref().ok(),
-            no_expected_error: expected.as_ref().err(),
-            limits: &limits,
-            cautions: grave.iter().chain(&others).map(text).collect(),
-            ..FitReport::new(&calibration, n_recordings)
+        // Whoever reads the figures alone must hear of what leaves them without meaning.
+        let text = |found: &Finding| found.text(Face::CommandLine);
+        let (grave, others): (Vec<Finding>, Vec<Finding>) =
+            (findings(&request, &calibration, &run.progress)?.into_iter())
+                .partition(|found| matches!(found.id, Id::Undetermined | Id::NotLeftOut));
+        grave.iter().for_each(|found| run.say.warning(text(found)));
+        let factory = match &self.factory {
+            Some(path) => factory_scores(path, &request, &calibration)?,
+            None => None,
         };
-        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
-        writeln!(out)?;
-    } else {
-        print_fit(&calibration, factory.as_ref(), n_recordings, &mut out)?;
-        match &expected {
-            Ok(found) => write!(out, "\n{}", expected_error_table(found).text())?,
-            Err(reason) => writeln!(out, "\nNo expected error: {reason}")?,
+        let expected = expected_error(&request, &calibration, true, &run.progress)?;
+        calibration.quality.expected_error = expected.as_ref().ok().cloned();
+        let calibration = Arc::new(calibration);
+        let limits = check_limits(&request, &calibration, &limits, &run.progress)?;
+        let mut files = Together::default();
+        export(run, &request, &calibration, &sensor.identity, &self.export, &mut files)?;
+        self.traces.write(&mut files, &calibration, all(), self.model.decimate)?;
+        files.finish()?;
+        if self.export.iter().any(|path| is_for_controllers(path)) {
+            note_footprint(&run.say, &request, &calibration);
         }
-        if !limits.is_empty() {
-            write!(out, "\n{}", limits_table(&limits).text())?;
-        }
-        if !others.is_empty() {
-            writeln!(out, "\nTo know beside these figures:")?;
-        }
-        for found in &others {
-            writeln!(out, "* {}", text(found))?;
-        }
+        let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits);
+        let report =
+            FitReport { cautions: grave.iter().chain(&others).map(text).collect(), ..report };
+        run.print(self.json, &report, |out| {
+            print_fit(&calibration, report.factory.as_ref(), n_recordings, out)?;
+            match &expected {
+                Ok(found) => write!(out, "\n{}", expected_error_table(found).text())?,
+                Err(reason) => writeln!(out, "\nNo expected error: {reason}")?,
+            }
+            if !limits.is_empty() {
+                write!(out, "\n{}", limits_table(&limits).text())?;
+            }
+            if !others.is_empty() {
+                writeln!(out, "\nTo know beside these figures:")?;
+            }
+            others.iter().try_for_each(|found| writeln!(out, "* {}", text(found)))
+        })?;
+        keep_limits(&limits)
     }
-    keep_limits(&limits)
 }
 
 /// Whether what is written is C.
@@ -175,12 +155,12 @@ fn is_for_controllers(path: &Path) -> bool {
 }
 
 /// Says what the code takes on a controller, and what would take less.
-fn tell_footprint(request: &Request, calibration: &Calibration) {
+fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) {
     let footprint = Footprint::of(calibration);
-    tell(&format_args!("note: {footprint}"));
+    say.note(&footprint);
     let keeps_history = calibration.features.window_secs() > 0.0;
     if footprint.is_large() && keeps_history {
-        tell(&"note: --history-rate 100, or a smaller t_th or lag, takes less memory");
+        say.note("--history-rate 100, or a smaller t_th or lag, takes less memory");
     }
     let play = FitSettings {
         features: FeatureSettings {
@@ -203,8 +183,8 @@ fn tell_footprint(request: &Request, calibration: &Calibration) {
         && takes.memory < footprint.memory
     {
         let percent = |error: f64| significant(100.0 * error, 3);
-        tell(&format_args!(
-            "note: play ({}) takes {} bytes of memory, and errs less on what is left out: {} % of full scale in the mean, not {} %",
+        say.note(format_args!(
+            "play ({}) takes {} bytes of memory, and errs less on what is left out: {} % of full scale in the mean, not {} %",
             play.describe(),
             takes.memory,
             percent(other),
@@ -220,12 +200,6 @@ fn mean_error(calibration: &Calibration) -> Option<f64> {
     let shares: Vec<f64> =
         shares.filter(|(_, scale)| **scale > 0.0).map(|(error, scale)| error / scale).collect();
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
-}
-
-/// Says, before they are written, what exports leave out of the loads that are shown.
-pub(super) fn warn_of(calibration: &Calibration, exports: &[PathBuf]) {
-    let cautions = exports.iter().filter_map(|path| caution(calibration, path));
-    cautions.for_each(|caution| tell(&format_args!("warning: {caution}")));
 }
 
 /// How the calibration that the sensor came with does on the same recordings.
@@ -245,7 +219,7 @@ fn factory_scores(
 }
 
 /// How far a training is; its cross-validation, if any, takes `cost` times as long.
-pub(super) fn step_text(step: &TrainingStep, cost: f64) -> String {
+fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
         return format!("cross-validation {:.0} %, {left:.0} s left", 100.0 * step.done());
@@ -275,7 +249,7 @@ struct FitReport<'a> {
     axes: Vec<&'static str>,
     units: &'a [String],
     full_scale: &'a [f64],
-    regressor: crate::calibration::Regressor,
+    regressor: Regressor,
     /// Of the first look-back.
     f_th: Option<f64>,
     t_th: Option<f64>,
@@ -308,7 +282,13 @@ struct FitReport<'a> {
 }
 
 impl<'a> FitReport<'a> {
-    fn new(calibration: &'a Calibration, recordings: usize) -> Self {
+    fn new(
+        calibration: &'a Calibration,
+        recordings: usize,
+        factory: Option<FactoryScores>,
+        expected: &'a Result<ExpectedError, String>,
+        limits: &'a [Checked],
+    ) -> Self {
         let quality = &calibration.quality;
         let first = calibration.features.look_backs.first();
         Self {
@@ -335,10 +315,10 @@ impl<'a> FitReport<'a> {
             condition: quality.condition,
             cross_validation: quality.cross_validation.as_ref(),
             features: calibration.feature_names(),
-            factory: None,
-            expected_error: None,
-            no_expected_error: None,
-            limits: &[],
+            factory,
+            expected_error: expected.as_ref().ok(),
+            no_expected_error: expected.as_ref().err(),
+            limits,
             cautions: Vec::new(),
         }
     }

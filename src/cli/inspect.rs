@@ -5,24 +5,31 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{JobError, ReadArgs, named_file, unread};
-use crate::export::{check_targets, write_atomically};
+use super::error::JobError;
+use super::examples::examples;
+use super::inputs::Files;
+use super::reading::{ReadArgs, not_recording, unread};
+use super::run::{Run, Work};
+use super::values::named_file;
+use crate::export::write_atomically;
 use crate::formats;
 use crate::formats::text::Decimal;
 use crate::import::estimate_weight;
 use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
-use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
-use crate::progress::Progress;
 use crate::report::Table;
 use crate::shown::{and_more, message, printable};
 
-/// Arguments of `inspect`.
+/// Say what a file holds, what would be loaded and what is wrong; write a column map for it.
 #[derive(Debug, Args)]
-pub struct Inspect {
+#[command(after_help = examples(&[
+    ("loopscope inspect press.csv", "what would be loaded"),
+    ("loopscope inspect log.mat --write-map map.json", "a column map to correct by hand"),
+]))]
+pub struct InspectJob {
     #[arg(required = true, value_name = "FILE", value_parser = named_file(),
         help = format!("Recordings, or folders of them: {}", formats::listed()))]
-    pub(super) files: Vec<PathBuf>,
+    files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
     /// Write the column map that was given or found for the one file, to be changed and used with --columns.
@@ -39,64 +46,73 @@ pub struct Inspect {
     json: bool,
 }
 
-pub(super) fn run(args: &Inspect) -> Result<(), JobError> {
-    let map = args.read.columns.as_deref().map(ColumnMap::read).transpose()?;
-    // The map that is read may be written again, with what is added to it.
-    check_targets(&args.files, args.write_map.as_slice(), args.force)?;
-    let for_one =
-        [(args.write_map.is_some(), "--write-map"), (args.estimate_weight, "--estimate-weight")];
-    if let (Some((_, option)), [_, _, ..]) = (for_one.iter().find(|own| own.0), &args.files[..]) {
-        return Err(JobError::OneFile { option });
+impl Work for InspectJob {
+    fn files(&self) -> Files<'_> {
+        // The map that is read may be written again, with what is added to it.
+        let files = Files { recordings: &self.files, ..Files::default() };
+        files.writing(&self.write_map, self.force)
     }
-    if let (true, Some(map), [file]) = (args.estimate_weight, &map, &args.files[..]) {
-        let estimate = estimate_weight(file, map, &Progress::default())?;
-        return print_weight(&estimate, args.json);
-    }
-    let known = map.as_ref().map_or(Known::Nothing, Known::Map);
-    let (mut all, mut count) = (Vec::new(), 0);
-    let mut out = io::stdout().lock();
-    for file in &args.files {
-        let found = inspect(file, known, &Progress::default()).map(Some);
-        let found = found.map_err(|error| unread(file, error));
-        let Some(mut inspection) = args.read.or_left_out(found)? else {
-            continue;
-        };
-        if inspection.check.error.is_some() {
-            count += 1;
-            let not_loaded = JobError::NotLoaded { count, of: args.files.len() };
-            if let no_recording @ JobError::NotRecording { .. } = unread(file, not_loaded) {
-                return Err(no_recording);
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        let map = self.read.map()?;
+        let inputs = &run.inputs.recordings;
+        let of = inputs.len();
+        let for_one = [
+            (self.write_map.is_some(), "--write-map"),
+            (self.estimate_weight, "--estimate-weight"),
+        ];
+        if let (Some((_, option)), 2..) = (for_one.iter().find(|own| own.0), of) {
+            let why = "is for one file; name the one that it is for";
+            return Err(JobError::Usage(format!("{option} {why}")));
+        }
+        if let (true, Some(map), [input]) = (self.estimate_weight, &map, &inputs[..]) {
+            let estimate = estimate_weight(&input.path, map, &run.progress)?;
+            return run.print(self.json, &estimate, |out| print_weight(&estimate, out));
+        }
+        let known = map.as_ref().map_or(Known::Nothing, Known::Map);
+        let (mut all, mut count) = (Vec::new(), 0);
+        for (at, input) in inputs.iter().enumerate() {
+            let found = inspect(&input.path, known, &run.progress).map(Some);
+            let found = found.map_err(|error| unread(input, error));
+            let Some(mut inspection) = self.read.or_left_out(run, found)? else {
+                continue;
+            };
+            if inspection.check.error.is_some() {
+                count += 1;
+                if let Some(error) = not_recording(&input.path) {
+                    return Err(error);
+                }
+            }
+            inspection.map.tare = self.read.tare.or(inspection.map.tare);
+            // What was assumed stands in the map that is written, to be changed.
+            inspection.map.gap_secs =
+                (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
+            if let Some(path) = &self.write_map {
+                write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
+            }
+            if self.json {
+                all.push(inspection);
+                continue;
+            }
+            run.print_text(|out| {
+                if of > 1 {
+                    let space = if at == 0 { "" } else { "\n" };
+                    writeln!(out, "{space}== {} ==", message(&input.path.display()))?;
+                }
+                print(&inspection, out)
+            })?;
+        }
+        if self.json {
+            match &all[..] {
+                [one] if of == 1 => run.print_json(one)?,
+                all => run.print_json(&all)?,
             }
         }
-        inspection.map.tare = args.read.tare.or(inspection.map.tare);
-        // What was assumed stands in the map that is written, to be changed.
-        inspection.map.gap_secs = (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
-        if let Some(path) = &args.write_map {
-            write_atomically(path, |mut out| inspection.map.write_json(&mut out))?;
+        // A map to correct is what was asked for, and written.
+        match count > 0 && self.write_map.is_none() {
+            true => Err(JobError::other(format!("{count} of {of} files would not be loaded"))),
+            false => Ok(()),
         }
-        if args.json {
-            all.push(inspection);
-            continue;
-        }
-        if args.files.len() > 1 {
-            let space = if file == &args.files[0] { "" } else { "\n" };
-            writeln!(out, "{space}== {} ==", message(&file.display()))?;
-        }
-        print(&inspection, &mut out)?;
-    }
-    if args.json {
-        match &all[..] {
-            [one] if args.files.len() == 1 => serde_json::to_writer_pretty(&mut out, one),
-            all => serde_json::to_writer_pretty(&mut out, all),
-        }
-        .map_err(io::Error::from)?;
-        writeln!(out)?;
-    }
-    let of = args.files.len();
-    // A map to correct is what was asked for, and written.
-    match count > 0 && args.write_map.is_none() {
-        true => Err(JobError::NotLoaded { count, of }),
-        false => Ok(()),
     }
 }
 
@@ -127,13 +143,7 @@ fn print_table(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     print_columns(table, out)
 }
 
-fn print_weight(estimate: &WeightEstimate, is_json: bool) -> Result<(), JobError> {
-    let mut out = io::stdout().lock();
-    if is_json {
-        serde_json::to_writer_pretty(&mut out, estimate).map_err(io::Error::from)?;
-        writeln!(out)?;
-        return Ok(());
-    }
+fn print_weight(estimate: &WeightEstimate, out: &mut impl Write) -> io::Result<()> {
     let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
     writeln!(out, "mass: {:.6} kg, from {} samples", estimate.mass_kg, estimate.n_samples)?;
     match estimate.centre_m {

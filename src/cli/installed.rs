@@ -3,39 +3,48 @@
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory as _};
+use clap::Args;
 use clap_complete::Shell;
 
-use super::{Cli, JobError, make_directory};
+use super::error::JobError;
+use super::examples::examples;
+use super::run::{Run, Work, make_directory};
 
-/// Arguments of `completions`.
+/// Print what a shell completes the words of a command by.
 #[derive(Debug, Args)]
-pub struct CompletionsArgs {
+#[command(after_help = examples(&[
+    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "for one user"),
+    ("loopscope completions zsh > ~/.zfunc/_loopscope", "where ~/.zfunc is in fpath"),
+]))]
+pub struct CompletionsJob {
     /// For which shell.
     #[arg(value_enum)]
     shell: Shell,
 }
 
-/// Arguments of `man`.
+impl Work for CompletionsJob {
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        // In memory first: what is written to a pipe that closes must be no panic.
+        let mut text = Vec::new();
+        clap_complete::generate(self.shell, &mut (run.command)(), "loopscope", &mut text);
+        Ok(io::stdout().write_all(&text)?)
+    }
+}
+
+/// Write the manual pages.
 #[derive(Debug, Args)]
-pub struct ManArgs {
+#[command(hide = true)]
+pub struct ManJob {
     /// Where to; made if it is not there.
     dir: PathBuf,
 }
 
-/// Prints what the shell completes words by.
-pub fn completions(args: &CompletionsArgs) -> Result<(), JobError> {
-    let mut command = Cli::command();
-    // In memory first: what is written to a pipe that closes must be no panic.
-    let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut command, "loopscope", &mut text);
-    io::stdout().write_all(&text)?;
-    Ok(())
-}
-
-/// Writes a page for the program and one for each job.
-pub fn manual(args: &ManArgs) -> Result<(), JobError> {
-    make_directory(&args.dir)?;
-    let written = clap_mangen::generate_to(Cli::command(), &args.dir);
-    written.map_err(|source| JobError::Manual { path: args.dir.clone(), source })
+impl Work for ManJob {
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        make_directory(&self.dir)?;
+        clap_mangen::generate_to((run.command)(), &self.dir).map_err(|error| {
+            let dir = self.dir.display();
+            JobError::other(format!("cannot write the manual pages to {dir}: {error}"))
+        })
+    }
 }

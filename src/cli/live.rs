@@ -3,7 +3,8 @@
 use std::io::{self, BufRead as _};
 use std::path::Path;
 
-use super::{JobError, tell};
+use super::error::JobError;
+use super::messages::Messages;
 use crate::calibration::{Calibration, Estimator, Status};
 use crate::export::{LiveSample, LoadRows, name_gauges};
 use crate::formats::text::ArrivingLines;
@@ -21,7 +22,7 @@ const TOLD_ONE_BY_ONE: u64 = 5;
 ///
 /// # Errors
 /// [`JobError`] if no table begins there, it has not the gauges, or nobody reads the answers.
-pub fn standard_input(tap: Tap) -> Result<(), JobError> {
+pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
     let mut input = io::stdin().lock();
     let mut lines = ArrivingLines::default();
     let path = Path::new("standard input");
@@ -48,14 +49,15 @@ pub fn standard_input(tap: Tap) -> Result<(), JobError> {
 ///
 /// # Errors
 /// As [`standard_input`], or if the file cannot be read.
-pub fn follow(tap: Tap, path: &Path) -> Result<(), JobError> {
-    let unreadable = |source: io::Error| JobError::Follow { path: path.to_owned(), source };
-    let mut file = GrowingFile::open(path).map_err(unreadable)?;
+pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
+    let mut file = GrowingFile::open(path)
+        .map_err(|error| JobError::other(format!("{}: {error}", path.display())))?;
+    let say = tap.say;
     tap.answer(path, &mut || {
         let grown = file.look()?;
         if grown == Grown::Replaced {
-            tell(&format_args!(
-                "note: {}: another file has taken its place, or it was cut; it is followed from its beginning",
+            say.note(format_args!(
+                "{}: another file has taken its place, or it was cut; it is followed from its beginning",
                 path.display()
             ));
         }
@@ -65,7 +67,9 @@ pub fn follow(tap: Tap, path: &Path) -> Result<(), JobError> {
 
 /// What answers samples.
 #[derive(Debug)]
-pub struct Tap {
+pub struct Tap<'a> {
+    /// Where notes go.
+    pub say: &'a Messages,
     /// Its calibration.
     pub calibration: Calibration,
     /// Whether that names its gauges; else they are taken in order.
@@ -124,7 +128,7 @@ impl Taring {
     }
 }
 
-impl Tap {
+impl Tap<'_> {
     fn answer(
         mut self,
         path: &Path,
@@ -142,22 +146,23 @@ impl Tap {
                 name_gauges(&mut self.calibration, table.gauge_names());
             }
             if let Some(unit) = table.assumed_unit() {
-                tell(&format_args!(
-                    "note: {}: the times have no unit; they are taken in {unit}, as the calibration's step is nearest then",
+                self.say.note(format_args!(
+                    "{}: the times have no unit; they are taken in {unit}, as the calibration's step is nearest then",
                     path.display()
                 ));
             }
             let places = table.places(&self.calibration.gauges);
-            let places = places.ok_or_else(|| JobError::LiveGauges {
-                expected: self.calibration.gauges.clone(),
-                actual: table.gauge_names().to_vec(),
+            let places = places.ok_or_else(|| {
+                let actual = table.gauge_names().join(" ");
+                let expected = self.calibration.gauges.join(" ");
+                JobError::other(format!(
+                    "the rows have the gauges {actual} where the calibration was made for {expected}"
+                ))
             })?;
             let design = self.calibration.design();
-            let mut estimator = Estimator::new(&self.calibration, &design)
-                .map_err(|error| JobError::Output(io::Error::other(error)))?;
-            let refused = |error| JobError::Output(io::Error::other(error));
+            let mut estimator = Estimator::new(&self.calibration, &design)?;
             if let Some(mean) = &unloaded {
-                estimator.tare(mean).map_err(refused)?;
+                estimator.tare(mean)?;
             }
             let out = match &mut out {
                 Some(out) => out,
@@ -167,9 +172,11 @@ impl Tap {
                 }
             };
             let needed = self.calibration.features.auxiliary_names();
-            let auxiliary_places = table.auxiliary_places(&needed);
-            let auxiliary_places =
-                auxiliary_places.map_err(|channel| JobError::LiveAuxiliary { channel })?;
+            let auxiliary_places = table.auxiliary_places(&needed).map_err(|channel| {
+                JobError::other(format!(
+                    "the rows have no auxiliary channel {channel}, which the calibration needs"
+                ))
+            })?;
             let gap_secs = self.calibration.gap_secs;
             let mut auxiliary = vec![0.0; auxiliary_places.len()];
             let mut gauges = vec![0.0; places.len()];
@@ -192,7 +199,7 @@ impl Tap {
                             return Ok(out.flush()?);
                         }
                         Some(mean) => {
-                            estimator.tare(&mean).map_err(refused)?;
+                            estimator.tare(&mean)?;
                             unloaded = Some(mean);
                             taring = None;
                         }
@@ -221,7 +228,7 @@ impl Tap {
                 match next()? {
                     None => {
                         if n_broken > TOLD_ONE_BY_ONE {
-                            tell(&format_args!("warning: {n_broken} lines were no rows"));
+                            self.say.warning(format_args!("{n_broken} lines were no rows"));
                         }
                         return Ok(());
                     }
@@ -232,7 +239,7 @@ impl Tap {
                         if row.is_err() {
                             n_broken += 1;
                             if n_broken <= TOLD_ONE_BY_ONE {
-                                tell(&format_args!("warning: a line is no row: {line}"));
+                                self.say.warning(format_args!("a line is no row: {line}"));
                             }
                         }
                         write(row)?;

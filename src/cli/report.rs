@@ -5,20 +5,27 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::{LimitsArgs, ModelArgs, RecordingArgs, SensorArgs};
-use super::metrology::MeasuringArgs;
-use super::{JobError, keep_limits, named_file, print_path};
-use crate::export::{check_targets, write_report};
-use crate::progress::Progress;
+use super::choices::ModelArgs;
+use super::error::JobError;
+use super::examples::examples;
+use super::inputs::Files;
+use super::recordings::{LimitsArgs, MeasuringArgs, RecordingArgs, SensorArgs, keep_limits};
+use super::run::{Run, Work};
+use super::values::named_file;
+use crate::export::write_report;
 use crate::questions::page::{ReportRequest, report};
 use crate::questions::{Request, read_factory};
 use crate::recording::simulated;
 
-/// Arguments of `report`.
+/// Fit, and write a report with tables and pictures: one HTML file.
 #[derive(Debug, Args)]
-pub struct ReportArgs {
+#[command(after_help = examples(&[
+    ("loopscope report --train day1.csv day2.csv --test day3.csv --out report.html", "one page to print or to send"),
+    ("loopscope report --train recordings --sensor sensor.toml --limits limits.toml --out report.html", "with the sensor's identity; exit code 3 if a limit is exceeded"),
+]))]
+pub struct ReportJob {
     #[command(flatten)]
-    pub(super) recordings: RecordingArgs,
+    recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
     #[command(flatten)]
@@ -41,45 +48,47 @@ pub struct ReportArgs {
     force: bool,
 }
 
-pub(super) fn run(args: &ReportArgs) -> Result<(), JobError> {
-    let inputs = args.recordings.inputs().chain(&args.factory);
-    let inputs = inputs.chain(args.limits.input()).chain(args.sensor.input());
-    check_targets(inputs, std::slice::from_ref(&args.out), args.force)?;
-    let ending = args.out.extension().unwrap_or_default().to_ascii_lowercase();
-    if ending != "html" && ending != "htm" {
-        return Err(JobError::ReportEnding { path: args.out.clone() });
+impl Work for ReportJob {
+    fn files(&self) -> Files<'_> {
+        let files = self.recordings.files().reading(&self.factory).reading(&self.limits.limits);
+        files.reading(&self.sensor.sensor).writing([&self.out], self.force)
     }
-    let sensor = args.sensor.read()?;
-    let limits = args.limits.read()?;
-    let mut heard = Vec::new();
-    let rated = args.model.rated().and(&sensor);
-    let mut recordings =
-        args.recordings.read_hearing(&rated, &mut |warning| heard.push(warning.to_string()))?;
-    if recordings.is_simulated() {
-        for entry in simulated::bench(simulated::DEFAULT_SEED) {
-            recordings.push(entry)?;
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        let ending = self.out.extension().unwrap_or_default().to_ascii_lowercase();
+        if ending != "html" && ending != "htm" {
+            return Err(JobError::Usage(format!(
+                "{}: a report is written as HTML; name a file that ends in .html",
+                self.out.display()
+            )));
         }
+        let sensor = self.sensor.read()?;
+        let limits = self.limits.read()?;
+        let mut recordings = self.recordings.read(run, &self.model.rated().and(&sensor))?;
+        // Of the reading alone.
+        let warnings = run.say.warnings();
+        if recordings.is_simulated() {
+            for entry in simulated::bench(simulated::DEFAULT_SEED) {
+                recordings.push(entry)?;
+            }
+        }
+        let mut settings = self.model.settings(&run.say, &recordings);
+        sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
+        let names = &recordings.layout().gauge_names;
+        let factory = self.factory.as_deref().map(|path| read_factory(path, names)).transpose()?;
+        let factory = factory.map(Arc::new);
+        let asked = ReportRequest {
+            request: Request { factory, ..Request::fit(Arc::new(recordings), settings) },
+            identity: sensor.identity,
+            notes: self.notes.replace("\\n", "\n"),
+            limits,
+            measuring: self.measuring.settings(),
+            gauge_range: self.recordings.read.gauge_range.clone(),
+        };
+        let mut data = report(&asked, &run.progress)?;
+        data.warnings.extend(warnings);
+        write_report(&self.out, &data)?;
+        run.print_path(&self.out)?;
+        keep_limits(&data.limits)
     }
-    let mut settings = args.model.settings(&recordings);
-    sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
-    let factory = match &args.factory {
-        Some(path) => {
-            let names = &recordings.layout().gauge_names;
-            Some(Arc::new(read_factory(path, names)?))
-        }
-        None => None,
-    };
-    let asked = ReportRequest {
-        request: Request { factory, ..Request::fit(Arc::new(recordings), settings) },
-        identity: sensor.identity,
-        notes: args.notes.replace("\\n", "\n"),
-        limits,
-        measuring: args.measuring.settings(),
-        gauge_range: args.recordings.read.gauge_range.clone(),
-    };
-    let mut data = report(&asked, &Progress::default())?;
-    data.warnings.extend(heard);
-    write_report(&args.out, &data)?;
-    print_path(&args.out)?;
-    keep_limits(&data.limits)
 }

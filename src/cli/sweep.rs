@@ -3,37 +3,41 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::str::FromStr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
 use serde::Serialize;
 
-use super::choices::{BlockArgs, List, RecordingArgs, one_of};
-use super::progress_line::ProgressLine;
-use super::{JobError, named_file};
+use super::choices::BlockArgs;
+use super::error::JobError;
+use super::examples::examples;
+use super::inputs::Files;
+use super::recordings::RecordingArgs;
+use super::run::{Run, Work};
+use super::values::{List, named_file, one_of};
 use crate::calibration::{DECIMATION, FitSettings, Scores};
-use crate::export::{
-    Together, check_targets, threshold_heat_map, write_threshold_csv, write_threshold_svg,
-};
+use crate::export::{Together, threshold_heat_map, write_threshold_csv, write_threshold_svg};
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
-use crate::progress::Progress;
 use crate::questions::thresholds::{
     Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
     ThresholdGrid, ThresholdMap, even_values,
 };
-use crate::questions::{AnalysisError, BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
+use crate::questions::{BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
 use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
-/// Arguments of `sweep`.
+/// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
 #[derive(Debug, Args)]
-pub struct SweepArgs {
+#[command(after_help = examples(&[
+    ("loopscope sweep --train day1.csv day2.csv --f-th 0:10:0.5 --t-th 1,5,15 --svg map.svg", "the map of errors over both thresholds"),
+]))]
+pub struct SweepJob {
     #[command(flatten)]
-    pub(super) recordings: RecordingArgs,
+    recordings: RecordingArgs,
     #[command(flatten)]
     blocks: BlockArgs,
     /// F_th to try, as start:stop:step or with commas: newtons, or over full scale a share of it [default: even steps to a
@@ -152,8 +156,10 @@ impl MeasureArg {
             Self::Axis(axis) => axis,
         };
         let at = scale.axes.iter().position(|own| *own == axis);
-        at.map(Measure::Axis)
-            .ok_or_else(|| JobError::NoSuchAxis { axis: axis.symbol(), axes: symbols(&scale.axes) })
+        at.map(Measure::Axis).ok_or_else(|| {
+            let (axis, axes) = (axis.symbol(), symbols(&scale.axes).join(" "));
+            JobError::Usage(format!("the recordings have no {axis}; their axes are {axes}"))
+        })
     }
 }
 
@@ -179,79 +185,70 @@ struct Sweep {
     picks: Vec<BlockSuggestion>,
 }
 
-pub(super) fn run(args: &SweepArgs) -> Result<(), JobError> {
-    let outputs: Vec<PathBuf> = args.csv.iter().chain(&args.svg).cloned().collect();
-    check_targets(args.recordings.inputs(), &outputs, args.force)?;
-    let line = Mutex::new(ProgressLine::default());
-    let sweep = sweep(args, &line);
-    line.into_inner().unwrap_or_else(PoisonError::into_inner).end();
-    let sweep = sweep?;
-    let mut files = Together::default();
-    if let Some(path) = &args.csv {
-        files.write(path, |out| write_threshold_csv(&sweep.map, out))?;
+impl Work for SweepJob {
+    fn files(&self) -> Files<'_> {
+        self.recordings.files().writing(self.csv.iter().chain(&self.svg), self.force)
     }
-    if let Some(path) = &args.svg {
-        let (map, suggestion) = (&sweep.map, Some(&sweep.suggestion));
-        let picture = threshold_heat_map(map, ScoreSet::LeftOut, sweep.measure, suggestion);
-        write_threshold_svg(&picture, path, &mut files)?;
-    }
-    files.finish()?;
-    let mut out = io::stdout().lock();
-    if args.json {
-        serde_json::to_writer_pretty(&mut out, &Report::new(&sweep)).map_err(io::Error::from)?;
-        writeln!(out)?;
-    } else {
-        print_sweep(&sweep, &mut out)?;
-    }
-    Ok(())
-}
 
-fn sweep(args: &SweepArgs, line: &Mutex<ProgressLine>) -> Result<Sweep, JobError> {
-    // Before any reading: a wrong range must not cost the time of it.
-    let given = args.f_th.as_ref().map(|values| values.values("F_th"));
-    let given = given.transpose().map_err(AnalysisError::from)?;
-    let t_ths_secs = args.t_th.values("t_th").map_err(AnalysisError::from)?;
-    if let Some(f_ths) = &given {
-        ThresholdGrid::new(f_ths.clone(), t_ths_secs.clone()).map_err(AnalysisError::from)?;
-    }
-    let recordings = Arc::new(args.recordings.read(&args.blocks.common.rated())?);
-    let settings = args.blocks.settings(&recordings, args.decimate);
-    let progress = Progress::default();
-    let study = Study::prepare(&Datasets::default(), Arc::clone(&recordings), settings, &progress)?;
-    let measure = match args.measure {
-        Some(measure) => measure.measure(&study.scale())?,
-        None => study.scale().default_measure(),
-    };
-    let f_ths = match given {
-        Some(f_ths) => f_ths,
-        None => default_f_ths(&study)?,
-    };
-    let grid = ThresholdGrid::new(f_ths, t_ths_secs).map_err(AnalysisError::from)?;
-    let map = study.threshold_map(&grid, &progress, &|event| {
-        if let StudyEvent::Row { .. } = event {
-            line.lock().unwrap_or_else(PoisonError::into_inner).show(&progress);
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        let sweep = self.sweep(run)?;
+        let mut files = Together::default();
+        if let Some(path) = &self.csv {
+            files.write(path, |out| write_threshold_csv(&sweep.map, out))?;
         }
-    })?;
-    let suggestion = map.suggestion(measure).map_err(AnalysisError::from)?;
-    let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, &progress);
-    Ok(Sweep {
-        simulated: recordings.is_simulated(),
-        n_recordings: recordings.entries().len(),
-        hysteresis: study.mean_hysteresis(),
-        past_ages: study.past_ages(suggestion.thresholds),
-        picks: args.pick.iter().map(pick).collect::<Result<_, _>>()?,
-        measure,
-        map,
-        suggestion,
-    })
+        if let Some(path) = &self.svg {
+            let (map, suggestion) = (&sweep.map, Some(&sweep.suggestion));
+            let picture = threshold_heat_map(map, ScoreSet::LeftOut, sweep.measure, suggestion);
+            write_threshold_svg(&picture, path, &mut files)?;
+        }
+        files.finish()?;
+        run.print(self.json, &Report::new(&sweep), |out| print_sweep(&sweep, out))
+    }
 }
 
-/// About thirty.
+/// How many F_th are tried where none are named, beside zero.
 const DEFAULT_F_THS: usize = 29;
 
-fn default_f_ths(study: &Study) -> Result<Vec<f64>, JobError> {
-    let grid = ThresholdGrid::covering(study.largest_distance(), DEFAULT_F_THS, 1);
-    Ok(grid.map_err(AnalysisError::from)?.f_ths().to_vec())
+impl SweepJob {
+    fn sweep(&self, run: &Run) -> Result<Sweep, JobError> {
+        // Before any reading: a wrong range must not cost the time of it.
+        let given = self.f_th.as_ref().map(|values| values.values("F_th")).transpose()?;
+        let t_ths_secs = self.t_th.values("t_th")?;
+        let grid = |f_ths| ThresholdGrid::new(f_ths, t_ths_secs.clone());
+        let given = given.map(grid).transpose()?;
+        let recordings = Arc::new(self.recordings.read(run, &self.blocks.common.rated())?);
+        let settings = self.blocks.settings(&run.say, &recordings, self.decimate);
+        let (datasets, progress) = (Datasets::default(), &run.progress);
+        let study = Study::prepare(&datasets, Arc::clone(&recordings), settings, progress)?;
+        let measure = match self.measure {
+            Some(measure) => measure.measure(&study.scale())?,
+            None => study.scale().default_measure(),
+        };
+        let grid = match given {
+            Some(grid) => grid,
+            None => {
+                let covering = ThresholdGrid::covering(study.largest_distance(), DEFAULT_F_THS, 1)?;
+                grid(covering.f_ths().to_vec())?
+            }
+        };
+        let map = study.threshold_map(&grid, progress, &|event| {
+            if let StudyEvent::Row { .. } = event {
+                run.say.show(progress);
+            }
+        })?;
+        let suggestion = map.suggestion(measure)?;
+        let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, progress);
+        Ok(Sweep {
+            simulated: recordings.is_simulated(),
+            n_recordings: recordings.entries().len(),
+            hysteresis: study.mean_hysteresis(),
+            past_ages: study.past_ages(suggestion.thresholds),
+            picks: self.pick.iter().map(pick).collect::<Result<_, _>>()?,
+            measure,
+            map,
+            suggestion,
+        })
+    }
 }
 
 /// What `sweep --json` prints.

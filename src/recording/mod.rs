@@ -36,7 +36,7 @@ pub(crate) use median::median;
 pub(crate) use range::range_of;
 pub(crate) use recording::load_ranges;
 pub use recording::{Recording, Sampling, Source};
+pub(crate) use set::Layout;
 pub use set::{Entry, RecordingSet, Role};
-pub(crate) use set::{Layout, LayoutError};
 pub use tare::Tare;
 pub(crate) use tare::TareError;

@@ -187,3 +187,37 @@ fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_a
     let none = run(workshop.path(), &["fit", "--train", "none"]);
     assert!(stderr(&none).contains("the folder holds no recordings"), "{}", stderr(&none));
 }
+
+/// The name of the folder is a part of many words, and of the names of other files.
+#[test]
+fn a_bad_file_is_said_to_be_in_the_folder_that_it_is_in() {
+    let workshop = Workshop::with_recordings();
+    fs::create_dir_all(workshop.file("e/ce")).unwrap();
+    workshop.write("e/good.csv", recording(1.0, 150));
+    workshop.write("e/ce/bad.csv", "nothing\n1;2\n");
+    workshop.write("bad.csv", "nothing\n1;2\n");
+    let alone = run(workshop.path(), &["fit", "--train", "e", "bad.csv"]);
+    assert_eq!(alone.status.code(), Some(1), "{}", stderr(&alone));
+    assert!(!stderr(&alone).contains("folder"), "{}", stderr(&alone));
+    let inside = run(workshop.path(), &["fit", "--train", "e", "e/ce"]);
+    assert_eq!(inside.status.code(), Some(2), "{}", stderr(&inside));
+    assert!(stderr(&inside).contains("It is in e/ce: a folder"), "{}", stderr(&inside));
+}
+
+#[test]
+fn a_file_without_reference_is_left_out_where_that_is_asked_and_one_must_remain() {
+    let workshop = Workshop::with_recordings();
+    fs::create_dir(workshop.file("in")).unwrap();
+    workshop.write("in/bare.csv", "t,S1,S2\n0,1,3\n0.1,2,4\n");
+    workshop.write("in/whole.csv", recording(1.0, 150));
+    let refused = run(workshop.path(), &["fit", "--train", "in"]);
+    assert!(stderr(&refused).contains("--keep-going"), "{}", stderr(&refused));
+    let going = run(workshop.path(), &["fit", "--train", "in", "--keep-going", "--json"]);
+    assert_eq!(going.status.code(), Some(1));
+    assert_eq!(json(&stdout(&going))["recordings"], 1);
+    fs::remove_file(workshop.file("in/whole.csv")).unwrap();
+    let none = run(workshop.path(), &["fit", "--train", "in", "--test", "a.csv", "--keep-going"]);
+    let told = stderr(&none);
+    assert!(told.contains("no recording to train on could be read"), "{told}");
+    assert!(!told.contains("role"), "{told}");
+}

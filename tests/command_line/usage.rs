@@ -29,6 +29,11 @@ fn each_slip_is_answered_with_the_way_out() {
         ("fit --train a.csv --test a.csv", &["same recording", "--test"]),
         ("metrology a.csv a.csv", &["same recording"]),
         ("fit --test test.csv", &["--train <FILE>"]),
+        ("fit --train a.csv --export c.xyz", &["the ending says no format"]),
+        ("fit --train a.csv --traces t.xyz", &["the ending says no format of traces"]),
+        ("fit --train a.csv --split 1", &["the split is 1"]),
+        ("best --train a.csv --minutes=-1", &["the time is -1 minutes"]),
+        ("sweep --train a.csv --measure mx", &["no Mx"]),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         let output = run(workshop.path(), &arguments);

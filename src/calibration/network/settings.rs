@@ -98,8 +98,7 @@ pub const CROSS_VALIDATE: Setting = Setting {
     default: &[0.0],
     range: Range::Switch,
     explanation: "Trains the network anew without each fifth of the recordings, and scores it on them: the figure to compare \
-                  networks with others by. Takes two to four times as long as the training alone, two networks at a time; stopped, it \
-                  keeps the network",
+                  networks with others by. Takes two to four times as long as the training alone, two networks at a time",
     source: "",
     ..EPOCHS
 };

@@ -14,7 +14,7 @@ mod table;
 mod weight;
 
 pub use column_map::{ColumnMap, Join, JoinMethod, ReferenceFile};
-pub(crate) use error::{MapError, MapFileError};
+pub(crate) use error::MapError;
 pub(crate) use header::{Header, KeyError, OTHER_MAP};
 pub use role::ColumnRole;
 pub(crate) use role::PosePart;

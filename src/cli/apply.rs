@@ -1,0 +1,218 @@
+//! `loopscope apply`: a calibration and recordings in, loads out.
+
+use std::path::{Path, PathBuf};
+use std::slice;
+
+use clap::Args;
+
+use super::error::JobError;
+use super::examples::examples;
+use super::inputs::Files;
+use super::live;
+use super::rated::Rated;
+use super::reading::ReadArgs;
+use super::run::{Run, Work, make_directory};
+use super::traces::TraceArgs;
+use super::values::named_file;
+use crate::calibration::Calibration;
+use crate::export::{
+    ReadCalibrationError, Together, name_gauges, names_gauges, read_with_notes, target_for,
+    write_atomically, write_loads_csv,
+};
+use crate::recording::{Recording, Tare};
+
+/// Apply a calibration: Conv. and Comp. of each sample as CSV.
+#[derive(Debug, Args)]
+#[command(after_help = examples(&[
+    ("loopscope apply sensor.json run.csv --out loads", "loads/run_loads.csv"),
+    ("loopscope apply sensor.json log.csv --follow", "the rows of a log that grows"),
+]))]
+pub struct ApplyJob {
+    #[command(flatten)]
+    read: ReadArgs,
+    /// A calibration: .json, or an ATI-style .cal, whose gauges are taken in the order of the recording.
+    #[arg(value_parser = named_file())]
+    calibration: PathBuf,
+    /// Recordings with the gauges that it was made for; or - for rows on standard input, CSV with a header or JSON lines, each
+    /// answered as it comes on standard output.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Where `<name>_loads.csv` goes; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Say in a last column what became of each sample: ok, filling (the history is shorter than it can be), after a gap, restarted,
+    /// beyond (the load is beyond what is known of the sensor), auxiliary held (such a channel was measured too long ago), rejected.
+    /// Where several are true they are joined by +.
+    #[arg(long, requires = "out")]
+    status: bool,
+    /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
+    #[arg(long, conflicts_with_all = ["out", "traces"])]
+    follow: bool,
+    #[command(flatten)]
+    traces: TraceArgs,
+    /// Write over files that are there already.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Work for ApplyJob {
+    fn files(&self) -> Files<'_> {
+        Files { recordings: &self.files, ..Files::default() }
+            .reading([&self.calibration])
+            .reading(&self.read.columns)
+    }
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        let (calibration, notes) =
+            read_with_notes(&self.calibration).map_err(|error| self.swapped(error))?;
+        notes.iter().for_each(|note| run.say.note(note));
+        let is_live = self.follow || self.files.iter().any(|path| path.as_os_str() == "-");
+        match is_live {
+            true => self.answer_rows(run, calibration),
+            false => self.apply(run, calibration),
+        }
+    }
+}
+
+impl ApplyJob {
+    fn apply(&self, run: &Run, mut calibration: Calibration) -> Result<(), JobError> {
+        if self.out.is_none() && self.traces.traces.is_none() {
+            return Err(JobError::Usage(
+                "say where the loads go: --out DIR, or --traces FILE".to_owned(),
+            ));
+        }
+        self.traces.check()?;
+        let outputs = self.load_files(run)?;
+        let written: Vec<PathBuf> = outputs.iter().chain(&self.traces.traces).cloned().collect();
+        if let Some(out) = &self.out {
+            make_directory(out)?;
+        }
+        run.check_outputs(&written, self.force)?;
+        let names_gauges = names_gauges(&self.calibration);
+        let rated = Rated::default().and_of(&calibration);
+        let mut all = Vec::new();
+        for (at, input) in run.inputs.recordings.iter().enumerate() {
+            let recordings = self.read.read(run, slice::from_ref(input), &rated)?;
+            let Some(first) = recordings.first() else { continue };
+            if !names_gauges {
+                name_gauges(&mut calibration, first.gauge_names());
+            }
+            let path = input.path.display();
+            if first.tare().is_none() {
+                if let Some(tare) = calibration.tare {
+                    run.say.note(format_args!(
+                        "{path}: not tared, and the calibration was made of gauges less their mean over {tare}; add --tare"
+                    ));
+                }
+                if !names_gauges {
+                    run.say.note(format_args!(
+                        "{path}: not tared, and a calibration in .cal has no offset; add --tare"
+                    ));
+                }
+            }
+            for beyond in recordings.iter().flat_map(|own| calibration.auxiliary_beyond(own)) {
+                run.say.warning(beyond);
+            }
+            if let Some(output) = outputs.get(at) {
+                let written = self.write_loads(&calibration, &input.path, &recordings, output);
+                self.read.or_left_out(run, written.and_then(|()| run.print_path(output)))?;
+            }
+            if self.traces.traces.is_some() {
+                all.extend(recordings);
+            }
+        }
+        self.traces.check_intervals(all.iter(), 1)?;
+        let mut traces = Together::default();
+        self.traces.write(&mut traces, &calibration, all.iter(), 1)?;
+        traces.finish()?;
+        self.traces.traces.iter().try_for_each(|path| run.print_path(path))
+    }
+
+    /// Answers samples as they come.
+    fn answer_rows(&self, run: &Run, calibration: Calibration) -> Result<(), JobError> {
+        let writes = self.out.is_some() || self.traces.traces.is_some();
+        let ([path], false) = (&self.files[..], writes) else {
+            return Err(JobError::Usage(
+                "standard input and a file that is followed are answered alone, on standard output: name nothing else"
+                    .to_owned(),
+            ));
+        };
+        if self.read.tare == Some(Tare::Auto) {
+            return Err(JobError::Usage(
+                "rows that come one by one are tared over an interval: --tare FROM:TO, in seconds from the first of them"
+                    .to_owned(),
+            ));
+        }
+        if let Some(tare) = calibration.tare.filter(|_| self.read.tare.is_none()) {
+            run.say.note(format_args!(
+                "the calibration was made of gauges less their mean over {tare}; those that come must be tared, too"
+            ));
+        }
+        let tap = live::Tap {
+            say: &run.say,
+            calibration,
+            names_gauges: names_gauges(&self.calibration),
+            map: self.read.map()?,
+            tare: self.read.tare,
+        };
+        match path.as_os_str() == "-" {
+            true => live::standard_input(tap),
+            false => live::follow(tap, path),
+        }
+    }
+
+    /// Why there is no calibration: perhaps it stands where the recordings should.
+    fn swapped(&self, error: ReadCalibrationError) -> JobError {
+        let may_be_one =
+            |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());
+        match self.files.iter().find(may_be_one) {
+            Some(calibration) if !may_be_one(&&self.calibration) => {
+                let (first, then) = (self.calibration.display(), calibration.display());
+                JobError::Usage(format!(
+                    "{first} is no calibration; the calibration comes first, then the recordings: apply {then} {first}"
+                ))
+            }
+            _ => error.into(),
+        }
+    }
+
+    /// Where the loads of each file go; none without a folder for them.
+    fn load_files(&self, run: &Run) -> Result<Vec<PathBuf>, JobError> {
+        let Some(out) = &self.out else {
+            return Ok(Vec::new());
+        };
+        let mut outputs: Vec<PathBuf> = Vec::new();
+        for input in &run.inputs.recordings {
+            let mut name = input.path.file_stem().unwrap_or_default().to_owned();
+            name.push("_loads.csv");
+            let output = out.join(name);
+            if let Some(earlier) = outputs.iter().position(|other| *other == output) {
+                return Err(JobError::Usage(format!(
+                    "{} and {} would both be written to {}; apply them one by one",
+                    run.inputs.recordings[earlier].path.display(),
+                    input.path.display(),
+                    output.display()
+                )));
+            }
+            outputs.push(output);
+        }
+        Ok(outputs)
+    }
+
+    fn write_loads(
+        &self,
+        calibration: &Calibration,
+        path: &Path,
+        recordings: &[Recording],
+        output: &Path,
+    ) -> Result<(), JobError> {
+        for recording in recordings {
+            calibration
+                .prepared(recording)
+                .map_err(|error| JobError::other(format!("{}: {error}", path.display())))?;
+        }
+        Ok(write_atomically(output, |out| {
+            write_loads_csv(calibration, recordings, self.status, out)
+        })?)
+    }
+}

@@ -1,0 +1,80 @@
+//! Why a job could not be done, and the exit code that says so.
+
+use std::error::Error;
+use std::fmt;
+use std::io;
+use std::process::ExitCode;
+
+use crate::export::interrupted_code;
+use crate::finding::{Face, with_ways};
+use crate::import::ReadError;
+use crate::recording::TareError;
+
+/// What scripts know wrong arguments by; clap has the same.
+const USAGE: u8 = 2;
+/// Exit code for recordings that do not carry their model, and for calibrations that exceed their limits.
+const NOT_MET: u8 = 3;
+
+/// Why a job could not be done.
+#[derive(Debug)]
+pub enum JobError {
+    /// The arguments are wrong.
+    Usage(String),
+    /// The recordings do not carry their model, or the calibration exceeds its limits.
+    NotMet(String),
+    /// The user stopped the work; what had been found by then is written.
+    Interrupted,
+    /// Nothing more can be written to standard output.
+    Output(io::Error),
+    /// Anything else.
+    Other(Box<dyn Error>),
+}
+
+impl JobError {
+    /// Returns the error with this message, which is about no argument.
+    pub fn other(message: String) -> Self {
+        Self::Other(message.into())
+    }
+
+    /// Returns the exit code.
+    pub fn code(&self) -> ExitCode {
+        match self {
+            Self::Usage(_) => ExitCode::from(USAGE),
+            Self::NotMet(_) => ExitCode::from(NOT_MET),
+            Self::Interrupted => ExitCode::from(interrupted_code()),
+            Self::Output(_) | Self::Other(_) => ExitCode::FAILURE,
+        }
+    }
+}
+
+impl fmt::Display for JobError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usage(message) | Self::NotMet(message) => f.write_str(message),
+            Self::Interrupted => f.write_str("interrupted: more models were to be tried"),
+            Self::Output(error) => write!(f, "cannot write to standard output: {error}"),
+            Self::Other(error) => f.write_str(&in_words(&**error)),
+        }
+    }
+}
+
+/// An error in words of the command line.
+fn in_words(error: &(dyn Error + 'static)) -> String {
+    if let Some(read) = error.downcast_ref::<ReadError>() {
+        return read.text(Face::CommandLine);
+    }
+    match error.downcast_ref::<TareError>() {
+        Some(tare) => with_ways(tare.to_string(), tare.ways(), Face::CommandLine),
+        None => error.to_string(),
+    }
+}
+
+/// An error of a stream without a name is one of standard output: errors of files say which file they are of.
+impl<E: Error + 'static> From<E> for JobError {
+    fn from(error: E) -> Self {
+        match (Box::new(error) as Box<dyn Error>).downcast() {
+            Ok(of_output) => Self::Output(*of_output),
+            Err(other) => Self::Other(other),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! `--export`: a fitted calibration as files, in `fit` and `best`.
+
+use std::path::PathBuf;
+
+use super::error::JobError;
+use super::run::Run;
+use crate::calibration::Calibration;
+use crate::export::{Together, add_calibration, caution, target_endings, target_for};
+use crate::finding::Face;
+use crate::progress::Progress;
+use crate::questions::{Request, handed_over};
+use crate::recording::identity::Identity;
+
+/// Checks that each ending says a format.
+pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
+    match paths.iter().find(|path| target_for(path).is_none()) {
+        None => Ok(()),
+        Some(path) => Err(JobError::Usage(format!(
+            "{}: the ending says no format; use one of {}",
+            path.display(),
+            target_endings()
+        ))),
+    }
+}
+
+/// Checks that the calibration may be exported; one that its samples do not determine only by `force`.
+pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), JobError> {
+    match calibration.undetermined().filter(|_| !force) {
+        None => Ok(()),
+        Some(undetermined) => {
+            let found = undetermined.finding().text(Face::CommandLine);
+            Err(JobError::other(format!("{found}; --force exports it all the same")))
+        }
+    }
+}
+
+/// Writes the calibration as these of the `files`, and warns of what they leave out of the loads that are shown.
+pub fn export(
+    run: &Run,
+    request: &Request,
+    calibration: &Calibration,
+    identity: &Identity,
+    paths: &[PathBuf],
+    files: &mut Together,
+) -> Result<(), JobError> {
+    if paths.is_empty() {
+        return Ok(());
+    }
+    for caution in paths.iter().filter_map(|path| caution(calibration, path)) {
+        run.say.warning(caution);
+    }
+    let whole = handed_over(request, calibration, &Progress::default())?.of_sensor(identity);
+    for path in paths {
+        add_calibration(files, &whole, path)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! The rated loads that arguments and files name.
+
+use crate::calibration::Calibration;
+use crate::recording::Axis;
+use crate::recording::identity::SensorFile;
+
+/// The rated loads that arguments and files name; what comes first wins.
+#[derive(Debug, Default)]
+pub struct Rated {
+    /// In the order of the recordings' axes.
+    pub full_scale: Vec<f64>,
+    by_axis: Vec<SensorFile>,
+}
+
+impl Rated {
+    /// Those of `--full-scale`.
+    pub fn of(full_scale: &[f64]) -> Self {
+        Self { full_scale: full_scale.to_vec(), ..Self::default() }
+    }
+
+    /// They, then those of a sensor's file.
+    pub fn and(mut self, sensor: &SensorFile) -> Self {
+        self.by_axis.push(sensor.clone());
+        self
+    }
+
+    /// They, then those that a calibration knows.
+    pub fn and_of(self, calibration: &Calibration) -> Self {
+        let all = calibration.axes.iter().zip(&calibration.full_scale).zip(&calibration.rated);
+        let rated_loads =
+            all.filter(|(_, is_rated)| **is_rated).map(|((axis, scale), _)| (*axis, *scale));
+        self.and(&SensorFile { rated_loads: rated_loads.collect(), ..SensorFile::default() })
+    }
+
+    /// One for each of these axes; what is no load, or one too many, is told elsewhere.
+    pub fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
+        let is_of_them = self.full_scale.len() <= axes.len();
+        let own = self.full_scale.iter().filter(|_| is_of_them);
+        let mut rated: Vec<Option<f64>> =
+            own.map(|load| Some(*load).filter(|load| *load > 0.0)).collect();
+        for sensor in &self.by_axis {
+            sensor.rate(axes, &mut rated);
+        }
+        rated
+    }
+}

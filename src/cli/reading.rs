@@ -1,0 +1,251 @@
+//! How recordings are read, for all jobs that read them.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::error::JobError;
+use super::inputs::Input;
+use super::rated::Rated;
+use super::run::Run;
+use super::values::named_file;
+use crate::engine::Session;
+use crate::export::read_with_notes;
+use crate::finding::Face;
+use crate::import;
+use crate::import::map::ColumnMap;
+use crate::progress::Progress;
+use crate::recording::{Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange};
+use crate::scoring::faults::{Faults, faults, faults_of};
+use crate::shown::and_more;
+
+/// Of more recordings of a file that look faulty the others are counted.
+const LISTED_FAULTY: usize = 8;
+
+/// How files are read, for all jobs that read recordings.
+#[derive(Clone, Debug, Args)]
+pub struct ReadArgs {
+    /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
+    #[arg(long, value_name = "MAP.json", value_parser = named_file())]
+    pub columns: Option<PathBuf>,
+    /// Take the gauges' mean over an interval off each recording: FROM:TO in seconds from its start, or "auto": the first quiet
+    /// half second in which the reference shows no load. What a calibration made so is applied to must be tared, too.
+    #[arg(long, value_name = "auto|FROM:TO")]
+    pub tare: Option<Tare>,
+    /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped. One for all, or one for each
+    /// gauge in their order, with nothing between the commas where it is not known.
+    #[arg(long, value_name = "LOW:HIGH,…", value_parser = gauge_range, allow_hyphen_values = true)]
+    pub gauge_range: Option<GaugeRange>,
+    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, beyond rated loads. Exported code then says where a gauge is clipped.
+    #[arg(long)]
+    leave_out_faulty: bool,
+    /// Go on without files that cannot be read; the exit code is 1 then.
+    #[arg(long)]
+    pub keep_going: bool,
+}
+
+fn gauge_range(text: &str) -> Result<GaugeRange, String> {
+    let ends = |text: &str| {
+        let ends = text.split_once(':').and_then(|(low, high)| {
+            let (low, high): (f64, f64) = (low.trim().parse().ok()?, high.trim().parse().ok()?);
+            (low.is_finite() && high.is_finite() && low < high).then_some((low, high))
+        });
+        ends.ok_or_else(|| format!("{text:?} is not two rising numbers like -32768:32767"))
+    };
+    if !text.contains(',') {
+        return ends(text).map(GaugeRange::All);
+    }
+    let own = |text: &str| match text.trim() {
+        "" => Ok(None),
+        text => ends(text).map(Some),
+    };
+    let all: Result<_, String> = text.split(',').map(own).collect();
+    all.map(GaugeRange::Each)
+}
+
+impl ReadArgs {
+    /// Reads the column map.
+    pub fn map(&self) -> Result<Option<ColumnMap>, JobError> {
+        Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
+    }
+
+    /// Nothing in the place of what cannot be done with a file, where that is wanted.
+    pub fn or_left_out<T: Default>(
+        &self,
+        run: &Run,
+        done: Result<T, JobError>,
+    ) -> Result<T, JobError> {
+        match done {
+            Err(error) if self.keep_going => {
+                run.say.left_out(&error);
+                Ok(T::default())
+            }
+            done => done,
+        }
+    }
+
+    /// Reads files one after another; warnings go to standard error.
+    pub fn read(
+        &self,
+        run: &Run,
+        inputs: &[Input],
+        rated: &Rated,
+    ) -> Result<Vec<Recording>, JobError> {
+        self.read_if(run, inputs, rated, |_| Ok(()))
+    }
+
+    /// Reads the recordings that have a reference load, each in its role.
+    pub fn read_set(
+        &self,
+        run: &Run,
+        rated: &Rated,
+        entry: impl Fn(Entry) -> Result<Entry, JobError>,
+    ) -> Result<RecordingSet, JobError> {
+        let mut set = RecordingSet::default();
+        for (inputs, role) in
+            [(&run.inputs.recordings, Role::Train), (&run.inputs.test, Role::Test)]
+        {
+            for recording in self.read_if(run, inputs, rated, has_reference)? {
+                set.push(entry(Entry::new(recording, role))?)?;
+            }
+        }
+        let is_trained_on = set.entries().iter().any(|entry| entry.role == Role::Train);
+        match is_trained_on || run.inputs.recordings.is_empty() {
+            true => Ok(set),
+            false => Err(JobError::other("no recording to train on could be read".to_owned())),
+        }
+    }
+
+    fn read_if(
+        &self,
+        run: &Run,
+        inputs: &[Input],
+        rated: &Rated,
+        check: fn(&Recording) -> Result<(), String>,
+    ) -> Result<Vec<Recording>, JobError> {
+        let map = self.map()?;
+        let mut all = Vec::new();
+        for input in inputs {
+            let path = &input.path;
+            let read = || {
+                let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
+                let loaded = loaded.map_err(|error| unread(input, error))?;
+                loaded
+                    .warnings
+                    .iter()
+                    .for_each(|warning| run.say.warning(warning.text(Face::CommandLine)));
+                let checked = loaded.recordings.iter().try_for_each(check);
+                checked.map_err(|why| {
+                    input.refused(JobError::other(format!("{}: {why}", path.display())))
+                })?;
+                self.prepared(run, loaded.recordings, rated)
+            };
+            all.extend(self.or_left_out(run, read())?);
+        }
+        Ok(all)
+    }
+
+    /// Recordings of a file as they are wanted, in parts where what is left out is long; what was done, or looks wrong, goes to
+    /// standard error.
+    fn prepared(
+        &self,
+        run: &Run,
+        recordings: Vec<Recording>,
+        rated: &Rated,
+    ) -> Result<Vec<Recording>, JobError> {
+        let Some(first) = recordings.first() else { return Ok(recordings) };
+        let n_gauges = first.n_gauges();
+        if let Some(GaugeRange::Each(ranges)) = &self.gauge_range
+            && ranges.len() != n_gauges
+        {
+            return Err(JobError::Usage(format!(
+                "--gauge-range has {} ranges where there are {n_gauges} gauges; write one for all, or one for each",
+                ranges.len()
+            )));
+        }
+        let range = ValidRange { gauges: self.gauge_range.clone(), rated: rated.on(first.axes()) };
+        let all: Vec<&Recording> = recordings.iter().collect();
+        let found = faults_of(&all, &range);
+        let of_table = all.iter().all(|own| own.is_static()).then(|| {
+            let table = Recording::table_of(&all);
+            let found = faults(&table, &range);
+            (table, found)
+        });
+        let noted: Vec<(&Recording, &Faults)> = match &of_table {
+            Some((table, found)) => vec![(table, found)],
+            None => all.iter().copied().zip(&found).collect(),
+        };
+        self.note_faulty(run, &noted);
+        if !self.leave_out_faulty {
+            return recordings.into_iter().map(|own| self.tared(run, own)).collect();
+        }
+        let name = first.name();
+        let parts = recordings.iter().zip(&found);
+        let parts = parts.flat_map(|(own, found)| found.left_out_of(own, &range));
+        let parts: Vec<Recording> = parts.collect();
+        match parts.len() {
+            0 => {
+                let why = "all samples look faulty; none would be left";
+                return Err(JobError::other(format!("{name}: {why}")));
+            }
+            more if more > recordings.len() => run.say.note(format_args!(
+                "{name}: {more} parts remain, and history does not cross from one to the next"
+            )),
+            _ => {}
+        }
+        parts.into_iter().map(|part| self.tared(run, part)).collect()
+    }
+
+    fn note_faulty(&self, run: &Run, found: &[(&Recording, &Faults)]) {
+        let faulty = || found.iter().filter(|(_, found)| found.n_samples() > 0);
+        for (recording, found) in faulty().take(LISTED_FAULTY) {
+            let (name, words) = (recording.name(), found.in_words(recording).join(", "));
+            let (n, of) = (found.n_samples(), recording.n_samples());
+            run.say.note(match self.leave_out_faulty {
+                false => {
+                    format!("{name}: looks faulty: {words}; --leave-out-faulty leaves them out")
+                }
+                true => format!("{name}: {n} of {of} samples left out: {words}"),
+            });
+        }
+        if let Some(more) = and_more(faulty().count(), LISTED_FAULTY) {
+            run.say.note(format_args!("{more} recordings of this file"));
+        }
+    }
+
+    /// Tares a recording as it is wanted.
+    pub fn tared(&self, run: &Run, recording: Recording) -> Result<Recording, JobError> {
+        let Some(tare) = self.tare else {
+            return Ok(recording);
+        };
+        let (tared, (from, to)) = recording.tared(tare)?;
+        if tare == Tare::Auto {
+            let name = tared.name();
+            run.say.note(format_args!("{name}: tared over {from:.3} s to {to:.3} s"));
+        }
+        Ok(tared)
+    }
+}
+
+fn has_reference(recording: &Recording) -> Result<(), String> {
+    recording.has_reference().then_some(()).ok_or_else(|| {
+        "no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on"
+            .to_owned()
+    })
+}
+
+/// Says why a file could not be read; a calibration is no damaged recording.
+pub fn unread(input: &Input, error: impl Into<JobError>) -> JobError {
+    not_recording(&input.path).unwrap_or_else(|| input.refused(error.into()))
+}
+
+/// Returns an error if the file is a calibration or a session.
+pub fn not_recording(path: &Path) -> Option<JobError> {
+    let is_other = Session::is_at(path) || read_with_notes(path).is_ok();
+    is_other.then(|| {
+        JobError::Usage(format!(
+            "{} is no recording but a calibration or a session; apply a calibration with `apply`, and open a session in the window",
+            path.display()
+        ))
+    })
+}
