@@ -5,7 +5,7 @@ use std::slice;
 
 use clap::Args;
 
-use super::error::JobError;
+use super::error::{JobError, usage};
 use super::examples::examples;
 use super::inputs::Files;
 use super::live;
@@ -77,9 +77,7 @@ impl Work for ApplyJob {
 impl ApplyJob {
     fn apply(&self, run: &Run, mut calibration: Calibration) -> Result<(), JobError> {
         if self.out.is_none() && self.traces.traces.is_none() {
-            return Err(JobError::Usage(
-                "say where the loads go: --out DIR, or --traces FILE".to_owned(),
-            ));
+            return usage("say where the loads go: --out DIR, or --traces FILE");
         }
         self.traces.check()?;
         let outputs = self.load_files(run)?;
@@ -132,16 +130,14 @@ impl ApplyJob {
     fn answer_rows(&self, run: &Run, calibration: Calibration) -> Result<(), JobError> {
         let writes = self.out.is_some() || self.traces.traces.is_some();
         let ([path], false) = (&self.files[..], writes) else {
-            return Err(JobError::Usage(
-                "standard input and a file that is followed are answered alone, on standard output: name nothing else"
-                    .to_owned(),
-            ));
+            return usage(
+                "standard input and a file that is followed are answered alone, on standard output: name nothing else",
+            );
         };
         if self.read.tare == Some(Tare::Auto) {
-            return Err(JobError::Usage(
-                "rows that come one by one are tared over an interval: --tare FROM:TO, in seconds from the first of them"
-                    .to_owned(),
-            ));
+            return usage(
+                "rows that come one by one are tared over an interval: --tare FROM:TO, in seconds from the first of them",
+            );
         }
         if let Some(tare) = calibration.tare.filter(|_| self.read.tare.is_none()) {
             run.say.note(format_args!(
@@ -187,12 +183,12 @@ impl ApplyJob {
             name.push("_loads.csv");
             let output = out.join(name);
             if let Some(earlier) = outputs.iter().position(|other| *other == output) {
-                return Err(JobError::Usage(format!(
+                return usage(format!(
                     "{} and {} would both be written to {}; apply them one by one",
                     run.inputs.recordings[earlier].path.display(),
                     input.path.display(),
                     output.display()
-                )));
+                ));
             }
             outputs.push(output);
         }

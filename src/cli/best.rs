@@ -9,14 +9,13 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::{CommonArgs, fit_arguments};
-use super::error::JobError;
+use super::error::{JobError, usage};
 use super::examples::examples;
 use super::exports::{check_determined, check_endings, export};
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::named_file;
-use crate::calibration::DECIMATION;
 use crate::export::{Together, interrupt_stops};
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
@@ -36,8 +35,6 @@ pub struct BestJob {
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
-    #[arg(long = DECIMATION.option, help = DECIMATION.help(), value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
-    decimate: usize,
     /// Fit the proposed model and write it, may be given several times; the ending says how, as for `fit`.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     export: Vec<PathBuf>,
@@ -67,13 +64,13 @@ impl Work for BestJob {
         check_endings(&self.export)?;
         let minutes = self.minutes;
         if !(minutes >= 0.0 && minutes.is_finite()) {
-            return Err(JobError::Usage(format!(
+            return usage(format!(
                 "the time is {minutes} minutes; it must be a number from zero up"
-            )));
+            ));
         }
         let recordings = Arc::new(self.recordings.read(run, &self.common.rated())?);
         let search = Search {
-            settings: self.common.settings(&recordings, self.decimate),
+            settings: self.common.settings(&recordings),
             recordings: Arc::clone(&recordings),
             // Far more than anybody waits, and little enough to be added to a time.
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::ModelArgs;
-use super::error::JobError;
+use super::error::{JobError, not_met};
 use super::examples::examples;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
@@ -90,9 +90,7 @@ impl Work for CheckJob {
         run.print(self.json, &report, |out| print(&report, out))?;
         match found.verdict {
             Verdict::Enough | Verdict::Doubtful => Ok(()),
-            Verdict::Insufficient => {
-                Err(JobError::NotMet("the recordings do not carry the model".to_owned()))
-            }
+            Verdict::Insufficient => not_met("the recordings do not carry the model"),
         }
     }
 }

@@ -4,23 +4,25 @@ use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use clap::builder::TypedValueParser;
-use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::messages::Messages;
 use super::rated::Rated;
 use super::values::{List, one_of};
 use crate::calibration::{
-    CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, KernelSettings,
-    LANDMARKS, Learner, NetworkSettings, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
+    CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,
+    Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
 };
 use crate::features::{
-    BLOCKS, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
-    listed,
+    BLOCKS, Block, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Range, Setting, T_TH,
+    Thresholds, listed,
 };
 use crate::recording::RecordingSet;
 
 /// Under which features stand in `--help`.
 const HEADING: &str = "Features";
+/// Under which stands there how the load is made of them.
+const REGRESSOR_HEADING: &str = "Regressor";
 
 /// F_th values, or none at all.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,29 +40,19 @@ impl FromStr for LookBacks {
     }
 }
 
-/// The blocks of the list, an option each.
-#[derive(Debug)]
-struct ListedBlocks {
-    blocks: Blocks,
-    /// Whether any is named, be it to say that it is not used.
-    any_named: bool,
+/// Arguments that are made of a list of settings.
+trait Listed: Default {
+    fn arguments() -> Vec<Arg>;
+
+    fn take(&mut self, matches: &ArgMatches);
 }
 
-impl Args for ListedBlocks {
+#[derive(Debug)]
+struct FromList<T>(T);
+
+impl<T: Listed> Args for FromList<T> {
     fn augment_args(command: Command) -> Command {
-        command.args(BLOCKS.iter().map(|block| {
-            let setting = block.setting();
-            let argument = described(setting, HEADING);
-            if setting.choices().is_some() {
-                return argument.value_parser(clap::value_parser!(u8));
-            }
-            let default = listed(setting.default, ",");
-            argument
-                .help(format!("{} [without numbers: {default}]", setting.help()))
-                .value_name(setting.unit.placeholders[1])
-                .value_parser(List::from_str)
-                .num_args(0..=1)
-        }))
+        command.args(T::arguments())
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -68,14 +60,47 @@ impl Args for ListedBlocks {
     }
 }
 
-impl FromArgMatches for ListedBlocks {
+impl<T: Listed> FromArgMatches for FromList<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let mut own = Self { blocks: Blocks::default(), any_named: false };
+        let mut own = Self(T::default());
         own.update_from_arg_matches(matches)?;
         Ok(own)
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        self.0.take(matches);
+        Ok(())
+    }
+}
+
+/// The blocks of the list, an option each.
+#[derive(Debug, Default)]
+struct ListedBlocks {
+    blocks: Blocks,
+    /// Whether any is named, be it to say that it is not used.
+    any_named: bool,
+}
+
+impl Listed for ListedBlocks {
+    fn arguments() -> Vec<Arg> {
+        let argument = |block: &&'static dyn Block| {
+            let setting = block.setting();
+            let argument = described(setting, HEADING);
+            if setting.choices().is_some() {
+                let placeholder = setting.unit.placeholders[0];
+                return argument.value_name(placeholder).value_parser(clap::value_parser!(u8));
+            }
+            let default = listed(setting.default, ",");
+            argument
+                .help(format!("{} [without numbers: {default}]", setting.help()))
+                .value_name(setting.unit.placeholders[1])
+                .value_parser(List::from_str)
+                .num_args(0..=1)
+        };
+        BLOCKS.iter().map(argument).collect()
+    }
+
+    fn take(&mut self, matches: &ArgMatches) {
         for &block in BLOCKS {
             let setting = block.setting();
             if matches.value_source(setting.option).is_none() {
@@ -88,16 +113,75 @@ impl FromArgMatches for ListedBlocks {
             self.any_named = true;
             self.blocks.set(block, values.unwrap_or_else(|| setting.default.to_vec()));
         }
-        Ok(())
     }
 }
 
-/// An argument with the option, the placeholder and the explanation of a setting.
+/// A setting of what learns beside least squares: a whole number, or a switch (1 is on).
+struct OfLearner {
+    setting: &'static Setting,
+    learner: Learner,
+    set: fn(&mut FitSettings, u64),
+}
+
+/// The settings of what learns, an option each.
+static OF_LEARNERS: [OfLearner; 6] = [
+    of_network(&EPOCHS, |settings, n| settings.network.epochs = n as usize),
+    of_network(&SEED, |settings, seed| settings.network.seed = seed),
+    of_network(&CONSTANT_RATE, |settings, on| settings.network.constant_rate = on == 1),
+    of_network(&EARLY_STOPPING, |settings, on| settings.network.early_stopping = on == 1),
+    of_network(&CROSS_VALIDATE, |settings, on| settings.network.cross_validate = on == 1),
+    OfLearner {
+        setting: &LANDMARKS,
+        learner: Learner::Kernel,
+        set: |settings, n| settings.kernel.landmarks = n as usize,
+    },
+];
+
+const fn of_network(setting: &'static Setting, set: fn(&mut FitSettings, u64)) -> OfLearner {
+    OfLearner { setting, learner: Learner::Network, set }
+}
+
+/// Those of the [`OF_LEARNERS`] that are given, with their values.
+#[derive(Debug, Default)]
+struct Learning(Vec<(usize, u64)>);
+
+impl Listed for Learning {
+    fn arguments() -> Vec<Arg> {
+        let argument = |OfLearner { setting, .. }: &OfLearner| {
+            let argument = described(setting, REGRESSOR_HEADING);
+            match (setting.range, setting.number() > 0.0) {
+                (Range::Switch, is_on) => {
+                    let without = if is_on { "Train without: " } else { "" };
+                    let help = format!("{without}{}", setting.help());
+                    argument.help(help).action(ArgAction::SetTrue)
+                }
+                _ => argument
+                    .help(with_default(setting))
+                    .value_name(setting.unit.placeholders[0])
+                    .value_parser(clap::value_parser!(u64)),
+            }
+        };
+        OF_LEARNERS.iter().map(argument).collect()
+    }
+
+    fn take(&mut self, matches: &ArgMatches) {
+        for (at, OfLearner { setting, .. }) in OF_LEARNERS.iter().enumerate() {
+            let value = match setting.range {
+                Range::Switch => {
+                    matches.get_flag(setting.option).then_some(1 - setting.number() as u64)
+                }
+                _ => matches.get_one(setting.option).copied(),
+            };
+            self.0.extend(value.map(|value| (at, value)));
+        }
+    }
+}
+
+/// An argument with the option and the explanation of a setting.
 fn described(setting: &'static Setting, heading: &'static str) -> Arg {
     Arg::new(setting.option)
         .long(setting.option)
         .help(setting.help())
-        .value_name(setting.unit.placeholders[0])
         .allow_negative_numbers(true)
         .help_heading(heading)
 }
@@ -117,6 +201,8 @@ pub struct CommonArgs {
     #[arg(long = HISTORY_RATE.option, help = HISTORY_RATE.help(), value_name = HISTORY_RATE.unit.placeholders[0],
         default_value_t = HISTORY_RATE.number(), allow_negative_numbers = true, help_heading = HEADING)]
     pub history_rate: f64,
+    #[arg(long = DECIMATION.option, help = with_default(&DECIMATION), value_name = "N", allow_negative_numbers = true)]
+    pub decimate: Option<usize>,
 }
 
 impl CommonArgs {
@@ -126,7 +212,7 @@ impl CommonArgs {
     }
 
     /// The settings of a conventional calibration that these arguments mean for such recordings.
-    pub fn settings(&self, recordings: &RecordingSet, decimation: usize) -> FitSettings {
+    pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
         let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
         FitSettings {
             features: FeatureSettings {
@@ -134,7 +220,7 @@ impl CommonArgs {
                 ..FeatureSettings::present()
             },
             offset: !self.no_offset,
-            decimation,
+            decimation: self.decimate.unwrap_or(FitSettings::default().decimation),
             history_rate_hz: self.history_rate,
             full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
@@ -148,10 +234,10 @@ impl CommonArgs {
 #[derive(Debug, Args)]
 pub struct BlockArgs {
     #[command(flatten)]
-    listed: ListedBlocks,
+    listed: FromList<ListedBlocks>,
     #[command(flatten)]
     pub common: CommonArgs,
-    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0], value_parser = ridge, allow_negative_numbers = true, help_heading = "Regressor")]
+    #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0], value_parser = ridge, allow_negative_numbers = true, help_heading = REGRESSOR_HEADING)]
     pub ridge: Option<RidgeChoice>,
     /// What the effect of an auxiliary channel counts from, as in T=22; again for each. The gauges' matrix and the offset are those
     /// there [default: the mean over the training recordings].
@@ -198,15 +284,10 @@ impl BlockArgs {
     }
 
     /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
-    pub fn settings(
-        &self,
-        say: &Messages,
-        recordings: &RecordingSet,
-        decimation: usize,
-    ) -> FitSettings {
-        let common = self.common.settings(recordings, decimation);
+    pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
+        let common = self.common.settings(recordings);
         FitSettings {
-            features: FeatureSettings { blocks: self.listed.blocks.clone(), ..common.features },
+            features: FeatureSettings { blocks: self.listed.0.blocks.clone(), ..common.features },
             ridge: self.ridge.unwrap_or_default(),
             auxiliary_references: self.auxiliary_references(say, recordings),
             ..common
@@ -247,18 +328,8 @@ pub struct FitChoices {
     pub look_back: Option<LookBacks>,
     #[command(flatten)]
     pub blocks: BlockArgs,
-    #[arg(long = EPOCHS.option, help = with_default(&EPOCHS), value_name = "N", help_heading = "Regressor")]
-    pub epochs: Option<usize>,
-    #[arg(long = SEED.option, help = with_default(&SEED), value_name = "N", help_heading = "Regressor")]
-    pub seed: Option<u64>,
-    #[arg(long = CONSTANT_RATE.option, help = CONSTANT_RATE.help(), help_heading = "Regressor")]
-    pub constant_rate: bool,
-    #[arg(long = EARLY_STOPPING.option, help = format!("Train without: {}", EARLY_STOPPING.help()), help_heading = "Regressor")]
-    pub no_early_stopping: bool,
-    #[arg(long = CROSS_VALIDATE.option, help = CROSS_VALIDATE.help(), help_heading = "Regressor")]
-    pub cross_validate: bool,
-    #[arg(long = LANDMARKS.option, help = with_default(&LANDMARKS), value_name = "N", help_heading = "Regressor")]
-    pub landmarks: Option<usize>,
+    #[command(flatten)]
+    learning: FromList<Learning>,
 }
 
 fn with_default(setting: &Setting) -> String {
@@ -299,16 +370,8 @@ pub struct ModelArgs {
     #[command(flatten)]
     choices: FitChoices,
     /// How the load is made of the features.
-    #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = "Regressor")]
+    #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = REGRESSOR_HEADING)]
     regressor: Regressor,
-    #[arg(
-        long = DECIMATION.option,
-        help = DECIMATION.help(),
-        value_name = "N",
-        default_value_t = FitSettings::default().decimation,
-        allow_negative_numbers = true
-    )]
-    pub decimate: usize,
 }
 
 impl ModelArgs {
@@ -320,13 +383,14 @@ impl ModelArgs {
     /// The settings that these arguments mean for such recordings.
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
-        for (option, of) in self.choices.of_learners() {
-            if learner != Some(of) {
-                let key = self.regressor.key();
+        for (at, _) in &self.choices.learning.0.0 {
+            let own = &OF_LEARNERS[*at];
+            if learner != Some(own.learner) {
+                let (option, key) = (own.setting.option, self.regressor.key());
                 say.note(format_args!("--{option} does nothing with --regressor {key}"));
             }
         }
-        self.choices.settings(say, recordings, self.regressor, self.decimate)
+        self.choices.settings(say, recordings, self.regressor)
     }
 }
 
@@ -337,42 +401,13 @@ impl FitChoices {
         say: &Messages,
         recordings: &RecordingSet,
         regressor: Regressor,
-        decimation: usize,
     ) -> FitSettings {
-        let (network, kernel) = (NetworkSettings::default(), KernelSettings::default());
-        let mut settings = FitSettings {
-            regressor,
-            network: NetworkSettings {
-                epochs: self.epochs.unwrap_or(network.epochs),
-                seed: self.seed.unwrap_or(network.seed),
-                constant_rate: self.constant_rate,
-                early_stopping: !self.no_early_stopping,
-                cross_validate: self.cross_validate,
-                ..network
-            },
-            kernel: KernelSettings {
-                landmarks: self.landmarks.unwrap_or(kernel.landmarks),
-                ..kernel
-            },
-            ..self.blocks.settings(say, recordings, decimation)
-        };
+        let mut settings = FitSettings { regressor, ..self.blocks.settings(say, recordings) };
+        for (at, value) in &self.learning.0.0 {
+            (OF_LEARNERS[*at].set)(&mut settings, *value);
+        }
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings
-    }
-
-    /// Returns the options that were given and the learner that each is for.
-    fn of_learners(&self) -> impl Iterator<Item = (&'static str, Learner)> {
-        let network = [
-            (EPOCHS.option, self.epochs.is_some()),
-            (SEED.option, self.seed.is_some()),
-            (CONSTANT_RATE.option, self.constant_rate),
-            (EARLY_STOPPING.option, self.no_early_stopping),
-            (CROSS_VALIDATE.option, self.cross_validate),
-        ];
-        let network = network.map(|own| (own, Learner::Network));
-        let kernel = ((LANDMARKS.option, self.landmarks.is_some()), Learner::Kernel);
-        let all = network.into_iter().chain([kernel]);
-        all.filter(|((_, is_given), _)| *is_given).map(|((option, _), of)| (option, of))
     }
 
     fn look_backs(&self, distance: Distance) -> Vec<Thresholds> {
@@ -381,7 +416,7 @@ impl FitChoices {
         let f_ths = match (&self.look_back, self.f_th) {
             (Some(LookBacks(values)), _) => values.clone(),
             (None, Some(f_th)) => vec![f_th],
-            (None, None) if self.t_th.is_some() || !self.blocks.listed.any_named => {
+            (None, None) if self.t_th.is_some() || !self.blocks.listed.0.any_named => {
                 vec![default.f_th]
             }
             (None, None) => Vec::new(),
@@ -469,7 +504,7 @@ mod tests {
         let arguments = [&["x"], arguments].concat();
         let only = Only::parse_from(arguments);
         let recordings = simulated::recordings(1);
-        only.choices.settings(&Messages::default(), &recordings, Regressor::Linear, 1).features
+        only.choices.settings(&Messages::default(), &recordings, Regressor::Linear).features
     }
 
     #[test]
@@ -502,19 +537,9 @@ mod tests {
     #[test]
     fn the_guide_lists_every_setting_and_the_method_every_block() {
         let blocks = BLOCKS.iter().map(|block| block.setting());
-        let others = [
-            &RIDGE,
-            &EPOCHS,
-            &SEED,
-            &CONSTANT_RATE,
-            &EARLY_STOPPING,
-            &CROSS_VALIDATE,
-            &LANDMARKS,
-            &OFFSET,
-            &DECIMATION,
-            &HISTORY_RATE,
-        ];
-        let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain(others);
+        let learning = OF_LEARNERS.iter().map(|own| own.setting);
+        let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain([&RIDGE]).chain(learning);
+        let rows = rows.chain([&OFFSET, &DECIMATION, &HISTORY_RATE]);
         let rows = rows.map(|setting| {
             format!(
                 "| `--{}` | {} | {} | {} | {} |\n",

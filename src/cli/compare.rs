@@ -13,18 +13,22 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::named_file;
-use crate::calibration::Regressor;
+use crate::calibration::{FitSettings, Regressor};
 use crate::export::write_atomically;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
 };
 
+const DECIMATE_HELP: &str = "Only every so many-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings \
+    repeat several programmes (paths), rows with the first alone stand beside: few trajectories (C)";
+
 /// Fit every regressor without and with the past, on all and on every tenth sample: one table.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "the paper's comparison of these"),
 ]))]
+#[command(mut_arg("decimate", |argument| argument.help(DECIMATE_HELP)))]
 pub struct CompareJob {
     #[command(flatten)]
     recordings: RecordingArgs,
@@ -39,10 +43,6 @@ pub struct CompareJob {
         help_heading = "Regressor"
     )]
     regressors: Vec<Regressor>,
-    /// Only every so many-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings repeat
-    /// several programmes (paths), rows with the first alone stand beside: few trajectories (C).
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    decimate: Option<usize>,
     /// Also write the table as CSV.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
@@ -60,16 +60,20 @@ impl Work for CompareJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        let recordings = self.recordings.read(run, &self.choices.blocks.common.rated())?;
+        let common = &self.choices.blocks.common;
+        let recordings = self.recordings.read(run, &common.rated())?;
         let recordings = Arc::new(recordings);
         let regressors = match &self.regressors[..] {
             [] => &Regressor::ALL,
             named => named,
         };
-        let settings = self.choices.settings(&run.say, &recordings, Regressor::Linear, 1);
+        let settings = FitSettings {
+            decimation: 1,
+            ..self.choices.settings(&run.say, &recordings, Regressor::Linear)
+        };
         let mut candidates: Vec<Candidate> = Vec::new();
         for mut candidate in paper_candidates(&recordings, &settings, regressors) {
-            candidate.decimation = self.decimate.unwrap_or(candidate.decimation);
+            candidate.decimation = common.decimate.unwrap_or(candidate.decimation);
             if !candidates.contains(&candidate) {
                 candidates.push(candidate);
             }

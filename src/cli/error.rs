@@ -30,6 +30,21 @@ pub enum JobError {
     Other(Box<dyn Error>),
 }
 
+/// Says that an argument is wrong.
+pub fn usage<T>(message: impl Into<String>) -> Result<T, JobError> {
+    Err(JobError::Usage(message.into()))
+}
+
+/// Says what is wanting in the recordings or the calibration.
+pub fn not_met<T>(message: impl Into<String>) -> Result<T, JobError> {
+    Err(JobError::NotMet(message.into()))
+}
+
+/// Says what went wrong, whatever the arguments.
+pub fn failed<T>(message: impl Into<String>) -> Result<T, JobError> {
+    Err(JobError::other(message.into()))
+}
+
 impl JobError {
     /// Returns the error with this message, which is about no argument.
     pub fn other(message: String) -> Self {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::error::JobError;
+use super::error::{JobError, failed, usage};
 use super::run::Run;
 use crate::calibration::Calibration;
 use crate::export::{Together, add_calibration, caution, target_endings, target_for};
@@ -15,11 +15,11 @@ use crate::recording::identity::Identity;
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
     match paths.iter().find(|path| target_for(path).is_none()) {
         None => Ok(()),
-        Some(path) => Err(JobError::Usage(format!(
+        Some(path) => usage(format!(
             "{}: the ending says no format; use one of {}",
             path.display(),
             target_endings()
-        ))),
+        )),
     }
 }
 

@@ -97,7 +97,8 @@ impl Work for FitJob {
         }
         let request = Request::fit(Arc::new(recordings), settings);
         let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
-        self.traces.check_intervals(all(), self.model.decimate)?;
+        let step = request.settings.decimation;
+        self.traces.check_intervals(all(), step)?;
         let cost = cross_validation_cost(&request.settings);
         let mut calibration = train(&request, &run.progress, &mut |step| {
             run.say.line(&step_text(&step, cost));
@@ -122,7 +123,7 @@ impl Work for FitJob {
         let limits = check_limits(&request, &calibration, &limits, &run.progress)?;
         let mut files = Together::default();
         export(run, &request, &calibration, &sensor.identity, &self.export, &mut files)?;
-        self.traces.write(&mut files, &calibration, all(), self.model.decimate)?;
+        self.traces.write(&mut files, &calibration, all(), step)?;
         files.finish()?;
         if self.export.iter().any(|path| is_for_controllers(path)) {
             note_footprint(&run.say, &request, &calibration);

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::error::JobError;
+use super::error::{JobError, usage};
 use super::messages::Messages;
 use crate::import;
 use crate::progress::Progress;
@@ -122,10 +122,9 @@ impl Inputs {
             say.note(format_args!("{folder}: files called test… are {role}: {names}"));
         }
         if self.recordings.is_empty() && !tests.is_empty() {
-            return Err(JobError::Usage(
-                "every recording in the folder is called test…, so none is left to train on; name the files to train on"
-                    .to_owned(),
-            ));
+            return usage(
+                "every recording in the folder is called test…, so none is left to train on; name the files to train on",
+            );
         }
         if self.test.is_empty() {
             self.test = tests;
@@ -140,11 +139,11 @@ impl Inputs {
             // What is not there is reported where it is read.
             let Ok(whole) = path.canonicalize() else { continue };
             if let Some(first) = seen.insert(whole, path) {
-                return Err(JobError::Usage(format!(
+                return usage(format!(
                     "{} and {} are the same recording; name each once, and under --test what the fit has not seen",
                     first.display(),
                     path.display()
-                )));
+                ));
             }
         }
         Ok(())
@@ -160,9 +159,9 @@ pub fn expanded(paths: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
 fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
     let mut opened = Vec::with_capacity(paths.len());
     for path in expanded(paths) {
-        let usage = |what| JobError::Usage(format!("{}: {what}", path.display()));
+        let refused = |what| JobError::Usage(format!("{}: {what}", path.display()));
         if import::is_pattern(&path) && !path.exists() {
-            return Err(usage("no file is called like this"));
+            return Err(refused("no file is called like this"));
         }
         if !path.is_dir() {
             opened.push(Input { path, folder: None });
@@ -172,7 +171,7 @@ fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
             JobError::other(format!("cannot look into the directory {}: {error}", path.display()))
         })?;
         if inside.is_empty() {
-            return Err(usage("the folder holds no recordings"));
+            return Err(refused("the folder holds no recordings"));
         }
         opened.extend(
             inside.into_iter().map(|file| Input { path: file, folder: Some(path.clone()) }),

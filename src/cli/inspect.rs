@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::JobError;
+use super::error::{JobError, failed, usage};
 use super::examples::examples;
 use super::inputs::Files;
 use super::reading::{ReadArgs, not_recording, unread};
@@ -63,7 +63,7 @@ impl Work for InspectJob {
         ];
         if let (Some((_, option)), 2..) = (for_one.iter().find(|own| own.0), of) {
             let why = "is for one file; name the one that it is for";
-            return Err(JobError::Usage(format!("{option} {why}")));
+            return usage(format!("{option} {why}"));
         }
         if let (true, Some(map), [input]) = (self.estimate_weight, &map, &inputs[..]) {
             let estimate = estimate_weight(&input.path, map, &run.progress)?;
@@ -110,7 +110,7 @@ impl Work for InspectJob {
         }
         // A map to correct is what was asked for, and written.
         match count > 0 && self.write_map.is_none() {
-            true => Err(JobError::other(format!("{count} of {of} files would not be loaded"))),
+            true => failed(format!("{count} of {of} files would not be loaded")),
             false => Ok(()),
         }
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::error::JobError;
+use super::error::{JobError, failed, usage};
 use super::inputs::Input;
 use super::rated::Rated;
 use super::run::Run;
@@ -112,7 +112,7 @@ impl ReadArgs {
         let is_trained_on = set.entries().iter().any(|entry| entry.role == Role::Train);
         match is_trained_on || run.inputs.recordings.is_empty() {
             true => Ok(set),
-            false => Err(JobError::other("no recording to train on could be read".to_owned())),
+            false => failed("no recording to train on could be read"),
         }
     }
 
@@ -158,10 +158,10 @@ impl ReadArgs {
         if let Some(GaugeRange::Each(ranges)) = &self.gauge_range
             && ranges.len() != n_gauges
         {
-            return Err(JobError::Usage(format!(
+            return usage(format!(
                 "--gauge-range has {} ranges where there are {n_gauges} gauges; write one for all, or one for each",
                 ranges.len()
-            )));
+            ));
         }
         let range = ValidRange { gauges: self.gauge_range.clone(), rated: rated.on(first.axes()) };
         let all: Vec<&Recording> = recordings.iter().collect();
@@ -186,7 +186,7 @@ impl ReadArgs {
         match parts.len() {
             0 => {
                 let why = "all samples look faulty; none would be left";
-                return Err(JobError::other(format!("{name}: {why}")));
+                return failed(format!("{name}: {why}"));
             }
             more if more > recordings.len() => run.say.note(format_args!(
                 "{name}: {more} parts remain, and history does not cross from one to the next"

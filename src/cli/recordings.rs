@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::JobError;
+use super::error::{JobError, not_met, usage};
 use super::inputs::Files;
 use super::rated::Rated;
 use super::reading::ReadArgs;
@@ -64,9 +64,9 @@ impl RecordingArgs {
         if (1..axes.len()).contains(&given) {
             let axes: Vec<&str> = axes.iter().map(|axis| axis.symbol()).collect();
             let axes = axes.join(" ");
-            return Err(JobError::Usage(format!(
+            return usage(format!(
                 "--full-scale has {given} where there are {axes}; write one for each"
-            )));
+            ));
         }
         let Some(fraction) = self.split else {
             return Ok(set);
@@ -75,9 +75,9 @@ impl RecordingArgs {
         let tests = split.entries().iter().any(|entry| entry.role == Role::Test);
         match fraction > 0.0 && fraction < 1.0 && tests {
             true => Ok(split),
-            false => Err(JobError::Usage(format!(
+            false => usage(format!(
                 "the split is {fraction}; it must lie between 0 and 1, and leave both sides a sample"
-            ))),
+            )),
         }
     }
 
@@ -120,7 +120,7 @@ pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
     match failed.is_empty() {
         true => Ok(()),
-        false => Err(JobError::NotMet(format!("out of limits: {}", failed.join("; ")))),
+        false => not_met(format!("out of limits: {}", failed.join("; "))),
     }
 }
 

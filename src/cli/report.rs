@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::choices::ModelArgs;
-use super::error::JobError;
+use super::error::{JobError, usage};
 use super::examples::examples;
 use super::inputs::Files;
 use super::recordings::{LimitsArgs, MeasuringArgs, RecordingArgs, SensorArgs, keep_limits};
@@ -57,10 +57,10 @@ impl Work for ReportJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         let ending = self.out.extension().unwrap_or_default().to_ascii_lowercase();
         if ending != "html" && ending != "htm" {
-            return Err(JobError::Usage(format!(
+            return usage(format!(
                 "{}: a report is written as HTML; name a file that ends in .html",
                 self.out.display()
-            )));
+            ));
         }
         let sensor = self.sensor.read()?;
         let limits = self.limits.read()?;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
-use super::error::JobError;
+use super::error::{JobError, failed};
 use super::inputs::{Files, Inputs};
 use super::messages::Messages;
 use crate::export::check_targets;
@@ -64,7 +64,7 @@ impl Run {
             0 => Ok(()),
             count => {
                 let why = "left out because they could not be read";
-                Err(JobError::other(format!("{why}: {count}")))
+                failed(format!("{why}: {count}"))
             }
         }
     }

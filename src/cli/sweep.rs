@@ -16,7 +16,7 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::{List, named_file, one_of};
-use crate::calibration::{DECIMATION, FitSettings, Scores};
+use crate::calibration::Scores;
 use crate::export::{Together, threshold_heat_map, write_threshold_csv, write_threshold_svg};
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::questions::thresholds::{
@@ -59,14 +59,6 @@ pub struct SweepJob {
     /// Also choose the values of these blocks by cross-validation, each beside the other blocks that are named.
     #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
     pick: Vec<HistoryBlock>,
-    #[arg(
-        long = DECIMATION.option,
-        help = DECIMATION.help(),
-        value_name = "N",
-        default_value_t = FitSettings::default().decimation,
-        allow_negative_numbers = true
-    )]
-    decimate: usize,
     /// Write the errors at every pair as CSV.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
@@ -173,51 +165,19 @@ fn searched_block() -> impl TypedValueParser<Value = HistoryBlock> {
     one_of(blocks.map(|block| (*block, block.setting().option, block.setting().label)))
 }
 
-/// All that is printed.
-struct Sweep {
-    simulated: bool,
-    n_recordings: usize,
-    measure: Measure,
-    map: ThresholdMap,
-    suggestion: Suggestion,
-    hysteresis: MeanHysteresis,
-    past_ages: PastAges,
-    picks: Vec<BlockSuggestion>,
-}
-
 impl Work for SweepJob {
     fn files(&self) -> Files<'_> {
         self.recordings.files().writing(self.csv.iter().chain(&self.svg), self.force)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        let sweep = self.sweep(run)?;
-        let mut files = Together::default();
-        if let Some(path) = &self.csv {
-            files.write(path, |out| write_threshold_csv(&sweep.map, out))?;
-        }
-        if let Some(path) = &self.svg {
-            let (map, suggestion) = (&sweep.map, Some(&sweep.suggestion));
-            let picture = threshold_heat_map(map, ScoreSet::LeftOut, sweep.measure, suggestion);
-            write_threshold_svg(&picture, path, &mut files)?;
-        }
-        files.finish()?;
-        run.print(self.json, &Report::new(&sweep), |out| print_sweep(&sweep, out))
-    }
-}
-
-/// How many F_th are tried where none are named, beside zero.
-const DEFAULT_F_THS: usize = 29;
-
-impl SweepJob {
-    fn sweep(&self, run: &Run) -> Result<Sweep, JobError> {
         // Before any reading: a wrong range must not cost the time of it.
         let given = self.f_th.as_ref().map(|values| values.values("F_th")).transpose()?;
         let t_ths_secs = self.t_th.values("t_th")?;
         let grid = |f_ths| ThresholdGrid::new(f_ths, t_ths_secs.clone());
         let given = given.map(grid).transpose()?;
         let recordings = Arc::new(self.recordings.read(run, &self.blocks.common.rated())?);
-        let settings = self.blocks.settings(&run.say, &recordings, self.decimate);
+        let settings = self.blocks.settings(&run.say, &recordings);
         let (datasets, progress) = (Datasets::default(), &run.progress);
         let study = Study::prepare(&datasets, Arc::clone(&recordings), settings, progress)?;
         let measure = match self.measure {
@@ -238,22 +198,52 @@ impl SweepJob {
         })?;
         let suggestion = map.suggestion(measure)?;
         let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, progress);
-        Ok(Sweep {
+        let scale = &map.scale;
+        let sweep = Sweep {
+            map: &map,
+            by: measure,
             simulated: recordings.is_simulated(),
-            n_recordings: recordings.entries().len(),
-            hysteresis: study.mean_hysteresis(),
+            recordings: recordings.entries().len(),
+            n_train: map.n_train,
+            n_test: map.n_test,
+            axes: symbols(&scale.axes),
+            units: scale.axes.iter().map(|axis| axis.unit()).collect(),
+            full_scale: &scale.full_scale,
+            distance: map.distance,
+            measure: measure.label(scale),
+            measure_unit: measure.unit(scale),
+            conventional: &map.conventional.scores,
+            points: points(&map),
+            mean_hysteresis: study.mean_hysteresis(),
             past_ages: study.past_ages(suggestion.thresholds),
             picks: self.pick.iter().map(pick).collect::<Result<_, _>>()?,
-            measure,
-            map,
             suggestion,
-        })
+        };
+        let mut files = Together::default();
+        if let Some(path) = &self.csv {
+            files.write(path, |out| write_threshold_csv(&map, out))?;
+        }
+        if let Some(path) = &self.svg {
+            let found = Some(&sweep.suggestion);
+            let picture = threshold_heat_map(&map, ScoreSet::LeftOut, measure, found);
+            write_threshold_svg(&picture, path, &mut files)?;
+        }
+        files.finish()?;
+        run.print(self.json, &sweep, |out| print_sweep(&sweep, out))
     }
 }
 
+/// How many F_th are tried where none are named, beside zero.
+const DEFAULT_F_THS: usize = 29;
+
 /// What `sweep --json` prints.
 #[derive(Serialize)]
-struct Report<'a> {
+struct Sweep<'a> {
+    #[serde(skip)]
+    map: &'a ThresholdMap,
+    /// What the suggestion goes by.
+    #[serde(skip)]
+    by: Measure,
     simulated: bool,
     recordings: usize,
     n_train: u64,
@@ -266,11 +256,11 @@ struct Report<'a> {
     measure_unit: &'static str,
     conventional: &'a Scores,
     points: Vec<ReportedPoint<'a>>,
-    suggestion: &'a Suggestion,
-    mean_hysteresis: &'a MeanHysteresis,
+    suggestion: Suggestion,
+    mean_hysteresis: MeanHysteresis,
     /// At the suggestion.
-    past_ages: &'a PastAges,
-    picks: &'a [BlockSuggestion],
+    past_ages: PastAges,
+    picks: Vec<BlockSuggestion>,
 }
 
 #[derive(Serialize)]
@@ -281,102 +271,70 @@ struct ReportedPoint<'a> {
     scores: &'a Scores,
 }
 
-impl<'a> Report<'a> {
-    fn new(sweep: &'a Sweep) -> Self {
-        let map = &sweep.map;
-        let n_t = map.grid.t_ths_secs().len();
-        let pairs = (0..map.grid.f_ths().len() * n_t).map(|at| (at / n_t, at % n_t));
-        let points = pairs.filter_map(|(f_at, t_at)| {
-            let Thresholds { f_th, t_th_secs } = map.thresholds(f_at, t_at);
-            Some(ReportedPoint { f_th, t_th: t_th_secs, scores: &map.point(f_at, t_at)?.scores })
-        });
-        Self {
-            simulated: sweep.simulated,
-            recordings: sweep.n_recordings,
-            n_train: map.n_train,
-            n_test: map.n_test,
-            axes: symbols(&map.scale.axes),
-            units: map.scale.axes.iter().map(|axis| axis.unit()).collect(),
-            full_scale: &map.scale.full_scale,
-            distance: map.distance,
-            measure: sweep.measure.label(&map.scale),
-            measure_unit: sweep.measure.unit(&map.scale),
-            conventional: &map.conventional.scores,
-            points: points.collect(),
-            suggestion: &sweep.suggestion,
-            mean_hysteresis: &sweep.hysteresis,
-            past_ages: &sweep.past_ages,
-            picks: &sweep.picks,
-        }
-    }
+fn points(map: &ThresholdMap) -> Vec<ReportedPoint<'_>> {
+    let n_t = map.grid.t_ths_secs().len();
+    let pairs = (0..map.grid.f_ths().len() * n_t).map(|at| (at / n_t, at % n_t));
+    let points = pairs.filter_map(|(f_at, t_at)| {
+        let Thresholds { f_th, t_th_secs } = map.thresholds(f_at, t_at);
+        Some(ReportedPoint { f_th, t_th: t_th_secs, scores: &map.point(f_at, t_at)?.scores })
+    });
+    points.collect()
 }
 
-fn print_sweep(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
-    let map = &sweep.map;
+fn print_sweep(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     if sweep.simulated {
         writeln!(out, "The built-in simulated sensor")?;
     }
+    let Sweep { map, recordings, n_train, n_test, .. } = sweep;
+    let (f_ths, t_ths) = (map.grid.f_ths().len(), map.grid.t_ths_secs().len());
     writeln!(
         out,
-        "{} recordings, {} training and {} test samples; {} F_th by {} t_th",
-        sweep.n_recordings,
-        map.n_train,
-        map.n_test,
-        map.grid.f_ths().len(),
-        map.grid.t_ths_secs().len(),
+        "{recordings} recordings, {n_train} training and {n_test} test samples; {f_ths} F_th by {t_ths} t_th"
     )?;
-    let best = sweep.suggestion.thresholds;
-    let f_unit = f_unit(map.distance);
-    for measure in printed_measures(sweep) {
-        let title = format!("at t_th {} s", best.t_th_secs);
-        let head = format!("F_th{f_unit}");
-        print_curves(sweep, measure, Along::F, &title, &head, out)?;
-    }
-    for measure in printed_measures(sweep) {
-        let title = format!("at F_th {}{f_unit}", best.f_th);
-        print_curves(sweep, measure, Along::T, &title, "t_th s", out)?;
+    for along in [Along::F, Along::T] {
+        for measure in printed_measures(sweep) {
+            write!(out, "\n{}", curves(sweep, measure, along).text())?;
+        }
     }
     print_suggestion(sweep, out)?;
     print_hysteresis(sweep, out)?;
-    print_touch(sweep, out)?;
-    sweep.picks.iter().try_for_each(|pick| print_pick(sweep, pick, out))
+    print_past_ages(&sweep.past_ages, out)?;
+    sweep.picks.iter().try_for_each(|pick| print_pick(sweep.measure_unit, pick, out))
 }
 
-fn f_unit(distance: Distance) -> &'static str {
-    match distance {
+fn f_unit(sweep: &Sweep<'_>) -> &'static str {
+    match sweep.distance {
         Distance::Force => " N",
         Distance::FullScale => " of full scale",
     }
 }
 
 /// Forces and moments apart, and what was asked for.
-fn printed_measures(sweep: &Sweep) -> Vec<Measure> {
-    let groups = [Measure::Forces, Measure::Moments].into_iter();
-    let mut measures: Vec<Measure> =
-        groups.filter(|group| group.weights(&sweep.map.scale).is_some()).collect();
-    if !measures.contains(&sweep.measure) {
-        measures.push(sweep.measure);
-    }
+fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
+    let mut measures: Vec<Measure> = sweep.map.scale.measures();
+    measures.retain(|measure| {
+        matches!(measure, Measure::Forces | Measure::Moments) || *measure == sweep.by
+    });
     measures
 }
 
-fn print_curves(
-    sweep: &Sweep,
-    measure: Measure,
-    along: Along,
-    title: &str,
-    head: &str,
-    out: &mut impl Write,
-) -> io::Result<()> {
-    let (map, at) = (&sweep.map, sweep.suggestion.at);
+/// The errors along one threshold, at the suggested other one.
+fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
+    let map = sweep.map;
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
+    let Thresholds { f_th, t_th_secs } = sweep.suggestion.thresholds;
+    let f_unit = f_unit(sweep);
+    let (head, at) = match along {
+        Along::F => (format!("F_th{f_unit}"), format!("t_th {t_th_secs} s")),
+        Along::T => ("t_th s".to_owned(), format!("F_th {f_th}{f_unit}")),
+    };
     let curves: Vec<(ScoreSet, Vec<(f64, f64)>)> = (ScoreSet::ALL.into_iter())
-        .map(|set| (set, map.curve(along, set, measure, at)))
+        .map(|set| (set, map.curve(along, set, measure, sweep.suggestion.at)))
         .filter(|(_, curve)| !curve.is_empty())
         .collect();
     let thresholds = curves.first().map_or(&[][..], |(_, curve)| curve).iter().enumerate();
     let rows = std::iter::once(None).chain(thresholds.map(Some));
-    let table = Table::of(rows)
+    Table::of(rows)
         .column(Column::numbers(head), |row| match row {
             None => Cell::words("conventional"),
             Some((_, (threshold, _))) => Cell::number(*threshold, threshold.to_string()),
@@ -392,22 +350,20 @@ fn print_curves(
                 Cell::digits(value, 4)
             },
         )
-        .table(format!("RMSE of {label} [{unit}] {title}"), "");
-    write!(out, "\n{}", table.text())
+        .table(format!("RMSE of {label} [{unit}] at {at}"), "")
 }
 
-fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
-    let (map, found) = (&sweep.map, &sweep.suggestion);
+fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
+    let found = &sweep.suggestion;
     let Thresholds { f_th, t_th_secs } = found.thresholds;
-    let f_unit = f_unit(map.distance);
-    let unit = sweep.measure.unit(&map.scale);
+    let (f_unit, unit) = (f_unit(sweep), sweep.measure_unit);
     let change = percent_change(found.conventional, found.left_out)
         .map_or_else(String::new, |change| format!(", {change:+.1} %"));
     writeln!(
         out,
         "\nLeast cross-validation error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
          {})",
-        sweep.measure.label(&map.scale),
+        sweep.measure,
         significant(found.left_out, 4),
         significant(found.conventional, 4),
         found.cross_validation,
@@ -424,7 +380,7 @@ fn print_suggestion(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
             "  Note: the conventional calibration is within one standard error of it; a look-back may not be worth it"
         )?;
     }
-    let (f_edge, t_edge) = found.is_at_edge(map);
+    let (f_edge, t_edge) = found.is_at_edge(sweep.map);
     for (at_edge, name) in [(f_edge, "F_th"), (t_edge, "t_th")] {
         if at_edge {
             writeln!(
@@ -441,20 +397,14 @@ fn range_text(range: &FlatRange) -> String {
     if from == to {
         return from.to_string();
     }
-    let first = match range.from_is_first_tried {
-        true => " (the first tried)",
-        false => "",
-    };
-    let last = match range.to_is_last_tried {
-        true => " (the last tried)",
-        false => "",
-    };
+    let first = if range.from_is_first_tried { " (the first tried)" } else { "" };
+    let last = if range.to_is_last_tried { " (the last tried)" } else { "" };
     format!("{from}{first} to {to}{last}")
 }
 
-fn print_hysteresis(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
-    let found = &sweep.hysteresis;
-    let f_unit = f_unit(sweep.map.distance);
+fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
+    let found = &sweep.mean_hysteresis;
+    let f_unit = f_unit(sweep);
     let Some(value) = found.value else {
         return writeln!(
             out,
@@ -486,8 +436,7 @@ fn print_hysteresis(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
-    let past_ages = &sweep.past_ages;
+fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()> {
     let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
         [Some(half), Some(most)] => format!(
             "; half of them at most {} s old, 95 % at most {} s",
@@ -504,25 +453,21 @@ fn print_touch(sweep: &Sweep, out: &mut impl Write) -> io::Result<()> {
     )
 }
 
-fn print_pick(sweep: &Sweep, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
-    let Setting { label: name, option, unit, .. } = pick.block.setting();
-    let measure_unit = sweep.measure.unit(&sweep.map.scale);
+fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::Result<()> {
+    let Setting { label, option, unit: own, .. } = pick.block.setting();
+    let [left_out, without] =
+        [pick.left_out, pick.left_out_without].map(|error| significant(error, 4));
+    let n = pick.n_tried;
     if pick.values.is_empty() {
         return writeln!(
             out,
-            "{name}: none of {} lists beats {} {measure_unit} without them by more than one standard error",
-            pick.n_tried,
-            significant(pick.left_out_without, 4),
+            "{label}: none of {n} lists beats {without} {unit} without them by more than one standard error"
         );
     }
+    let (words, values) = (own.words, listed(&pick.values, ","));
     writeln!(
         out,
-        "{name} ({}): --{option} {}: cross-validation {} {measure_unit}, without them {} {measure_unit}; {} lists tried",
-        unit.words,
-        listed(&pick.values, ","),
-        significant(pick.left_out, 4),
-        significant(pick.left_out_without, 4),
-        pick.n_tried,
+        "{label} ({words}): --{option} {values}: cross-validation {left_out} {unit}, without them {without} {unit}; {n} lists tried"
     )
 }
 

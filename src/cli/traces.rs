@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::JobError;
+use super::error::{JobError, failed, usage};
 use super::values::named_file;
 use crate::calibration::Calibration;
 use crate::export::{FileFormat, TRACE_FORMATS, Together, write_traces};
@@ -39,18 +39,18 @@ impl TraceArgs {
             return Ok(());
         };
         if FileFormat::for_path(TRACE_FORMATS, path).is_none() {
-            return Err(JobError::Usage(format!(
+            return usage(format!(
                 "{}: the ending says no format of traces; use {}",
                 path.display(),
                 FileFormat::listed(TRACE_FORMATS)
-            )));
+            ));
         }
         let (from_secs, to_secs) = self.range();
         match from_secs <= to_secs {
             true => Ok(()),
-            false => Err(JobError::Usage(format!(
+            false => usage(format!(
                 "traces from {from_secs} s to {to_secs} s hold nothing; the first must not be above the second"
-            ))),
+            )),
         }
     }
 
@@ -68,9 +68,9 @@ impl TraceArgs {
         if self.traces.is_some()
             && intervals_within(recordings, decimation, (from_secs, to_secs)).is_empty()
         {
-            return Err(JobError::other(format!(
+            return failed(format!(
                 "no sample lies between {from_secs} s and {to_secs} s on the clock of its recording; choose other times"
-            )));
+            ));
         }
         Ok(())
     }
