@@ -9,14 +9,15 @@ use clap::Args;
 use serde::Serialize;
 
 use super::choices::{CommonArgs, fit_arguments};
-use super::error::{JobError, usage};
+use super::error::JobError;
 use super::examples::examples;
 use super::exports::{check_determined, check_endings, export};
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
-use super::values::named_file;
+use super::values::{named_file, number_in};
 use crate::export::{Together, interrupt_stops};
+use crate::features::Range;
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{AnalysisError, Best, Request, Search, find_best, train};
@@ -31,7 +32,7 @@ pub struct BestJob {
     #[command(flatten)]
     recordings: RecordingArgs,
     /// Begin no further model after so many minutes.
-    #[arg(long, value_name = "MIN", default_value_t = 2.0)]
+    #[arg(long, value_name = "MIN", default_value_t = 2.0, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
@@ -63,11 +64,6 @@ impl Work for BestJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         check_endings(&self.export)?;
         let minutes = self.minutes;
-        if !(minutes >= 0.0 && minutes.is_finite()) {
-            return usage(format!(
-                "the time is {minutes} minutes; it must be a number from zero up"
-            ));
-        }
         let recordings = Arc::new(self.recordings.read(run, &self.common.rated())?);
         let search = Search {
             settings: self.common.settings(&recordings),

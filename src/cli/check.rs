@@ -13,7 +13,8 @@ use super::examples::examples;
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
-use super::values::named_file;
+use super::values::{named_file, number_in};
+use crate::features::Range;
 use crate::finding::{Face, Verdict};
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::{CheckData, sufficiency};
@@ -34,28 +35,14 @@ pub struct CheckJob {
     #[command(flatten)]
     model: ModelArgs,
     /// Propose only loads that a hanging mass makes, the sensor turned any way: the masses that there are, in kg.
-    #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = number_in(Range::Positive))]
     mass: Vec<f64>,
     /// How far from the sensor's origin these masses can hang, in m, along its axes; 0 is right at it, where they hang in any case.
-    #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = not_negative, requires = "mass")]
+    #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = number_in(Range::NotNegative), requires = "mass")]
     arm: Vec<f64>,
     /// Print one JSON object instead of tables.
     #[arg(long)]
     json: bool,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    number(text, |number| number > 0.0).ok_or_else(|| "this is not a number above zero".to_owned())
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    number(text, |number| number >= 0.0)
-        .ok_or_else(|| "this is no length: a number of metres, 0 or more".to_owned())
-}
-
-fn number(text: &str, is_good: fn(f64) -> bool) -> Option<f64> {
-    let number = text.trim().parse().ok();
-    number.filter(|number: &f64| number.is_finite() && is_good(*number))
 }
 
 /// What `check --json` prints.

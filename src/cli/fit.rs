@@ -158,7 +158,7 @@ fn is_for_controllers(path: &Path) -> bool {
 /// Says what the code takes on a controller, and what would take less.
 fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) {
     let footprint = Footprint::of(calibration);
-    say.note(&footprint);
+    say.note(footprint);
     let keeps_history = calibration.features.window_secs() > 0.0;
     if footprint.is_large() && keeps_history {
         say.note("--history-rate 100, or a smaller t_th or lag, takes less memory");

@@ -8,7 +8,7 @@ use clap::Args;
 use super::error::{JobError, failed, usage};
 use super::examples::examples;
 use super::inputs::Files;
-use super::reading::{ReadArgs, not_recording, unread};
+use super::reading::{ReadArgs, not_recording};
 use super::run::{Run, Work};
 use super::values::named_file;
 use crate::export::write_atomically;
@@ -73,7 +73,7 @@ impl Work for InspectJob {
         let (mut all, mut count) = (Vec::new(), 0);
         for (at, input) in inputs.iter().enumerate() {
             let found = inspect(&input.path, known, &run.progress).map(Some);
-            let found = found.map_err(|error| unread(input, error));
+            let found = found.map_err(|error| self.read.unread(input, error));
             let Some(mut inspection) = self.read.or_left_out(run, found)? else {
                 continue;
             };

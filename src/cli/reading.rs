@@ -69,6 +69,19 @@ impl ReadArgs {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
 
+    /// Says why a file could not be read; a calibration is no damaged recording.
+    pub fn unread(&self, input: &Input, error: impl Into<JobError>) -> JobError {
+        not_recording(&input.path).unwrap_or_else(|| self.refused(input, error.into()))
+    }
+
+    /// Says why a file will not do, and where it is one of several that leaving it out is a way.
+    fn refused(&self, input: &Input, error: JobError) -> JobError {
+        match self.keep_going {
+            true => error,
+            false => input.refused(error),
+        }
+    }
+
     /// Nothing in the place of what cannot be done with a file, where that is wanted.
     pub fn or_left_out<T: Default>(
         &self,
@@ -129,14 +142,13 @@ impl ReadArgs {
             let path = &input.path;
             let read = || {
                 let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
-                let loaded = loaded.map_err(|error| unread(input, error))?;
-                loaded
-                    .warnings
-                    .iter()
-                    .for_each(|warning| run.say.warning(warning.text(Face::CommandLine)));
+                let loaded = loaded.map_err(|error| self.unread(input, error))?;
+                for warning in &loaded.warnings {
+                    run.say.warning(warning.text(Face::CommandLine));
+                }
                 let checked = loaded.recordings.iter().try_for_each(check);
                 checked.map_err(|why| {
-                    input.refused(JobError::other(format!("{}: {why}", path.display())))
+                    self.refused(input, JobError::other(format!("{}: {why}", path.display())))
                 })?;
                 self.prepared(run, loaded.recordings, rated)
             };
@@ -232,11 +244,6 @@ fn has_reference(recording: &Recording) -> Result<(), String> {
         "no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on"
             .to_owned()
     })
-}
-
-/// Says why a file could not be read; a calibration is no damaged recording.
-pub fn unread(input: &Input, error: impl Into<JobError>) -> JobError {
-    not_recording(&input.path).unwrap_or_else(|| input.refused(error.into()))
 }
 
 /// Returns an error if the file is a calibration or a session.

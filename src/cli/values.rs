@@ -1,9 +1,12 @@
 //! How single values are written on the command line.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+
+use crate::features::Range;
 
 /// A file's name; nothing is read from standard input or written to standard output in place of one.
 pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
@@ -11,6 +14,19 @@ pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
         true => Err("standard input and output do not do here; name a file"),
         false => Ok(path),
     })
+}
+
+/// Takes a number in this range.
+pub fn number_in(
+    range: Range,
+) -> impl Fn(&str) -> Result<f64, Box<dyn Error + Send + Sync>> + Clone + Send + Sync {
+    move |text| {
+        let number: f64 = text.trim().parse()?;
+        match range.contains(number) {
+            true => Ok(number),
+            false => Err(format!("this is not {range}").into()),
+        }
+    }
 }
 
 /// Numbers with commas between them.

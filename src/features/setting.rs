@@ -68,7 +68,8 @@ pub enum Range {
 }
 
 impl Range {
-    fn contains(self, value: f64) -> bool {
+    /// Returns true if the value is allowed.
+    pub(crate) fn contains(self, value: f64) -> bool {
         match self {
             Self::Positive => value > 0.0 && value.is_finite(),
             Self::NotNegative | Self::NotNegativeOrAuto => value >= 0.0 && value.is_finite(),

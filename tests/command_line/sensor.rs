@@ -215,6 +215,7 @@ fn a_file_without_reference_is_left_out_where_that_is_asked_and_one_must_remain(
     let going = run(workshop.path(), &["fit", "--train", "in", "--keep-going", "--json"]);
     assert_eq!(going.status.code(), Some(1));
     assert_eq!(json(&stdout(&going))["recordings"], 1);
+    assert!(!stderr(&going).contains("It is in"), "{}", stderr(&going));
     fs::remove_file(workshop.file("in/whole.csv")).unwrap();
     let none = run(workshop.path(), &["fit", "--train", "in", "--test", "a.csv", "--keep-going"]);
     let told = stderr(&none);
