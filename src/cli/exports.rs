@@ -29,7 +29,7 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
         None => Ok(()),
         Some(undetermined) => {
             let found = undetermined.finding().text(Face::CommandLine);
-            Err(JobError::other(format!("{found}; --force exports it all the same")))
+            failed(format!("{found}; --force exports it all the same"))
         }
     }
 }
