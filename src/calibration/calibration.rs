@@ -235,7 +235,7 @@ pub struct Calibration {
     pub offset: bool,
     /// Every how many-th sample was fitted.
     pub decimation: usize,
-    /// A longer step than this is a gap (s): look-backs and lags forget what was before it; creep relaxes through it, play holds.
+    /// A longer step than this is a gap (s): after it the history starts anew.
     pub gap_secs: f64,
     /// Look-backs and lags keep no samples that are closer to each other than this (s).
     pub history_step_secs: f64,
@@ -531,7 +531,7 @@ impl Calibration {
     pub(crate) fn compensated_loads(&self, recording: &Recording, past: &[Vec<u32>]) -> Vec<f64> {
         let design = self.design();
         let mut loads = vec![0.0; recording.n_samples() * self.axes.len()];
-        let stream = FeatureStream::of(&design, recording);
+        let stream = FeatureStream::new(&design);
         let take = Self::loads_of_rows;
         self.over_blocks(stream, recording, past, 0, &mut loads, take);
         loads
@@ -563,7 +563,7 @@ impl Calibration {
         let n_axes = self.axes.len();
         let design = self.design();
         let mut deviations = vec![0.0; recording.n_samples() * n_axes];
-        let stream = FeatureStream::of(&design, recording);
+        let stream = FeatureStream::new(&design);
         let take =
             |_: &Self, _: &[f64], inputs: &[f64], scratch: &mut LearnedScratch, out: &mut [f64]| {
                 learned.deviations(inputs, scratch, out, n_axes);

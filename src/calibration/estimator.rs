@@ -152,7 +152,9 @@ impl<'a> Estimator<'a> {
             self.since_secs = time;
         }
         self.take(time, gauges, auxiliary);
-        if time - self.since_secs < self.calibration.features.window_secs() {
+        if time - self.since_secs < self.calibration.features.window_secs()
+            || !self.stream.is_determined()
+        {
             status |= Status::FILLING;
         }
         let mut limits = self.compensated.iter().zip(&self.calibration.limits);
@@ -180,7 +182,6 @@ impl<'a> Estimator<'a> {
     /// Forgets the past; a tare is kept.
     fn forget(&mut self) {
         self.strays = 0;
-        self.wrapped_secs = 0.0;
         self.stream = FeatureStream::new(self.design);
         self.look_back = look_back(self.calibration);
     }
@@ -226,8 +227,7 @@ impl<'a> Estimator<'a> {
             if step <= gap_secs {
                 return Ok(Status::OK);
             }
-            self.stream.gap();
-            self.look_back = look_back(self.calibration);
+            self.forget();
             return Ok(Status::AFTER_GAP);
         }
         self.strays += 1;
@@ -235,6 +235,7 @@ impl<'a> Estimator<'a> {
             return Err(SampleError::OffTheClock { last_secs, time });
         }
         self.forget();
+        self.wrapped_secs = 0.0;
         Ok(Status::RESTARTED)
     }
 

@@ -104,7 +104,7 @@ impl<'a> Pass<'a> {
             sums
         };
         if design.features.has_memory() {
-            let mut stream = FeatureStream::of(design, recording);
+            let mut stream = FeatureStream::new(design);
             let pieces = pieces.iter();
             return pieces.map(|piece| add(&mut stream, piece.samples.clone())).collect();
         }

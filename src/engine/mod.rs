@@ -1,7 +1,7 @@
 //! The program without its window: a document, questions about it, and what is done with files.
 //!
 //! A [`Project`] is everything that a session saves, an [`Edit`] every change of it and one step of undo. A result is the answer
-//! to a [`Query`](query::Query), a pure function of what it carries, found on a [`Lane`](query::Lane) off the window's thread.
+//! to a [`Query`](crate::questions::question::Query), a pure function of what it carries, found on a [`Lane`](query::Lane) off the window's thread.
 //! The [`Engine`] keeps the document, asks what follows from it, and does what takes files; no drawing happens here.
 
 #[expect(clippy::module_inception, reason = "the room's centre bears its name")]

@@ -13,7 +13,8 @@ use crate::features::source::{Rows, Source};
 /// A block is a file of its own in this room and a line in [`BLOCKS`](crate::features::BLOCKS); whatever else there is to say
 /// of it (in the window, on the command line, in files, exports and the guide) follows from what it says here.
 ///
-/// Every block is causal, runs in bounded memory and starts anew in each recording.
+/// Every block is causal, runs in bounded memory and starts anew in each recording and after each gap. What the samples since then do
+/// not determine, it does not say.
 pub trait Block: Send + Sync {
     /// Its name.
     fn name(&self) -> &'static str;
@@ -37,6 +38,11 @@ pub trait Block: Send + Sync {
         0.0
     }
 
+    /// How long after a cold start it is before everything that it appends is known, where that is a matter of time (s).
+    fn settling_secs(&self, values: &[f64]) -> f64 {
+        self.window_secs(values)
+    }
+
     /// Its memory before the first sample of a recording.
     ///
     /// Where samples are kept, of those that come less than `history_step_secs` after the last kept one only the newest is.
@@ -47,11 +53,6 @@ pub trait Block: Send + Sync {
         channels: &[AuxiliaryChannel],
         history_step_secs: f64,
     ) -> Box<dyn Stream>;
-
-    /// Whether what it remembers goes on through a gap.
-    fn goes_on(&self) -> bool {
-        false
-    }
 
     /// What it is in exported code.
     fn source(&self, values: &[f64], rows: &Rows<'_>) -> Source;
@@ -75,14 +76,14 @@ pub enum Appends {
 }
 
 /// A block's memory of one recording, sample by sample: a whole recording and a live estimator run the same.
-///
 pub trait Stream: fmt::Debug + Send + Sync {
     /// Takes the next sample and writes its columns; for a history the gauges of the past as they are.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// The next sample comes after a gap: what was kept of the samples before it is forgotten. Creep relaxes through a gap by
-    /// itself, play holds.
-    fn gap(&mut self) {}
+    /// Whether the samples so far determine what it remembers; until then it says nothing, or less than later.
+    fn is_determined(&self) -> bool {
+        true
+    }
 }
 
 /// How the values of a block are found by cross-validation.

@@ -1,7 +1,7 @@
 //! The row that describes a sample: gauges, what each block appends, offset; and how it is made, sample by sample.
 //!
 //! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
-//! starts anew with each [`FeatureStream`], or goes on through the gap that a recording follows.
+//! starts anew with each [`FeatureStream`].
 
 use std::ops::Range;
 
@@ -10,7 +10,6 @@ use crate::features::column::{Column, ColumnKind, History};
 use crate::features::gauge_scale::GaugeScale;
 use crate::features::look_back::Thresholds;
 use crate::features::settings::{Blocks, FeatureSettings};
-use crate::recording::Recording;
 
 /// What the columns of a row are.
 ///
@@ -234,26 +233,9 @@ impl<'a> FeatureStream<'a> {
         self.design
     }
 
-    /// Before the first sample of this recording: where it follows a gap, with what the sensor showed before that.
-    pub fn of(design: &'a Design, recording: &Recording) -> Self {
-        let mut stream = Self::new(design);
-        let goes_on = design.features.blocks.used().any(|(block, _)| block.goes_on());
-        if let Some(earlier) = recording.earlier().filter(|_| goes_on) {
-            let n_gauges = design.n_gauges();
-            earlier.replay(
-                &mut (&mut stream, vec![0.0; design.n_columns()]),
-                |(stream, row), time, gauges, auxiliary| {
-                    stream.blocks_row(time, gauges, auxiliary, &mut row[n_gauges..]);
-                },
-                |(stream, _)| stream.gap(),
-            );
-        }
-        stream
-    }
-
-    /// The next sample comes after a gap.
-    pub fn gap(&mut self) {
-        self.blocks.iter_mut().for_each(|(_, stream)| stream.gap());
+    /// Whether the samples so far determine what every block remembers.
+    pub fn is_determined(&self) -> bool {
+        self.blocks.iter().all(|(_, stream)| stream.is_determined())
     }
 
     fn blocks_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], mut row: &mut [f64]) {

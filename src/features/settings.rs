@@ -1,8 +1,8 @@
 //! Which blocks describe a sample, and with which values.
 
-use std::collections::BTreeMap;
+use std::fmt;
 
-use serde::de::Error as _;
+use serde::de::{Error as _, MapAccess, Visitor};
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Value, from_value};
@@ -130,9 +130,24 @@ impl Serialize for FeatureSettings {
 impl<'de> Deserialize<'de> for FeatureSettings {
     /// What is missing is as by default, what is not known is passed over.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let mut settings = Self::default();
-        for (key, value) in BTreeMap::<String, Value>::deserialize(deserializer)? {
-            settings.take(&key, value).map_err(D::Error::custom)?;
+        deserializer.deserialize_map(ByKey)
+    }
+}
+
+/// Reads settings key by key, so that an error says where it stands.
+struct ByKey;
+
+impl<'de> Visitor<'de> for ByKey {
+    type Value = FeatureSettings;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("an object of features")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut keys: A) -> Result<FeatureSettings, A::Error> {
+        let mut settings = FeatureSettings::default();
+        while let Some((key, value)) = keys.next_entry::<String, Value>()? {
+            settings.take(&key, value).map_err(A::Error::custom)?;
         }
         Ok(settings)
     }
@@ -265,10 +280,18 @@ impl FeatureSettings {
 
     /// How long a sample may be looked back at (s); zero where no block keeps samples.
     pub fn window_secs(&self) -> f64 {
+        self.longest(|block, values| block.window_secs(values))
+    }
+
+    /// How long after a cold start it is before all of the past is known, where that is a matter of time (s).
+    pub fn settling_secs(&self) -> f64 {
+        self.longest(|block, values| block.settling_secs(values))
+    }
+
+    fn longest(&self, secs: impl Fn(&dyn Block, &[f64]) -> f64) -> f64 {
         let t_ths_secs = self.look_backs.iter().map(|look_back| look_back.t_th_secs);
-        let blocks = self.blocks.used();
-        let windows_secs = blocks.map(|(block, values)| block.window_secs(values));
-        t_ths_secs.chain(windows_secs).fold(0.0, f64::max)
+        let blocks = self.blocks.used().map(|(block, values)| secs(block, values));
+        t_ths_secs.chain(blocks).fold(0.0, f64::max)
     }
 
     /// Checks every value.

@@ -11,7 +11,6 @@ use super::warning::{Finding, LoadWarning, Trouble};
 use crate::import::error::{ReadError, TableError};
 use crate::import::timeline;
 use crate::recording;
-use crate::recording::gap::LEAP_SECS;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
@@ -220,16 +219,12 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         times.into_iter().zip(gauges).zip(loads).zip(auxiliary)
     {
         let values = [times, gauges, loads, auxiliary];
-        let mut recording = recording(name(recordings.len() + 1), path, &plan, values)
-            .with_held_auxiliary(held.next().unwrap_or_default())
-            .with_gap(cuts.gap_secs)
-            .with_zero(rows.zero_secs);
-        if let Some(before) = recordings.last()
-            && follows(before, &recording)
-        {
-            recording = recording.after(before);
-        }
-        recordings.push(recording);
+        recordings.push(
+            recording(name(recordings.len() + 1), path, &plan, values)
+                .with_held_auxiliary(held.next().unwrap_or_default())
+                .with_gap(cuts.gap_secs)
+                .with_zero(rows.zero_secs),
+        );
     }
     recordings
 }
@@ -265,12 +260,6 @@ fn recording(
         .with_gauge_units(plan.gauge_units.clone())
         .with_auxiliary(names, units, auxiliary)
         .expect("what is missing was held, so that each row has a number for each channel")
-}
-
-/// Whether a recording follows the one before it in its file on the same clock.
-fn follows(before: &Recording, recording: &Recording) -> bool {
-    let step = recording.times()[0] - before.times()[before.n_samples() - 1];
-    (0.0..=LEAP_SECS).contains(&step)
 }
 
 /// Cuts `values`, the first of which is number `offset`, before each of the `starts`. The shorter side of a cut is

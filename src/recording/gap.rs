@@ -3,11 +3,7 @@
 //! A step longer than a *gap* ends a recording where files are read, and tells a calibration at work that samples are
 //! missing. How long that is, is measured here and nowhere else, and stands in each calibration.
 
-use std::sync::Arc;
-
-use super::auxiliary::AuxiliaryTable;
 use super::median::median;
-use super::shared::Shared;
 
 /// A step this many times the median is a pause, not a few lost samples.
 const PAUSE_IN_STEPS: f64 = 20.0;
@@ -52,107 +48,6 @@ pub fn after_wrap(step: f64, gap_secs: f64) -> Option<f64> {
     let wraps = WRAPS_SECS.into_iter();
     let mut wrap = wraps.filter(|wrap| step < 0.0 && (0.0..=gap_secs).contains(&(step + wrap)));
     wrap.next()
-}
-
-/// The gauges of a recording, and of those before it in its file.
-#[derive(Debug)]
-struct Run {
-    times: Shared,
-    gauges: Shared,
-    auxiliary: AuxiliaryTable,
-    before: Option<Arc<Run>>,
-}
-
-/// What a sensor showed before the gap that a recording follows.
-#[derive(Clone, Debug)]
-pub struct Earlier {
-    run: Arc<Run>,
-    /// Taken off the gauges by a tare.
-    less: Vec<f64>,
-    /// Which of the auxiliary channels count.
-    auxiliary: Vec<usize>,
-    /// Every how many-th sample counts.
-    every: usize,
-}
-
-/// Number of samples that say where every block stands at the end of a gap; what came before them is left aside.
-const SAMPLES_BEFORE: usize = 200_000;
-
-impl Earlier {
-    /// A recording and what was before that.
-    pub(super) fn new(
-        times: &Shared,
-        gauges: &Shared,
-        auxiliary: &AuxiliaryTable,
-        before: Option<&Self>,
-        n_gauges: usize,
-    ) -> Self {
-        Self {
-            run: Arc::new(Run {
-                times: times.clone(),
-                gauges: gauges.clone(),
-                auxiliary: auxiliary.clone(),
-                before: before.map(|before| Arc::clone(&before.run)),
-            }),
-            less: vec![0.0; n_gauges],
-            auxiliary: (0..auxiliary.len()).collect(),
-            every: 1,
-        }
-    }
-
-    pub(super) fn tared(&mut self, offsets: &[f64]) {
-        let less = self.less.iter_mut().zip(offsets);
-        less.for_each(|(less, offset)| *less += offset);
-    }
-
-    /// From now on these of the auxiliary channels count.
-    pub(super) fn pick_auxiliary(&mut self, places: &[usize]) {
-        self.auxiliary = places.iter().map(|at| self.auxiliary[*at]).collect();
-    }
-
-    pub(super) fn decimated(&self, step: usize) -> Self {
-        Self { every: self.every * step, ..self.clone() }
-    }
-
-    /// Gives each sample's time, gauges and auxiliary channels to `take`, and calls `gap` after each recording.
-    pub fn replay<T>(
-        &self,
-        state: &mut T,
-        take: impl Fn(&mut T, f64, &[f64], &[f64]),
-        gap: impl Fn(&mut T),
-    ) {
-        let (mut runs, mut n, mut next) = (Vec::new(), 0, Some(&self.run));
-        while let Some(run) = next
-            && n < SAMPLES_BEFORE
-        {
-            runs.push(run);
-            n += run.times.len() / self.every;
-            next = run.before.as_ref();
-        }
-        let mut tared = self.less.clone();
-        let mut auxiliary = vec![0.0; self.auxiliary.len()];
-        for run in runs.into_iter().rev() {
-            let rows = run.times.iter().zip(run.gauges.chunks_exact(self.less.len()));
-            for (k, (time, gauges)) in rows.enumerate().step_by(self.every) {
-                for ((tared, gauge), less) in tared.iter_mut().zip(gauges).zip(&self.less) {
-                    *tared = gauge - less;
-                }
-                for (value, at) in auxiliary.iter_mut().zip(&self.auxiliary) {
-                    *value = run.auxiliary.at(k)[*at];
-                }
-                take(state, *time, &tared, &auxiliary);
-            }
-            gap(state);
-        }
-    }
-}
-
-/// Two are the same if they are of the same samples.
-impl PartialEq for Earlier {
-    fn eq(&self, other: &Self) -> bool {
-        let is_same = Arc::ptr_eq(&self.run, &other.run) && self.auxiliary == other.auxiliary;
-        is_same && self.less == other.less && self.every == other.every
-    }
 }
 
 #[cfg(test)]

@@ -107,10 +107,6 @@ impl Recording {
             };
             let mut part = self.of_ranges(&ranges, name).with_gap(gap_secs);
             part.left_out = Some(left_out.clone());
-            part = match recordings.last() {
-                Some(before) => part.after(before),
-                None => part.after_same(self),
-            };
             recordings.push(part);
         }
         recordings
@@ -152,7 +148,6 @@ mod tests {
         assert_eq!(parts.len(), 2);
         assert_eq!(parts[1].name(), "push (part 2)");
         assert_eq!((parts[1].times()[0], parts[1].loads()[0]), (7.0, 70.0));
-        assert!(parts[1].earlier().is_some(), "creep and play go on");
         assert!(recording.without(&[0..50, 50..100], &left_out).is_empty());
     }
 }

@@ -13,7 +13,7 @@ use crate::recording::auxiliary::AuxiliaryTable;
 use crate::recording::auxiliary::Held;
 use crate::recording::axis::Axis;
 use crate::recording::date::{DateSource, Dated, Day};
-use crate::recording::gap::{Earlier, gap_by_steps};
+use crate::recording::gap::gap_by_steps;
 use crate::recording::left_out::LeftOut;
 use crate::recording::median::median;
 use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, all_joined};
@@ -74,7 +74,6 @@ pub struct Recording {
     zero_secs: f64,
     /// Step above which samples are missing (s), where its file says more than its own steps.
     gap_secs: Option<f64>,
-    earlier: Option<Earlier>,
     /// What a tare took off the gauges; empty where there was none.
     offsets: Vec<f64>,
     pub(super) left_out: Option<LeftOut>,
@@ -156,7 +155,6 @@ impl Recording {
             tare: None,
             zero_secs: 0.0,
             gap_secs: None,
-            earlier: None,
             offsets: Vec::new(),
             left_out: None,
             file_day: None,
@@ -221,9 +219,6 @@ impl Recording {
         if names != self.auxiliary.names() {
             let places = self.auxiliary.places(names)?;
             picked.auxiliary = self.auxiliary.picked(&places);
-            if let Some(earlier) = &mut picked.earlier {
-                earlier.pick_auxiliary(&places);
-            }
         }
         Ok(picked)
     }
@@ -236,9 +231,6 @@ impl Recording {
     /// The recording with these numbers taken off its gauges, one each.
     pub(crate) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
         self.gauges.take_off(offsets);
-        if let Some(earlier) = &mut self.earlier {
-            earlier.tared(offsets);
-        }
         self.tare = Some(tare);
         self.offsets.resize(offsets.len(), 0.0);
         let all = self.offsets.iter_mut().zip(offsets);
@@ -309,29 +301,6 @@ impl Recording {
     /// A sample's time on the clock of the file (s).
     pub fn clock_time(&self, sample: usize) -> f64 {
         self.zero_secs + self.times[sample]
-    }
-
-    /// The recording as that which follows another of its file after a gap: creep and play go on through it.
-    pub(crate) fn after(mut self, before: &Self) -> Self {
-        self.earlier = Some(Earlier::new(
-            &before.times,
-            before.gauges.shared(),
-            &before.auxiliary,
-            before.earlier.as_ref(),
-            before.n_gauges(),
-        ));
-        self
-    }
-
-    /// The recording as that which follows what another follows.
-    pub(super) fn after_same(mut self, other: &Self) -> Self {
-        self.earlier.clone_from(&other.earlier);
-        self
-    }
-
-    /// What the sensor showed before the gap that this follows, if it does.
-    pub(crate) fn earlier(&self) -> Option<&Earlier> {
-        self.earlier.as_ref()
     }
 
     /// Above which step samples are missing (s): what its file was cut by, or by its own steps.
@@ -514,7 +483,6 @@ impl Recording {
             }
         };
         kept.gap_secs = self.gap_secs.map(|gap_secs| gap_secs * step as f64);
-        kept.earlier = self.earlier.as_ref().map(|earlier| earlier.decimated(step));
         kept
     }
 
@@ -575,7 +543,6 @@ impl Recording {
         Self {
             name,
             rate_hz: rate_hz(&times).filter(|_| !self.is_static()),
-            earlier: None,
             times,
             gauges,
             loads,

@@ -105,11 +105,6 @@ impl Ranged {
         }
     }
 
-    /// The numbers alone.
-    pub fn shared(&self) -> &Shared {
-        &self.values
-    }
-
     /// Takes these numbers off its columns, one each.
     pub fn take_off(&mut self, offsets: &[f64]) {
         for row in self.values.make_mut().chunks_exact_mut(offsets.len()) {

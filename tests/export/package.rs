@@ -7,6 +7,7 @@ use std::process::Command;
 
 use loopscope::calibration::Regressor;
 use loopscope::export::write_calibration;
+use loopscope::features::{FeatureSettings, Play};
 
 use crate::c::STRICT;
 use crate::support::{
@@ -194,7 +195,10 @@ fn a_library_tries_auxiliary_channels() {
 #[test]
 fn a_library_tries_what_a_sensor_meets() {
     let directory = tempfile::tempdir().unwrap();
-    let calibration = calibration(every_block(), Regressor::Linear);
+    // A radius that each gauge travels twice: until then the status is "filling".
+    let every = every_block();
+    let features = FeatureSettings { blocks: every.blocks.with(&Play, &[0.05]), ..every };
+    let calibration = calibration(features, Regressor::Linear);
     let at = |name: &str| directory.path().join(name);
     write_calibration(&calibration, &at("arm/")).unwrap();
     let expected = fs::read_to_string(at("arm/expected.csv")).unwrap();

@@ -14,7 +14,8 @@ def loads(cal, samples):
     last = creep = play = None
     for time, s in zip(samples[:, 0], samples[:, 1:]):
         if last is None or time - last > cal["gap_secs"]:
-            history, stays, kept = [], True, -np.inf
+            history, stays, kept, last = [], True, -np.inf, None
+            weight, low, high = np.zeros(len(taus)), s, s
         history = history if stays else history[:-1]
         stays = time - kept >= cal["history_step_secs"]
         kept = time if stays else kept
@@ -29,11 +30,14 @@ def loads(cal, samples):
             (start, before, _), (end, after, _) = history[max(n, 1) - 1], history[min(n, len(history) - 1)]
             row.append(before + (time - start - lag) / (end - start) * (after - before) if n else s)
         creep = np.tile(s, (len(taus), 1)) if last is None else creep
-        creep = creep - np.expm1(-(time - (time if last is None else last)) / taus)[:, None] * (s - creep)
+        share = -np.expm1(-(time - (time if last is None else last)) / taus)
+        creep, weight = creep + share[:, None] * (s - creep), weight + share * (1 - weight)
         play = np.tile(s, (len(radii), 1)) if last is None else play
         play = np.maximum(s - radii[:, None] * sd, np.minimum(s + radii[:, None] * sd, play))
+        low, high = np.minimum(low, s), np.maximum(high, s)
+        known = np.where(high - low >= 2 * radii[:, None] * sd, play, s)
         last, z = time, (s - shift) * inverse
-        histories = row[1:] + list(creep) + list(play)
+        histories = row[1:] + list(s + weight[:, None] * (creep - s)) + list(known)
         degree = features.get("polynomial", 1)
         monomials = [z[i] * z[j] for i in range(g) for j in range(i, g) if degree > 1] + list(z**3 if degree > 2 else [])
         load = np.zeros(len(cal["axes"]))

@@ -17,12 +17,19 @@ def lagged(times, gauges, lag):
 
 
 def low_passed(times, gauges, tau):
-    """A first-order low-pass of gauges that are held between samples."""
+    """A first-order low-pass of gauges that are held between samples, weighted by how much of its start has faded."""
     out = gauges.copy()
     for k in range(1, len(times)):
         share = 1.0 - np.exp(-(times[k] - times[k - 1]) / tau)
         out[k] = out[k - 1] + share * (gauges[k] - out[k - 1])
-    return out
+    weights = 1.0 - np.exp(-(times - times[0]) / tau)
+    return gauges + weights[:, None] * (out - gauges)
+
+
+def known_play(signal, radius):
+    """The play operator, where it no longer depends on where it began: once the signal has travelled twice the radius."""
+    travel = np.maximum.accumulate(signal) - np.minimum.accumulate(signal)
+    return np.where(travel >= 2.0 * radius, play(signal, radius), signal)
 
 
 def monomials(z, degree):
@@ -62,7 +69,7 @@ def calibrate(train, test, f_th, t_th, distance, look_back, lags, creep, radii, 
         histories += [lagged(times, gauges, lag) for lag in lags]
         histories += [low_passed(times, gauges, tau) for tau in creep]
         for radius in radii:
-            columns = [play(column, radius * spread) for column, spread in zip(gauges.T, deviation)]
+            columns = [known_play(column, radius * spread) for column, spread in zip(gauges.T, deviation)]
             histories.append(np.stack(columns, axis=1))
         z = (gauges - shift) * inverse
         columns = np.hstack([z] + [(history - gauges) * inverse for history in histories] + [monomials(z, degree)])

@@ -33,7 +33,7 @@ use loopscope::recording::Axis;
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
 /// Only a window that hangs takes this long, however slow the machine.
-const DEADLINE: Duration = Duration::from_secs(60);
+const DEADLINE: Duration = Duration::from_secs(180);
 
 /// The shell is made in the first frame, when there is a context.
 type Window = Harness<'static, Option<Shell>>;
@@ -548,7 +548,10 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     click(&mut window, Role::Button, "Export");
     told(&mut window, Level::Info, "calibration.json");
     let written = read_calibration(&path).unwrap();
-    assert_eq!(written, with_sources(&fitted.calibration, &state(&window).project().recordings));
+    let recordings = &state(&window).project().recordings;
+    let mut expected = with_sources(&fitted.calibration, recordings);
+    expected.quality.free_coefficients = None; // no file keeps it
+    assert_eq!(written, expected);
     assert!(written.sources.iter().all(|used| used.sha256.is_some()));
 
     type_into(&mut window, "Open", path.to_str().unwrap());

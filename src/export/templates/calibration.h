@@ -182,6 +182,7 @@ typedef struct {
     uint32_t ticks;                                /* or in ticks, */
     {{ prefix }}_clock clock;                      /* or on a clock of its own */
     int started;
+    int undetermined;                              /* whether what a block remembers is not known yet */
     int strays;                                    /* so many samples in a row were off the clock */
     {{ prefix }}_real skipped;                     /* seconds since the last good sample, by the rejected ones; below zero: unknown */
     {{ prefix }}_real load[{{ n_axes }}];
@@ -303,7 +304,6 @@ static inline void {{ prefix }}_forget({{ prefix }}_state *s)
     s->started = 0;
     s->strays = 0;
     s->skipped = 0;
-    s->wrapped = 0;
 }
 
 /* Starts anew: no past, no zero. */
@@ -548,12 +548,13 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
     }
     s->strays = 0;
     s->skipped = 0;
-    if (status == {{ PREFIX }}_RESTARTED)
+    if (status != {{ PREFIX }}_OK)
         {{ prefix }}_forget(s);
+    if (!s->started)
+        dt = 0;
+    s->undetermined = 0;
 {% if ring %}
-    if (status == {{ PREFIX }}_AFTER_GAP)
-        s->kept = 0;
-    if (status != {{ PREFIX }}_OK || !s->started) {
+    if (!s->started) {
         s->since = s->clock;
         s->is_filling = 1;
     }
@@ -637,10 +638,8 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
         (void)dt;
         s->started = 1;
     }
-{% if ring %}
-    if (s->is_filling)
+    if ({{ "s->is_filling || " if ring }}s->undetermined)
         status |= {{ PREFIX }}_FILLING;
-{% endif %}
 {% if auxiliary %}
     for (axis = 0; axis < {{ n_auxiliary }}; axis++)
         if (auxiliary[axis] < c->auxiliary_low[axis] || auxiliary[axis] > c->auxiliary_high[axis])

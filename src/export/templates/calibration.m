@@ -78,16 +78,11 @@ if status >= 16
     return
 end
 state.strays = 0;
-if status == 4
+if status ~= 0
     state = {{ prefix }}_forget(state);
 end
-{% if ring %}
-if status == 2
-    state.kept = 0;
-end
-{% endif %}
 time = time + state.wrapped;
-if status ~= 0 || ~state.started
+if ~state.started
     state.since = time;
 end
 {% if uses_dt %}
@@ -105,6 +100,7 @@ state = {{ prefix }}_keep(state, present{{ ", conventional(c.measured_axis) .* c
 % Gauges less centre, then for each history gauges less the present ones, then monomials.
 row = zeros({{ n_columns }}, 1);
 row(1:{{ n_gauges }}) = present;
+state.undetermined = false;
 {% if n_columns > n_gauges %}
 next = {{ n_gauges }};
 {% endif %}
@@ -119,7 +115,7 @@ end
 {% endfor %}
 state.started = true;
 load = {{ prefix }}_answer(c, row);
-if time - state.since < {{ window_secs|plain }}
+if time - state.since < {{ window_secs|plain }} || state.undetermined
     status = status + 1;
 end
 is_beyond = any(abs(load) > c.limits);
@@ -137,6 +133,7 @@ end
 function state = {{ prefix }}_new()
 % What is remembered between samples.
 state.started = false;
+state.undetermined = false;
 state.strays = 0;
 state.time = 0;
 state.wrapped = 0;
@@ -164,7 +161,6 @@ end
 function state = {{ prefix }}_forget(state)
 state.started = false;
 state.strays = 0;
-state.wrapped = 0;
 {% if ring %}
 state.kept = 0;
 {% endif %}
@@ -192,6 +188,7 @@ if step < 0 || step > {{ leap_secs|plain }}
     status = 16;
     if state.strays >= {{ strays }}
         status = 4;
+        state.wrapped = 0;
     end
 elseif step > {{ gap_secs|plain }}
     status = 2;

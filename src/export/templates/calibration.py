@@ -110,6 +110,7 @@ class State:
         self.conventional_zero = np.zeros(AXES)
         self.gauge_zero = np.zeros(GAUGES)
         self.started = False
+        self.undetermined = False
 {% if ring %}
         # The kept samples stand one after another; when the room is full, the old ones are dropped or the room is doubled.
         self.kept = 0
@@ -150,20 +151,16 @@ class State:
         if self.status >= REJECTED_TIME:
             return np.full(AXES, np.nan), np.full(AXES, np.nan)
         self.strays = 0
-        if self.status == RESTARTED:
+        if self.status != OK:
             self._forget()
-{% if ring %}
-        if self.status == AFTER_GAP:
-            self.kept = 0
-{% endif %}
         time += self.wrapped
-        if self.status != OK or not self.started:
+        if not self.started:
             self.since = time
         dt = time - self.time
         self.time = time
         self._take(time, dt, (gauges - self.gauge_zero) - CENTRE{{ ", auxiliary" if auxiliary }})
         self.started = True
-        if time - self.since < WINDOW_SECS:
+        if time - self.since < WINDOW_SECS or self.undetermined:
             self.status |= FILLING
         if np.any(np.abs(self.load) > LIMITS):
             self.status |= BEYOND
@@ -191,17 +188,20 @@ class State:
         if 0 <= step <= LEAP_SECS:
             return OK if step <= GAP_SECS else AFTER_GAP
         self.strays += 1
-        return REJECTED_TIME if self.strays < STRAYS else RESTARTED
+        if self.strays < STRAYS:
+            return REJECTED_TIME
+        self.wrapped = 0.0
+        return RESTARTED
 
     def _forget(self):
         self.started = False
         self.strays = 0
-        self.wrapped = 0.0
 {% if ring %}
         self.kept = 0
 {% endif %}
 
     def _take(self, time, dt, present{{ ", auxiliary" if auxiliary }}):
+        self.undetermined = False
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges less centre, then for each history gauges less the present ones, then monomials.
         row = [present]

@@ -1,7 +1,7 @@
 //! What moves gauges beside the load: each auxiliary channel and its product with each gauge, at once or through a low-pass.
 //!
 //! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample; with τ = 0 it is the present value. The columns of each τ are,
-//! for each channel, u (a zero that drifts) and u zᵢ (a sensitivity that does). It integrates through gaps as creep does.
+//! for each channel, u (a zero that drifts) and u zᵢ (a sensitivity that does).
 
 use crate::features::block::{Appends, Block, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -62,10 +62,6 @@ impl Block for Auxiliary {
             states: Vec::new(),
             last_secs: 0.0,
         })
-    }
-
-    fn goes_on(&self) -> bool {
-        true
     }
 
     fn source(&self, taus_secs: &[f64], rows: &Rows<'_>) -> Source {

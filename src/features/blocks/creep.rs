@@ -2,6 +2,9 @@
 //!
 //! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. Exact for a gauge that is held between samples,
 //! so the rate of sampling may change.
+//!
+//! What was before the first sample fades from y as e^(−t/τ). So the column is `s + (1 − e^(−t/τ)) (y − s)`: nothing at first, and y once
+//! the start no longer matters.
 
 use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -25,6 +28,9 @@ const TAUS: Setting = Setting {
     explanation: "Appends low-passes of each gauge with these time constants: what follows a load only slowly",
     source: "reference 22 of the paper",
 };
+
+/// From this weight on the state counts as determined: after three time constants.
+const DETERMINED: f64 = 0.95;
 
 /// Time constants that are tried, as far as the recordings can show them (s).
 const CANDIDATES: [f64; 12] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
@@ -56,14 +62,18 @@ impl Block for Creep {
         Box::new(LowPasses::new(taus_secs))
     }
 
-    fn goes_on(&self) -> bool {
-        true
+    fn settling_secs(&self, taus_secs: &[f64]) -> f64 {
+        let longest = taus_secs.iter().copied().fold(0.0, f64::max);
+        -longest * (1.0 - DETERMINED).ln()
     }
 
     fn source(&self, taus_secs: &[f64], _rows: &Rows<'_>) -> Source {
         let sets = taus_secs.len();
         Source::new(
-            vec![Constant::reals("tau_secs", taus_secs.iter().copied())],
+            vec![
+                Constant::reals("tau_secs", taus_secs.iter().copied()),
+                Constant::reals("creep_determined", std::iter::once(DETERMINED)),
+            ],
             vec![
                 Memory::of_gauges("creep", sets),
                 Memory::of_gauges("creep_rest", sets)
@@ -71,6 +81,7 @@ impl Block for Creep {
                 Memory::single("creep_share", sets)
                     .about("of a step like the last, which is that long:"),
                 Memory::single("creep_step", sets),
+                Memory::single("creep_weight", sets).about("from 0 at the start to 1"),
             ],
             [C, RUST, PYTHON, MATLAB],
         )
@@ -88,13 +99,16 @@ const C: &str = "
                 s->creep_step[at] = dt;
                 s->creep_share[at] = -{{ prefix }}_expm1(-dt / c->tau_secs[at]);
             }
+            s->creep_weight[at] += s->creep_share[at] * (1 - s->creep_weight[at]);
+            if (s->creep_weight[at] < c->creep_determined[0])
+                s->undetermined = 1;
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real state = s->started ? s->creep[at][g] : row[g];
                 {{ prefix }}_real by = s->creep_share[at] * (row[g] - state) - s->creep_rest[at][g];
                 {{ prefix }}_real moved = state + by;
                 s->creep_rest[at][g] = (moved - state) - by;
                 s->creep[at][g] = moved;
-                *next++ = moved - row[g];
+                *next++ = s->creep_weight[at] * (moved - row[g]);
             }
         }
 ";
@@ -106,13 +120,15 @@ const RUST: &str = "
                 self.creep_step[at] = dt;
                 self.creep_share[at] = -exp_m1(-dt / tau_secs);
             }
+            self.creep_weight[at] += self.creep_share[at] * (1.0 - self.creep_weight[at]);
+            self.undetermined |= self.creep_weight[at] < CREEP_DETERMINED[0];
             for (g, present) in row[..GAUGES].iter().enumerate() {
                 let state = if self.started { self.creep[at][g] } else { *present };
                 let by = self.creep_share[at] * (present - state) - self.creep_rest[at][g];
                 let moved = state + by;
                 self.creep_rest[at][g] = (moved - state) - by;
                 self.creep[at][g] = moved;
-                next_values[g] = moved - present;
+                next_values[g] = self.creep_weight[at] * (moved - present);
             }
             row[next..next + GAUGES].copy_from_slice(&next_values);
             next += GAUGES;
@@ -122,19 +138,27 @@ const RUST: &str = "
 const PYTHON: &str = "
         if not self.started:
             self.creep = np.tile(present, (len(TAU_SECS), 1))
-        for state, tau_secs in zip(self.creep, TAU_SECS):
+            self.creep_weight = np.zeros(len(TAU_SECS))
+        for at, (state, tau_secs) in enumerate(zip(self.creep, TAU_SECS)):
             if self.started:
-                state += -np.expm1(-dt / tau_secs) * (present - state)
-            row.append(state - present)
+                share = -np.expm1(-dt / tau_secs)
+                state += share * (present - state)
+                self.creep_weight[at] += share * (1 - self.creep_weight[at])
+            row.append(self.creep_weight[at] * (state - present))
+        self.undetermined |= np.any(self.creep_weight < CREEP_DETERMINED)
 ";
 
 const MATLAB: &str = "
 for at = 1:{{ sets }}
     if ~state.started
         state.creep(:, at) = present;
+        state.creep_weight(:, at) = 0;
     end
-    state.creep(:, at) = state.creep(:, at) - expm1(-dt / c.tau_secs(at)) * (present - state.creep(:, at));
-    row(next + (1:{{ n_gauges }})) = state.creep(:, at) - present;
+    share = -expm1(-dt / c.tau_secs(at));
+    state.creep(:, at) = state.creep(:, at) + share * (present - state.creep(:, at));
+    state.creep_weight(:, at) = state.creep_weight(:, at) + share * (1 - state.creep_weight(:, at));
+    state.undetermined = state.undetermined || state.creep_weight(:, at) < c.creep_determined;
+    row(next + (1:{{ n_gauges }})) = state.creep_weight(:, at) * (state.creep(:, at) - present);
     next = next + {{ n_gauges }};
 end
 ";
@@ -142,7 +166,8 @@ end
 /// The low-passes of one recording.
 #[derive(Clone, Debug)]
 struct LowPasses {
-    taus_secs: Vec<f64>,
+    /// Each time constant, with the weight that its state has by now.
+    taus: Vec<(f64, f64)>,
     /// One set of gauges per time constant; empty before the first sample.
     states: Vec<f64>,
     last_secs: f64,
@@ -150,25 +175,33 @@ struct LowPasses {
 
 impl LowPasses {
     fn new(taus_secs: &[f64]) -> Self {
-        Self { taus_secs: taus_secs.to_vec(), states: Vec::new(), last_secs: 0.0 }
+        let taus = taus_secs.iter().map(|tau| (*tau, 0.0)).collect();
+        Self { taus, states: Vec::new(), last_secs: 0.0 }
     }
 }
 
 impl Stream for LowPasses {
     fn step(&mut self, time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
+        let n = gauges.len();
         if self.states.is_empty() {
-            self.states = gauges.repeat(self.taus_secs.len());
+            self.states = gauges.repeat(self.taus.len());
             self.last_secs = time;
         }
         let elapsed = time - self.last_secs;
         self.last_secs = time;
-        for (tau, states) in self.taus_secs.iter().zip(self.states.chunks_exact_mut(gauges.len())) {
-            let share = -(-elapsed / tau).exp_m1();
-            for (state, gauge) in states.iter_mut().zip(gauges) {
+        let sets = self.states.chunks_exact_mut(n).zip(out.chunks_exact_mut(n));
+        for ((tau, weight), (states, out)) in self.taus.iter_mut().zip(sets) {
+            let share = -(-elapsed / *tau).exp_m1();
+            *weight += share * (1.0 - *weight);
+            for ((state, gauge), out) in states.iter_mut().zip(gauges).zip(out) {
                 *state += share * (gauge - *state);
+                *out = gauge + *weight * (*state - gauge);
             }
         }
-        out.copy_from_slice(&self.states);
+    }
+
+    fn is_determined(&self) -> bool {
+        self.taus.iter().all(|(_, weight)| *weight >= DETERMINED)
     }
 }
 
@@ -176,17 +209,19 @@ impl Stream for LowPasses {
 mod tests {
     use super::*;
 
-    /// After a step from 0 to 1 the low-pass is `1 − e^(−t/τ)`, however the time is cut into samples.
+    /// After a step from 0 to 1 the low-pass is `1 − e^(−t/τ)`, and so is its weight, however the time is cut into samples.
     #[test]
     fn a_step_is_answered_by_an_exponential() {
         let mut creep = LowPasses::new(&[2.0, 10.0]);
         let mut out = [0.0; 2];
         creep.step(0.0, &[0.0], &[], &mut out);
-        for time in [0.1, 0.15, 1.0, 4.0, 20.0] {
+        for time in [0.1, 0.15, 1.0, 4.0, 20.0, 31.0] {
             creep.step(time, &[1.0], &[], &mut out);
             for (value, tau) in out.iter().zip([2.0, 10.0]) {
-                assert!((value - (1.0 - (-time / tau).exp())).abs() < 1e-12);
+                let [fading, weight] = [(-time / tau).exp(), 1.0 - (-time / tau).exp()];
+                assert!((value - (1.0 - weight * fading)).abs() < 1e-12);
             }
+            assert_eq!(creep.is_determined(), time > 30.0);
         }
     }
 

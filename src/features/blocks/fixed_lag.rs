@@ -200,7 +200,6 @@ struct Lags {
     n_gauges: usize,
     /// For each lag, the position of the first kept sample that is younger than it.
     younger: Vec<usize>,
-    step_secs: f64,
     kept: Kept,
 }
 
@@ -212,7 +211,6 @@ impl Lags {
             gauges: VecDeque::new(),
             n_gauges,
             younger: vec![0; lags_secs.len()],
-            step_secs,
             kept: Kept::new(step_secs),
         }
     }
@@ -253,10 +251,6 @@ impl Stream for Lags {
             self.younger.iter_mut().for_each(|younger| *younger -= 1);
         }
     }
-
-    fn gap(&mut self) {
-        *self = Self::new(&self.lags_secs, self.n_gauges, self.step_secs);
-    }
 }
 
 #[cfg(test)]
@@ -291,20 +285,6 @@ mod tests {
             assert!((out[0] - expected).abs() < 1e-9, "{time} s: {out:?}");
             assert!(lag.times.len() < 10);
         }
-    }
-
-    #[test]
-    fn after_a_gap_the_present_stands_in_until_the_lag_has_passed() {
-        let mut lag = Lags::new(&[0.5], 1, 0.0);
-        let mut out = [0.0];
-        lag.step(0.0, &[1.0], &[], &mut out);
-        lag.step(1.0, &[2.0], &[], &mut out);
-        assert_eq!(out, [1.5]);
-        lag.gap();
-        lag.step(9.0, &[3.0], &[], &mut out);
-        assert_eq!(out, [3.0]);
-        lag.step(9.5, &[4.0], &[], &mut out);
-        assert_eq!(out, [3.0]);
     }
 
     #[test]

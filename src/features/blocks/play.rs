@@ -1,8 +1,10 @@
 //! Play operators: a gauge dragged through a clearance of ± r (generalised Prandtl-Ishlinskii model, whose inverse is
 //! of the same class and is fitted directly).
 //!
-//! `p ← max(s − r, min(s + r, p))`, relaxed at the first sample: p = s. Radii are given in standard deviations of the
-//! gauge, so that one list fits gauges of any unit.
+//! `p ← max(s − r, min(s + r, p))`. Radii are given in standard deviations of the gauge, so that one list fits gauges of any unit.
+//!
+//! Where an operator stands at the first sample is not known. Once its gauge has travelled 2 r, from the lowest to the highest value so
+//! far, it stands at the same place wherever it began. Until then it says nothing: its column is the present gauge.
 
 use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -58,10 +60,6 @@ impl Block for Play {
         Box::new(Operators::new(radii, &scale.deviation))
     }
 
-    fn goes_on(&self) -> bool {
-        true
-    }
-
     fn source(&self, radii: &[f64], rows: &Rows<'_>) -> Source {
         let in_units_of_gauges =
             |radius: &f64| rows.scale.deviation.iter().map(|sd| radius * sd).collect();
@@ -71,7 +69,11 @@ impl Block for Play {
                 precision: Precision::Real,
                 numbers: Numbers::Rows(radii.iter().map(in_units_of_gauges).collect()),
             }],
-            vec![Memory::of_gauges("play", radii.len())],
+            vec![
+                Memory::of_gauges("play", radii.len()),
+                Memory::of_gauges("play_low", 1).about("how far the gauges have been"),
+                Memory::of_gauges("play_high", 1),
+            ],
             [C, RUST, PYTHON, MATLAB],
         )
     }
@@ -83,6 +85,12 @@ impl Block for Play {
 
 const C: &str = "
         int at;
+        for (g = 0; g < {{ n_gauges }}; g++) {
+            if (!s->started || row[g] < s->play_low[0][g])
+                s->play_low[0][g] = row[g];
+            if (!s->started || row[g] > s->play_high[0][g])
+                s->play_high[0][g] = row[g];
+        }
         for (at = 0; at < {{ sets }}; at++) {
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
@@ -90,19 +98,31 @@ const C: &str = "
                 position = position > high ? high : position;
                 position = position < low ? low : position;
                 s->play[at][g] = position;
+                if (s->play_high[0][g] - s->play_low[0][g] < 2 * c->radius[at][g]) {
+                    s->undetermined = 1;
+                    position = row[g];
+                }
                 *next++ = position - row[g];
             }
         }
 ";
 
 const RUST: &str = "
+        if !self.started {
+            (self.play_low[0], self.play_high[0]) = ([Real::INFINITY; GAUGES], [-Real::INFINITY; GAUGES]);
+        }
+        for ((low, high), gauge) in self.play_low[0].iter_mut().zip(&mut self.play_high[0]).zip(&row) {
+            (*low, *high) = (low.min(*gauge), high.max(*gauge));
+        }
         for (position, radius) in self.play.iter_mut().zip(&RADIUS) {
             for g in 0..GAUGES {
                 if !self.started {
                     position[g] = row[g];
                 }
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
-                row[next + g] = position[g] - row[g];
+                let is_determined = self.play_high[0][g] - self.play_low[0][g] >= 2.0 * radius[g];
+                self.undetermined |= !is_determined;
+                row[next + g] = if is_determined { position[g] - row[g] } else { 0.0 };
             }
             next += GAUGES;
         }
@@ -111,18 +131,31 @@ const RUST: &str = "
 const PYTHON: &str = "
         if not self.started:
             self.play = np.tile(present, (len(RADIUS), 1))
+            self.play_low = self.play_high = present
+        self.play_low = np.minimum(self.play_low, present)
+        self.play_high = np.maximum(self.play_high, present)
         self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
-        row.extend(self.play - present)
+        is_determined = self.play_high - self.play_low >= 2 * RADIUS
+        self.undetermined |= not np.all(is_determined)
+        row.extend(np.where(is_determined, self.play - present, 0.0))
 ";
 
 const MATLAB: &str = "
+if ~state.started
+    state.play_low(:, 1) = present;
+    state.play_high(:, 1) = present;
+end
+state.play_low(:, 1) = min(state.play_low(:, 1), present);
+state.play_high(:, 1) = max(state.play_high(:, 1), present);
 for at = 1:{{ sets }}
     if ~state.started
         state.play(:, at) = present;
     end
     radius = c.radius(at, :)';
     state.play(:, at) = max(min(state.play(:, at), present + radius), present - radius);
-    row(next + (1:{{ n_gauges }})) = state.play(:, at) - present;
+    is_determined = state.play_high(:, 1) - state.play_low(:, 1) >= 2 * radius;
+    state.undetermined = state.undetermined || ~all(is_determined);
+    row(next + (1:{{ n_gauges }})) = (state.play(:, at) - present) .* is_determined;
     next = next + {{ n_gauges }};
 end
 ";
@@ -134,6 +167,8 @@ struct Operators {
     radii: Vec<f64>,
     /// Likewise; empty before the first sample.
     positions: Vec<f64>,
+    /// The lowest and the highest value of each gauge so far.
+    travel: Vec<[f64; 2]>,
 }
 
 impl Operators {
@@ -145,22 +180,38 @@ impl Operators {
                 .flat_map(|&radius| deviations.iter().map(move |deviation| radius * deviation))
                 .collect(),
             positions: Vec::new(),
+            travel: Vec::new(),
         }
     }
+}
+
+/// Returns true if an operator of this radius stands where it does wherever it began.
+fn is_determined([low, high]: [f64; 2], radius: f64) -> bool {
+    high - low >= 2.0 * radius
 }
 
 impl Stream for Operators {
     fn step(&mut self, _time: f64, gauges: &[f64], _: &[f64], out: &mut [f64]) {
         if self.positions.is_empty() {
             self.positions = gauges.repeat(self.radii.len() / gauges.len());
+            self.travel = gauges.iter().map(|gauge| [*gauge; 2]).collect();
         }
-        let sets = self.positions.chunks_exact_mut(gauges.len());
-        for (positions, radii) in sets.zip(self.radii.chunks_exact(gauges.len())) {
-            for ((position, gauge), radius) in positions.iter_mut().zip(gauges).zip(radii) {
-                *position = position.min(gauge + radius).max(gauge - radius);
-            }
+        for ([low, high], gauge) in self.travel.iter_mut().zip(gauges) {
+            (*low, *high) = (low.min(*gauge), high.max(*gauge));
         }
-        out.copy_from_slice(&self.positions);
+        let n = gauges.len();
+        for (at, (position, radius)) in self.positions.iter_mut().zip(&self.radii).enumerate() {
+            let gauge = gauges[at % n];
+            *position = position.min(gauge + radius).max(gauge - radius);
+            let is_known = is_determined(self.travel[at % n], *radius);
+            out[at] = if is_known { *position } else { gauge };
+        }
+    }
+
+    fn is_determined(&self) -> bool {
+        let n = self.travel.len();
+        let mut radii = self.radii.iter().enumerate();
+        radii.all(|(at, radius)| n > 0 && is_determined(self.travel[at % n], *radius))
     }
 }
 
@@ -180,13 +231,31 @@ mod tests {
             .collect()
     }
 
-    /// Radius 0.5 SD of 2 is 1: up to 4 it follows one below, then waits until the gauge is one below it.
+    /// Radius 0.5 SD of 2 is 1: silent until the gauge has travelled 2; up to 4 it follows one below, then waits until the gauge is
+    /// one below it.
     #[test]
     fn the_position_is_dragged_and_waits_after_a_reversal() {
         assert_eq!(
-            positions(0.5, &[0.0, 0.5, 2.0, 4.0, 3.5, 2.0, 1.0, 0.0]),
-            [0.0, 0.0, 1.0, 3.0, 3.0, 3.0, 2.0, 1.0]
+            positions(0.5, &[0.0, 0.5, 1.5, 2.0, 4.0, 3.5, 2.0, 1.0, 0.0]),
+            [0.0, 0.5, 1.5, 1.0, 3.0, 3.0, 3.0, 2.0, 1.0]
         );
+    }
+
+    /// Whatever came before the first sample, an operator says the same as one that knows it, or nothing.
+    #[test]
+    fn what_is_said_does_not_depend_on_what_was_before() {
+        let gauge = |k: usize| 3.0 * (0.37 * k as f64).sin() + 2.0 * (0.11 * k as f64).cos();
+        let all: Vec<f64> = (0..400).map(gauge).collect();
+        for radius in [0.2, 0.8, 1.7, 4.0] {
+            let warm = &positions(radius, &all)[200..];
+            let cold = positions(radius, &all[200..]);
+            let n_silent = (cold.iter().zip(&all[200..])).take_while(|(own, gauge)| own == gauge);
+            let n_silent = n_silent.count();
+            assert!(n_silent > 0 && (radius < 4.0) == (n_silent < 200), "{radius}: {n_silent}");
+            if radius < 4.0 {
+                assert_eq!(cold[n_silent..], warm[n_silent..], "{radius}");
+            }
+        }
     }
 
     #[test]

@@ -333,7 +333,7 @@ impl Rows for TrainingRows<'_> {
 
     fn pass(&self, run: usize, take: TakeRows<'_>) {
         let Run { recording, past, conventional, pieces } = &self.runs[run];
-        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::of(self.design, recording));
+        let (from, mut stream) = (RowsOf::of(recording), FeatureStream::new(self.design));
         let mut raw = vec![0.0; self.design.n_columns()];
         let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = vec![0.0; self.n_axes];

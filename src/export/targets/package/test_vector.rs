@@ -95,7 +95,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     let rate_hz = calibration.rate_hz.unwrap_or(USUAL_RATE_HZ);
     let fast_secs = (1.0 / rate_hz).max(1e-3);
     let gap_secs = calibration.gap_secs;
-    let slow_secs = calibration.features.window_secs() / SLOW_PER_WINDOW;
+    let slow_secs = calibration.features.settling_secs() / SLOW_PER_WINDOW;
     let slow_secs = slow_secs.min(0.4 * gap_secs).max(fast_secs);
     let gauges_at = motion(calibration);
     let mut samples: Vec<Sample> = Vec::new();
