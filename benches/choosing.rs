@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use loopscope::calibration::FitSettings;
 use loopscope::progress::Progress;
-use loopscope::questions::{Search, find_best};
+use loopscope::questions::{Search, WITHIN, find_best};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 /// A generator of numbers, the same on every machine: xorshift64*.
@@ -62,6 +62,8 @@ enum Motion {
     Stairs,
     /// From zero up and back, again and again, never below zero.
     Presses,
+    /// As [`Motion::Smooth`], and under load from the first sample on.
+    Loaded,
 }
 
 struct Sensor {
@@ -71,6 +73,8 @@ struct Sensor {
     pasts: &'static [Past],
     square: f64,
     noise: f64,
+    /// How far the zeros wander within a recording.
+    drift: f64,
     motion: Motion,
     n_train: usize,
     secs: f64,
@@ -90,6 +94,7 @@ const PLAIN: Sensor = Sensor {
     pasts: &[Past::None],
     square: 0.0,
     noise: 0.002,
+    drift: 0.0,
     motion: Motion::Smooth,
     n_train: 8,
     secs: 60.0,
@@ -162,8 +167,37 @@ const SENSORS: &[Sensor] = &[
         noise: 0.02,
         n_train: 12,
         secs: 20.0,
+        ..PLAIN
     },
     Sensor { name: "slow gauges", pasts: &[Past::Delay(0.15)], ..PLAIN },
+    Sensor { name: "gauges slower by one sample", pasts: &[Past::Delay(0.04)], ..PLAIN },
+    Sensor {
+        name: "wide play, begun under load",
+        pasts: &[Past::BoucWen(0.15, 1.2)],
+        motion: Motion::Loaded,
+        secs: 30.0,
+        ..PLAIN
+    },
+    Sensor {
+        name: "presses of one long recording, slip and creep",
+        pasts: &[Past::Slip(0.08), Past::Creep(0.1, [2.0, 20.0])],
+        n_gauges: 3,
+        axes: ONE,
+        motion: Motion::Presses,
+        noise: 0.01,
+        n_train: 1,
+        secs: 400.0,
+        ..PLAIN
+    },
+    Sensor {
+        name: "drifting zeros, one long recording",
+        pasts: &[Past::BoucWen(0.1, 0.3)],
+        drift: 0.3,
+        n_train: 1,
+        secs: 400.0,
+        ..PLAIN
+    },
+    Sensor { name: "drifting zeros, no past", drift: 0.2, ..PLAIN },
 ];
 
 /// The state of one gauge's past.
@@ -210,7 +244,7 @@ impl Memory {
 /// The load of one axis over time, within ±1 or 0 to 1.
 fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
     match kind {
-        Motion::Smooth => {
+        Motion::Smooth | Motion::Loaded => {
             let sines: Vec<[f64; 3]> = (0..4)
                 .map(|_| {
                     [
@@ -223,9 +257,10 @@ fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
             let at = |k| {
                 let of_sine =
                     |[f, phase, size]: &[f64; 3]| size * (TAU * f * k as f64 / RATE + phase).sin();
-                sines.iter().map(of_sine).sum()
+                sines.iter().map(of_sine).sum::<f64>()
             };
-            (0..n).map(at).collect()
+            let offset = if matches!(kind, Motion::Loaded) { 0.7 } else { 0.0 };
+            (0..n).map(|k| offset + at(k)).collect()
         }
         Motion::Stairs => {
             let (mut now, mut target, mut hold) = (0.0_f64, 0.0_f64, 0.0);
@@ -278,6 +313,8 @@ fn recording(
         })
         .collect();
     let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+    let mut zeros: Vec<f64> = (0..g).map(|_| 0.3 * sensor.drift * numbers.normal()).collect();
+    let wander = sensor.drift / (n as f64).sqrt();
     #[expect(clippy::needless_range_loop, reason = "the same sample of several axes")]
     for k in 0..before + n {
         for (gauge, memories) in memories.iter_mut().enumerate() {
@@ -286,8 +323,11 @@ fn recording(
             let past: f64 = memories.iter_mut().map(|memory| memory.step(strain)).sum();
             let reads =
                 strain + sensor.square * strain * strain + past + sensor.noise * numbers.normal();
+            if sensor.drift > 0.0 {
+                zeros[gauge] += wander * numbers.normal();
+            }
             if k >= before {
-                gauges.push(0.3 + reads);
+                gauges.push(0.3 + zeros[gauge] + reads);
             }
         }
         if k >= before {
@@ -337,6 +377,7 @@ fn main() {
             recordings: Arc::new(recordings(sensor, seed * 1000 + at as u64)),
             settings: FitSettings::default(),
             time_limit: Duration::from_secs(600),
+            within: WITHIN,
         };
         let best = find_best(&search, &Progress::default(), &|_| {}).expect("all can be fitted");
         let test = |at: usize| {
@@ -370,8 +411,8 @@ fn main() {
                     tried.model.spread.unwrap_or_default(),
                     error,
                     tried.model.seconds.unwrap_or_default(),
-                    if tried.is_good { "=" } else { " " },
-                    tried.blocks
+                    if tried.is_smallest { "=" } else { " " },
+                    tried.refused.as_ref().unwrap_or(&tried.blocks)
                 );
             }
             for (name, why) in &best.failed {

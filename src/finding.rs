@@ -3,6 +3,8 @@
 //! Guarantees: what a finding does and what to do about it are worded here, once, in words of the matter; [`Way`] adds how the command line
 //! or the window does it. What was seen is worded where it is found.
 
+use std::fmt;
+
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use strum::IntoStaticStr;
 
@@ -63,6 +65,10 @@ pub enum Way {
     Tare,
     /// A mass hangs on an arm.
     Arm,
+    /// The clocks of two files are brought together.
+    ClockOffset,
+    /// A file is written over.
+    Replace,
 }
 
 impl Way {
@@ -82,12 +88,27 @@ impl Way {
             Self::Faulty => ["--leave-out-faulty", "Leave out"],
             Self::Tare => ["e.g. --tare 0:1.5", "right-click the recording"],
             Self::Arm => ["--arm", "Hanging mass"],
+            Self::ClockOffset => [
+                "`loopscope inspect FILE` estimates it; \"clock_offset_secs\" under \"join\" in the column map",
+                "File > Import estimates it",
+            ],
+            Self::Replace => ["--force", "Replace"],
         }
     }
 }
 
-/// A text, and how this face does what it asks for.
-pub(crate) fn with_ways(text: String, ways: &[Way], face: Face) -> String {
+/// A text that asks for something, which each face does in its own way.
+pub trait Advice: fmt::Display {
+    /// How it is done.
+    fn ways(&self) -> &'static [Way];
+
+    /// Returns the text, with how this face does what it asks for.
+    fn text(&self, face: Face) -> String {
+        with_ways(self.to_string(), self.ways(), face)
+    }
+}
+
+fn with_ways(text: String, ways: &[Way], face: Face) -> String {
     let ways: Vec<&str> = match face {
         Face::CommandLine => ways.iter().map(|way| way.words()[0]).collect(),
         Face::Window => ways.iter().map(|way| way.words()[1]).collect(),
@@ -164,7 +185,6 @@ pub enum Id {
     LoneGroup,
     Still,
     OutsideTrained,
-    OutsideOthers,
     FewLoads,
     FewLoadsPredicted,
     Rank,
@@ -177,7 +197,19 @@ pub enum Id {
     AuxiliaryBeyond,
     AuxiliaryLeft,
     NoGauge,
+    TareChanged,
+    ZerosDrift,
+    GaugeChanged,
+    AllGaugesChanged,
+    ReferenceScale,
+    FrameTurned,
+    ColumnsSwapped,
     Odd,
+    Lag,
+    SameSamples,
+    OneSided,
+    OneAxisAtATime,
+    OneProgramme,
     Faults,
     FarOff,
     WorseOnTest,
@@ -187,13 +219,16 @@ pub enum Id {
     MovesTogether,
     NeverAlone,
     NotReached,
-    LoneLoad,
-    LoneRecording,
     LinearOnly,
     Unreached,
 }
 
 impl Id {
+    /// Whether it is something wrong with recordings, rather than what that makes of errors and coefficients.
+    pub(crate) fn is_cause(self) -> bool {
+        matches!(self.words().0, "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated")
+    }
+
     /// What it is about, in a word that stays the same; what was seen does this to the calibration, and what to do; how to do it.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
@@ -250,9 +285,6 @@ impl Id {
                 "the test error there is that of an extrapolation; train on such loads, or test within",
                 &[],
             ),
-            Self::OutsideOthers => {
-                ("outside", "left out, it is predicted by an extrapolation", &[])
-            }
             Self::FewLoads => (
                 "load_cases",
                 "many fits do as well on these loads, and differ on others; record more loads, or take fewer features or a ridge",
@@ -287,7 +319,7 @@ impl Id {
             ),
             Self::LinearAlone => (
                 "regressor",
-                "on left-out samples it does no better there than within one standard error, so the linear part stands alone; a \
+                "on left-out samples it is not surely better there, so the linear part stands alone; a \
                  linear calibration is as good, or record more",
                 &[Way::Regressor],
             ),
@@ -305,6 +337,63 @@ impl Id {
                 "no_gauge",
                 "no gauge of a sensor does so, and the sensor in use will not have such a column; give it another role",
                 &[Way::Columns],
+            ),
+            Self::TareChanged => (
+                "rig",
+                "the fit takes the mean of both zeros; tare each recording, or leave out those before or after",
+                &[Way::Tare, Way::Roles],
+            ),
+            Self::ZerosDrift => (
+                "rig",
+                "the fit takes the mean of the zeros; tare each recording, or let the sensor warm up",
+                &[Way::Tare],
+            ),
+            Self::GaugeChanged => (
+                "rig",
+                "look at this gauge, its cable and its amplifier, or take the recordings out of training",
+                &[Way::Roles],
+            ),
+            Self::AllGaugesChanged => (
+                "rig",
+                "look at the gain and the supply of the amplifier, and at the unit of the reference",
+                &[Way::Columns, Way::Roles],
+            ),
+            Self::ReferenceScale => (
+                "rig",
+                "look at the unit and the sign of the reference's columns",
+                &[Way::Columns, Way::Roles],
+            ),
+            Self::FrameTurned => (
+                "rig",
+                "look at how sensor and reference were mounted, or take the recording out of training",
+                &[Way::Roles],
+            ),
+            Self::ColumnsSwapped => {
+                ("rig", "give the columns their roles in this recording", &[Way::Columns])
+            }
+            Self::Lag => (
+                "lag",
+                "the clocks of gauges and reference differ, or one of them is filtered; mend it before the past is used, since a look-back \
+                 would learn it",
+                &[Way::Columns],
+            ),
+            Self::SameSamples => (
+                "repeated",
+                "left out, it is predicted by itself, so the errors flatter; take one of them away",
+                &[Way::Roles],
+            ),
+            Self::OneSided => (
+                "reach",
+                "the calibration is not shown to hold for the other way; record loads that way, or enter what is rated that way",
+                &[],
+            ),
+            Self::OneAxisAtATime => {
+                ("reach", "the expected error says nothing of combined loads; record some", &[])
+            }
+            Self::OneProgramme => (
+                "reach",
+                "the expected error says nothing of another programme, above all with a past; record another one",
+                &[],
             ),
             Self::Odd => (
                 "odd",
@@ -344,14 +433,6 @@ impl Id {
             Self::NeverAlone => ("correlation", "it was hardly ever loaded on its own", &[]),
             Self::NotReached => {
                 ("reach", "beyond that the matrix extrapolates; record larger loads", &[])
-            }
-            Self::LoneLoad => (
-                "leverage",
-                "no other load is like it, and an error in it goes straight into the matrix; repeat such loads",
-                &[],
-            ),
-            Self::LoneRecording => {
-                ("leverage", "an error in it goes straight into the matrix; repeat such loads", &[])
             }
             Self::LinearOnly => (
                 "regressor",

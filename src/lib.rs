@@ -17,7 +17,8 @@
 //! | [`cli`] | the command line | [`cli::Job`] |
 //! | `ui` | the window (feature `gui`), one file a pane: panes ask questions, draw answers, push edits | `ui::Shell` |
 //!
-//! [`finding`] is what the program tells beside numbers, [`progress`] how slow work is watched and cancelled.
+//! [`finding`] is what the program tells beside numbers, [`progress`] how slow work is watched and cancelled, [`min_max`] the range
+//! of some numbers.
 //!
 //! What another program can use of it: read recordings, fit and score a calibration, write it, read it again, and run it sample by
 //! sample. Everything else is the crate's own.
@@ -69,6 +70,7 @@
 mod about;
 pub mod calibration;
 pub mod cli;
+mod dot;
 pub mod engine;
 pub mod export;
 pub mod features;
@@ -77,6 +79,7 @@ pub mod formats;
 pub mod import;
 mod lanes;
 pub mod logged;
+pub mod min_max;
 mod outward;
 pub(crate) mod panicked;
 pub mod progress;

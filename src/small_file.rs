@@ -34,6 +34,29 @@ pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Resul
     Ok(content)
 }
 
+/// Why a TOML file cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {reason}")]
+pub struct TomlError {
+    path: String,
+    reason: String,
+}
+
+/// Maximum length of a TOML file in bytes.
+const TOML_BYTES_LIMIT: u64 = 1 << 20;
+
+/// Reads `what` of a TOML file.
+pub(crate) fn read_toml<T>(
+    path: &Path,
+    what: &str,
+    parse: fn(&str) -> Result<T, String>,
+) -> Result<T, TomlError> {
+    let text = read_small(path, what, TOML_BYTES_LIMIT).map_err(|error| error.to_string());
+    let text = text.and_then(|text| String::from_utf8(text).map_err(|_| "not in UTF-8".to_owned()));
+    let parsed = text.and_then(|text| parse(&text));
+    parsed.map_err(|reason| TomlError { path: path.display().to_string(), reason })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

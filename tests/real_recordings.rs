@@ -286,6 +286,7 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
                     axis: *axis,
                     up: Up::Error,
                     span: Span::All,
+                    lag_removed: false,
                     frame,
                     pixels,
                 });

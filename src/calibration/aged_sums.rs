@@ -9,7 +9,7 @@ use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::NormalEquations;
 use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
 use crate::calibration::sums::Piece;
-use crate::calibration::sums::{Pass, TakesRows};
+use crate::calibration::sums::{Pass, TakesRows, cold_past};
 use crate::features::Design;
 use crate::progress::Progress;
 
@@ -93,7 +93,7 @@ pub struct ThresholdAges<'a> {
 }
 
 /// The products of each piece of a recording by age; like [`recording_sums`](crate::calibration::recording_sums) in
-/// all else.
+/// all else, or like [`cold_sums`](crate::calibration::cold_sums).
 ///
 /// # Panics
 /// If the recording has no reference, a piece reaches beyond it, or the design has no look-back.
@@ -102,6 +102,7 @@ pub fn aged_sums(
     conventional: PresentLoads<'_>,
     ages: ThresholdAges<'_>,
     pieces: &[Piece],
+    is_cold: bool,
     progress: &Progress,
 ) -> Vec<AgedSums> {
     assert!(!design.features.look_backs.is_empty(), "a look-back");
@@ -109,10 +110,20 @@ pub fn aged_sums(
     let (times, n_axes) = (recording.times(), recording.axes().len());
     let further = ages.further.iter().map(Vec::as_slice);
     let past = std::iter::once(ages.past).chain(further);
+    let clipped: Vec<Vec<u32>>;
+    let past: Vec<&[u32]> = match is_cold {
+        true => {
+            clipped = past.map(|past| cold_past(past, pieces)).collect();
+            clipped.iter().map(Vec::as_slice).collect()
+        }
+        false => past.collect(),
+    };
+    let first = past[0];
     let pass = Pass::new(design, conventional, past, progress);
+    let pass = if is_cold { pass.cold() } else { pass };
     let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
     pass.sums(pieces, empty, |k| {
-        let own = ages.past[k] as usize;
+        let own = first[k] as usize;
         let age = times[k] - times[own];
         (own != k).then(|| ages.t_ths_secs.partition_point(|t_th| *t_th < age))
     })
@@ -158,7 +169,8 @@ mod tests {
         let t_ths_secs = [0.5, 2.0, 2.5, 9.0];
         let ages =
             ThresholdAges { past: &past(2.0, 9.0), further: &further, t_ths_secs: &t_ths_secs };
-        let aged = aged_sums(&design, conventional_loads, ages, &pieces, &Progress::default());
+        let aged =
+            aged_sums(&design, conventional_loads, ages, &pieces, false, &Progress::default());
         let direct = |own: Vec<u32>| {
             let past = [own, further[0].clone()];
             recording_sums(&design, conventional_loads, &past, &pieces, &Progress::default())

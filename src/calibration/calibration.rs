@@ -23,7 +23,7 @@ use crate::features::{
 };
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
-use crate::recording::{Axis, Identity, RECORDING, Recording, Tare, span};
+use crate::recording::{Axis, GroupedBy, Identity, Recording, Tare, span};
 
 /// What the field `format` of a calibration file says.
 pub const FORMAT: &str = "loopscope calibration";
@@ -92,25 +92,9 @@ pub struct Quality {
     /// Value within which 95 % of the held-out errors lie, where enough groups were held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
-    /// Training recordings that contradict the others, right after the fit; no file keeps it.
-    #[serde(skip)]
-    pub odd: Vec<OddRecording>,
     /// How many coefficients are free, with the ridge, on the axis with most, right after a linear fit; no file keeps it.
     #[serde(skip)]
     pub free_coefficients: Option<f64>,
-}
-
-/// A training recording that the fit without it predicts far worse than it fits the others.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OddRecording {
-    /// Its name.
-    pub recording: String,
-    /// The axis where it is farthest off.
-    pub axis: Axis,
-    /// The error on it, left out.
-    pub error: f64,
-    /// The error of the same fit on the others.
-    pub others: f64,
 }
 
 impl Quality {
@@ -150,9 +134,8 @@ pub struct BlockRidge {
 /// What cross-validation leaves out in turn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
-    /// What a group is, in a word: `path`, `day`, `group` where the user set them, `recording` where each stands for itself;
-    /// `block` where there are too few recordings.
-    pub by: String,
+    /// What a group is.
+    pub by: GroupedBy,
     /// How many groups there are.
     pub groups: usize,
     /// The parts that they are left out in: as many, or fewer where some are left out together.
@@ -160,12 +143,9 @@ pub struct CrossValidation {
 }
 
 impl CrossValidation {
-    /// What `by` says of contiguous blocks.
-    pub const BLOCK: &'static str = "block";
-
     /// Whether blocks are left out, for want of recordings.
     pub fn is_by_block(&self) -> bool {
-        self.by == Self::BLOCK
+        self.by == GroupedBy::Block
     }
 }
 
@@ -175,11 +155,11 @@ impl fmt::Display for CrossValidation {
         if self.is_by_block() {
             return write!(f, "by {parts} contiguous blocks of the training recordings");
         }
-        let noun = if by == RECORDING { "recordings" } else { "groups" };
+        let noun = if *by == GroupedBy::Recording { "recordings" } else { "groups" };
         if parts < groups {
             write!(f, "by {by}: {groups} {noun} left out in {parts} parts")
         } else {
-            let one = by.replace(' ', "-");
+            let one = by.to_string().replace(' ', "-");
             write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
         }
     }
@@ -332,7 +312,7 @@ impl Calibration {
         let channels = self.features.auxiliary.iter();
         let outside = channels
             .zip(prepared.auxiliary().ranges())
-            .filter(|(channel, (low, high))| channel.is_beyond(*low) || channel.is_beyond(*high));
+            .filter(|(channel, own)| channel.is_beyond(own.min) || channel.is_beyond(own.max));
         outside
             .map(|(channel, range)| {
                 format!(
@@ -340,7 +320,7 @@ impl Calibration {
                     channel.name,
                     recording.name(),
                     span(range, &channel.unit),
-                    span((channel.min, channel.max), &channel.unit)
+                    channel.trained()
                 )
             })
             .collect()

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::dot::dot;
 use crate::features::{Column, Design};
 use crate::recording::Recording;
 
@@ -97,8 +98,7 @@ impl LinearMap {
     #[inline]
     pub fn load(&self, features: &[f64], axis: usize) -> f64 {
         let (slopes, offset) = self.matrix[axis].split_at(features.len());
-        let sum: f64 = slopes.iter().zip(features).map(|(a, b)| a * b).sum();
-        sum + offset.first().unwrap_or(&0.0)
+        dot(slopes, features) + offset.first().unwrap_or(&0.0)
     }
 
     /// The coefficients of this map on gauges and offset, on the standardised columns of `design`.

@@ -4,6 +4,7 @@
 mod aged_sums;
 #[expect(clippy::module_inception, reason = "the room's main thing has the room's name")]
 mod calibration;
+mod choice;
 mod coefficient_errors;
 mod conventional;
 mod estimator;
@@ -16,7 +17,6 @@ pub mod linear;
 mod linear_map;
 pub mod network;
 mod normal_equations;
-mod one_standard_error;
 mod settings;
 mod status;
 mod sums;
@@ -27,9 +27,11 @@ mod validate;
 pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
 pub use calibration::{AppliedLoads, Calibration, CrossValidation};
 pub(crate) use calibration::{
-    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, OddRecording, Past, Quality, Scores,
-    Undetermined, VERSION, history_step_by_rate, learned_inputs, past_samples,
+    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, Past, Quality, Scores, Undetermined, VERSION,
+    history_step_by_rate, learned_inputs, past_samples,
 };
+pub use choice::{Blocks as ErrorBlocks, Choice, Refusal};
+pub(crate) use choice::{NEARLY, SHARES, best_share, simplest_good, weighed};
 pub use coefficient_errors::CoefficientErrors;
 pub(crate) use coefficient_errors::MOST_FEATURES;
 pub(crate) use conventional::Conventional;
@@ -47,11 +49,9 @@ pub(crate) use network::{
 };
 pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;
-pub use one_standard_error::Paired;
-pub(crate) use one_standard_error::{SHARES, best_share, simplest_good};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub use status::Status;
-pub(crate) use sums::{Piece, RowsOf, look_back_sums, recording_sums};
+pub(crate) use sums::{Piece, RowsOf, cold_sums, look_back_sums, recording_sums};
 pub(crate) use used_recording::UsedRecording;
 pub(crate) use validate::CalibrationError;

@@ -55,6 +55,8 @@ pub(super) struct Pass<'a> {
     conventional: PresentLoads<'a>,
     past: Vec<&'a [u32]>,
     progress: &'a Progress,
+    /// Whether the memory starts anew at each piece.
+    is_cold: bool,
 }
 
 impl<'a> Pass<'a> {
@@ -65,7 +67,13 @@ impl<'a> Pass<'a> {
         past: impl IntoIterator<Item = &'a [u32]>,
         progress: &'a Progress,
     ) -> Self {
-        Self { design, conventional, past: past.into_iter().collect(), progress }
+        Self { design, conventional, past: past.into_iter().collect(), progress, is_cold: false }
+    }
+
+    /// Starts the blocks' memory anew at each piece, as it is where a robot is switched on there. Past samples must be
+    /// [`cold_past`] samples.
+    pub fn cold(self) -> Self {
+        Self { is_cold: true, ..self }
     }
 
     /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
@@ -106,7 +114,13 @@ impl<'a> Pass<'a> {
         if design.features.has_memory() {
             let mut stream = FeatureStream::new(design);
             let pieces = pieces.iter();
-            return pieces.map(|piece| add(&mut stream, piece.samples.clone())).collect();
+            let sums = pieces.map(|piece| {
+                if self.is_cold {
+                    stream = FeatureStream::new(design);
+                }
+                add(&mut stream, piece.samples.clone())
+            });
+            return sums.collect();
         }
         // Nothing runs from sample to sample, so that threads can share even one long recording.
         let runs_of = |piece: &Piece| {
@@ -201,6 +215,34 @@ pub fn recording_sums(
     let pass = Pass::new(design, conventional, past, progress);
     let empty = || NormalEquations::new(design.n_columns(), n_axes);
     pass.sums(pieces, empty, |_| Some(0))
+}
+
+/// [`recording_sums`] where the memory starts anew at each piece: what a fit is scored on.
+///
+/// # Panics
+/// As there.
+pub fn cold_sums(
+    design: &Design,
+    conventional: PresentLoads<'_>,
+    past: &[Vec<u32>],
+    pieces: &[Piece],
+    progress: &Progress,
+) -> Vec<NormalEquations> {
+    let n_axes = conventional.recording.axes().len();
+    let past: Vec<Vec<u32>> = past.iter().map(|past| cold_past(past, pieces)).collect();
+    let pass = Pass::new(design, conventional, past.iter().map(Vec::as_slice), progress).cold();
+    let empty = || NormalEquations::new(design.n_columns(), n_axes);
+    pass.sums(pieces, empty, |_| Some(0))
+}
+
+/// Returns past samples that lie in the same piece; where one lies before it, the sample itself.
+pub fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
+    let of_piece = |piece: &Piece| {
+        let start = piece.samples.start as u32;
+        let samples = piece.samples.clone();
+        samples.map(move |k| if past[k] < start { k as u32 } else { past[k] })
+    };
+    pieces.iter().flat_map(of_piece).collect()
 }
 
 /// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
@@ -299,5 +341,62 @@ fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64
                 *out = load - *out;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::conventional::Conventional;
+    use crate::calibration::linear_map::loads_from_gauges;
+    use crate::calibration::past_samples;
+    use crate::features::{Blocks, Creep, FeatureSettings, FixedLag, LoadPath, Play, Thresholds};
+    use crate::recording::simulated;
+
+    /// The sums of pieces that begin cold are those of recordings that were cut there.
+    #[test]
+    fn cold_pieces_are_recordings_of_their_own() {
+        let set = simulated::recordings(3);
+        let recording = set.entries()[1].recording.decimated(2);
+        let conventional = Conventional::fit(&[&recording], true, &Progress::default());
+        let blocks = Blocks::default().with(&Creep, &[3.0]).with(&Play, &[0.3, 1.2]);
+        let features = FeatureSettings {
+            look_backs: vec![Thresholds { f_th: 2.0, t_th_secs: 5.0 }],
+            blocks: blocks.with(&FixedLag, &[0.7]),
+            ..FeatureSettings::present()
+        };
+        let design = Design {
+            features,
+            scale: conventional.scale.clone(),
+            offset: true,
+            history_step_secs: 0.0,
+        };
+        let weights = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
+        let of = |recording: &Recording, pieces: &[Piece], is_cold: bool| {
+            let loads = loads_from_gauges(&conventional.map, recording);
+            let path = LoadPath::new(&loads, &weights);
+            let past = past_samples(&design.features, &path, recording, &Progress::default());
+            let present = PresentLoads { map: &conventional.map, recording, kept: Some(&loads) };
+            let sums = if is_cold { cold_sums } else { recording_sums };
+            sums(&design, present, &past, pieces, &Progress::default())
+        };
+        let n = recording.n_samples();
+        let cuts = [0, n / 3, n / 2, n];
+        let pieces: Vec<Piece> = (cuts.windows(2).enumerate())
+            .map(|(fold, cut)| Piece { samples: cut[0]..cut[1], fold })
+            .collect();
+        let (cold, warm) = (of(&recording, &pieces, true), of(&recording, &pieces, false));
+        for (piece, cold) in pieces.iter().zip(&cold) {
+            let segment = recording.segment(piece.samples.clone());
+            let whole = Piece { samples: 0..segment.n_samples(), fold: 0 };
+            let expected = &of(&segment, &[whole], false)[0];
+            for column in 0..design.n_columns() {
+                let [own, expected] =
+                    [cold, expected].map(|sums| sums.feature_product(column, column));
+                assert!((own - expected).abs() <= 1e-9 * expected.abs(), "column {column}");
+            }
+        }
+        assert_ne!(cold[1], warm[1]);
+        assert_eq!(cold[0], warm[0]);
     }
 }

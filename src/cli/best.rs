@@ -20,7 +20,7 @@ use crate::export::{Together, interrupt_stops};
 use crate::features::Range;
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
-use crate::questions::{AnalysisError, Best, Request, Search, find_best, train};
+use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
 use crate::recording::identity::Identity;
 
 /// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
@@ -36,6 +36,12 @@ pub struct BestJob {
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
+    /// How much larger the error of the smallest model may be than that of the most accurate one (%).
+    #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * WITHIN, value_parser = number_in(Range::NotNegative))]
+    within: f64,
+    /// Take the smallest model that is nearly as accurate, instead of the most accurate one.
+    #[arg(long)]
+    smallest: bool,
     /// Fit the proposed model and write it, may be given several times; the ending says how, as for `fit`.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     export: Vec<PathBuf>,
@@ -70,6 +76,7 @@ impl Work for BestJob {
             recordings: Arc::clone(&recordings),
             // Far more than anybody waits, and little enough to be added to a time.
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
+            within: 0.01 * self.within,
         };
         run.say.line("looking at the recordings");
         let so_far: Mutex<Option<Best>> = Mutex::new(None);
@@ -78,7 +85,7 @@ impl Work for BestJob {
             if let Ok(mut so_far) = so_far.lock() {
                 *so_far = Some(best.clone());
             }
-            let newest = best.tried.last().map_or("", |tried| tried.name);
+            let newest = best.tried.last().map_or("", |tried| tried.name.as_str());
             run.say.line(&format!("{} tried, the newest: {newest}", best.tried.len()));
         });
         let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
@@ -86,16 +93,13 @@ impl Work for BestJob {
             (Err(AnalysisError::Cancelled(_)), Some(so_far)) => so_far,
             (found, _) => found?,
         };
-        for (name, why) in &best.failed {
-            run.say.error(&format_args!("{name}: {why}"));
+        for remark in best.remarks() {
+            run.say.note(format_args!("{remark}"));
         }
-        if best.n_left > 0 {
-            run.say.note(format_args!(
-                "{} models were not tried within {minutes} min; give more --minutes",
-                best.n_left
-            ));
-        }
-        let proposed = best.proposed();
+        let proposed = match self.smallest {
+            true => best.smallest(),
+            false => best.proposed(),
+        };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
             let calibration = train(&request, &Progress::default(), &mut |_| {})?;
@@ -112,7 +116,10 @@ impl Work for BestJob {
                 writeln!(out, "{}", best.table(ScoreSet::Test).text())?;
             }
             if let (Some(proposed), Some(fit)) = (proposed, &fit) {
-                writeln!(out, "Proposed: {}. To fit it: loopscope fit {fit}", proposed.name)?;
+                for sentence in best.why() {
+                    writeln!(out, "{sentence}.")?;
+                }
+                writeln!(out, "To fit {}: loopscope fit {fit}", proposed.name)?;
             }
             Ok(())
         })?;

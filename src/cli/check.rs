@@ -92,10 +92,8 @@ fn print(report: &Report<'_>, out: &mut Vec<u8>) -> io::Result<()> {
     for sentence in found.sentences(Face::CommandLine) {
         writeln!(out, "* {sentence}")?;
     }
-    writeln!(out, "\n{}", found.rank_in_words())?;
-    for one in &found.undetermined {
-        writeln!(out, "  {one}")?;
-    }
+    writeln!(out, "\n{}", found.holds_for)?;
+    writeln!(out, "{}", found.rank_in_words())?;
     for table in sufficiency_tables(found) {
         writeln!(out, "\n{}", table.text().trim_end())?;
     }

@@ -182,7 +182,7 @@ fn described(setting: &'static Setting, heading: &'static str) -> Arg {
     Arg::new(setting.option)
         .long(setting.option)
         .help(setting.help())
-        .allow_negative_numbers(true)
+        .allow_negative_numbers(!matches!(setting.range, Range::Switch))
         .help_heading(heading)
 }
 

@@ -5,9 +5,10 @@ use std::fmt;
 use std::io;
 use std::process::ExitCode;
 
-use crate::export::interrupted_code;
-use crate::finding::{Face, with_ways};
+use crate::export::{TargetError, interrupted_code};
+use crate::finding::{Advice, Face};
 use crate::import::ReadError;
+use crate::import::map::MapFileError;
 use crate::recording::TareError;
 
 /// What scripts know wrong arguments by; clap has the same.
@@ -75,13 +76,11 @@ impl fmt::Display for JobError {
 
 /// An error in words of the command line.
 fn in_words(error: &(dyn Error + 'static)) -> String {
-    if let Some(read) = error.downcast_ref::<ReadError>() {
-        return read.text(Face::CommandLine);
+    fn of<E: Advice + Error + 'static>(error: &(dyn Error + 'static)) -> Option<String> {
+        Some(error.downcast_ref::<E>()?.text(Face::CommandLine))
     }
-    match error.downcast_ref::<TareError>() {
-        Some(tare) => with_ways(tare.to_string(), tare.ways(), Face::CommandLine),
-        None => error.to_string(),
-    }
+    let known = [of::<ReadError>, of::<TareError>, of::<MapFileError>, of::<TargetError>];
+    known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 
 /// An error of a stream without a name is one of standard output: errors of files say which file they are of.

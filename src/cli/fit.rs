@@ -34,6 +34,7 @@ use crate::questions::{
     Request, TrainingStep, analyse, check_limits, cross_validation_cost, findings, read_factory,
     train,
 };
+use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 
 /// Fit the conventional calibration and one with a past, and score both.
@@ -297,7 +298,7 @@ impl<'a> FitReport<'a> {
             recordings,
             n_train: quality.n_train,
             n_test: quality.n_test,
-            axes: calibration.axes.iter().map(|axis| axis.symbol()).collect(),
+            axes: Axis::symbols(&calibration.axes),
             units: &calibration.units,
             full_scale: &calibration.full_scale,
             regressor: calibration.regressor,

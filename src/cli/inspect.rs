@@ -17,6 +17,7 @@ use crate::formats::text::Decimal;
 use crate::import::estimate_weight;
 use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
 use crate::import::pose::WeightEstimate;
+use crate::recording::Axis;
 use crate::report::Table;
 use crate::shown::{and_more, message, printable};
 
@@ -252,7 +253,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
             writeln!(out, "  {more}")?;
         }
         writeln!(out, "  gauges: {}", message(&check.gauges.join(" ")))?;
-        let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
+        let axes = Axis::symbols(&check.axes);
         let axes = if axes.is_empty() { "none".to_owned() } else { axes.join(" ") };
         writeln!(out, "  reference: {axes}")?;
     }

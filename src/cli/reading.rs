@@ -11,7 +11,7 @@ use super::run::Run;
 use super::values::named_file;
 use crate::engine::Session;
 use crate::export::read_with_notes;
-use crate::finding::Face;
+use crate::finding::{Advice, Face};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;

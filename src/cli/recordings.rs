@@ -13,7 +13,7 @@ use super::values::named_file;
 use crate::questions::expected_error::limits::{Checked, Limits};
 use crate::questions::metrology::MetrologySettings;
 use crate::recording::identity::SensorFile;
-use crate::recording::{Entry, GroupPattern, RecordingSet, Role, simulated};
+use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Which recordings, in which role.
 #[derive(Debug, Args)]
@@ -62,8 +62,7 @@ impl RecordingArgs {
         }
         let (given, axes) = (rated.full_scale.len(), &set.layout().axes);
         if (1..axes.len()).contains(&given) {
-            let axes: Vec<&str> = axes.iter().map(|axis| axis.symbol()).collect();
-            let axes = axes.join(" ");
+            let axes = Axis::symbols(axes).join(" ");
             return usage(format!(
                 "--full-scale has {given} where there are {axes}; write one for each"
             ));
@@ -81,19 +80,23 @@ impl RecordingArgs {
         }
     }
 
-    /// The entry in the group that it is said to be in.
+    /// Returns the entry in the group that `--group` or its column map gives it. Only what is trained on must have one: nothing
+    /// else is left out.
     fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
         let recording = &entry.recording;
-        let group = match &self.group {
-            Some(pattern) => Some(pattern.group_of(recording).ok_or_else(|| {
-                let (name, pattern) = (recording.name(), String::from(pattern.clone()));
-                JobError::Usage(format!(
-                    "{name}: what {pattern:?} stands for is not in its name, nor in that of its folder"
-                ))
-            })?),
-            None => by_map.and_then(|pattern| pattern.group_of(recording)),
+        let group = match self.group.as_ref().or(by_map) {
+            Some(pattern) => pattern.group_of(recording),
+            None => None,
         };
-        Ok(Entry { group, ..entry })
+        match (&self.group, &group) {
+            (Some(pattern), None) if entry.role == Role::Train => {
+                let (name, pattern) = (recording.name(), String::from(pattern.clone()));
+                Err(JobError::Usage(format!(
+                    "{name}: neither its name nor that of its folder holds what {pattern:?} stands for"
+                )))
+            }
+            _ => Ok(Entry { group, ..entry }),
+        }
     }
 }
 

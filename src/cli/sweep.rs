@@ -149,14 +149,10 @@ impl MeasureArg {
         };
         let at = scale.axes.iter().position(|own| *own == axis);
         at.map(Measure::Axis).ok_or_else(|| {
-            let (axis, axes) = (axis.symbol(), symbols(&scale.axes).join(" "));
+            let (axis, axes) = (axis.symbol(), Axis::symbols(&scale.axes).join(" "));
             JobError::Usage(format!("the recordings have no {axis}; their axes are {axes}"))
         })
     }
-}
-
-fn symbols(axes: &[Axis]) -> Vec<&'static str> {
-    axes.iter().map(|axis| axis.symbol()).collect()
 }
 
 /// Takes a block whose values can be found by its option's name.
@@ -206,7 +202,7 @@ impl Work for SweepJob {
             recordings: recordings.entries().len(),
             n_train: map.n_train,
             n_test: map.n_test,
-            axes: symbols(&scale.axes),
+            axes: Axis::symbols(&scale.axes),
             units: scale.axes.iter().map(|axis| axis.unit()).collect(),
             full_scale: &scale.full_scale,
             distance: map.distance,
@@ -370,14 +366,14 @@ fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     )?;
     writeln!(
         out,
-        "  within one standard error: F_th {}{f_unit}; t_th {} s",
+        "  as good as the recordings can tell: F_th {}{f_unit}; t_th {} s",
         range_text(&found.f_th_range),
         range_text(&found.t_th_range),
     )?;
     if !found.beats_conventional {
         writeln!(
             out,
-            "  Note: the conventional calibration is within one standard error of it; a look-back may not be worth it"
+            "  Note: the conventional calibration is not worse with 90 % confidence; a look-back may not be worth it"
         )?;
     }
     let (f_edge, t_edge) = found.is_at_edge(sweep.map);
@@ -461,7 +457,7 @@ fn print_pick(unit: &str, pick: &BlockSuggestion, out: &mut impl Write) -> io::R
     if pick.values.is_empty() {
         return writeln!(
             out,
-            "{label}: none of {n} lists beats {without} {unit} without them by more than one standard error"
+            "{label}: none of {n} lists beats {without} {unit} without them with 90 % confidence"
         );
     }
     let (words, values) = (own.words, listed(&pick.values, ","));

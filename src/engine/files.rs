@@ -6,10 +6,10 @@ use std::sync::Arc;
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
-use crate::finding::Face;
+use crate::finding::{Advice, Face};
 use crate::import;
 use crate::import::map::ColumnMap;
-use crate::import::{Finding, LoadWarning, Loaded, ReadError};
+use crate::import::{Cause, LoadWarning, Loaded, ReadError};
 use crate::progress::Progress;
 
 /// What a file held.
@@ -91,8 +91,7 @@ fn open_recordings(
 ) -> Result<Opened, ReadError> {
     match import::read(path, map, remembered, progress) {
         Ok(mut loaded) => {
-            let asks =
-                |warning: &&LoadWarning| matches!(warning.finding, Finding::UnnamedLoads { .. });
+            let asks = |warning: &&LoadWarning| matches!(warning.cause, Cause::UnnamedLoads { .. });
             if let Some(unnamed) = loaded.warnings.iter().find(asks).filter(|_| map.is_none()) {
                 return Ok(Opened::WantsMap(unnamed.to_string()));
             }

@@ -351,10 +351,10 @@ impl Project {
     fn largest_force_range(&self) -> Option<f64> {
         let layout = self.recordings.layout();
         let entries = self.recordings.entries().iter();
-        let with_reference = entries.filter(|entry| entry.recording.has_reference());
-        let ranges = load_ranges(with_reference.map(|entry| &*entry.recording));
+        let recordings = entries.map(|entry| &*entry.recording);
+        let ranges = load_ranges(recordings, layout.axes.len());
         let forces = layout.axes.iter().zip(ranges).filter(|(axis, _)| axis.is_force());
-        let spans = forces.map(|(_, (low, high))| high - low);
+        let spans = forces.map(|(_, own)| own.span());
         spans.reduce(f64::max).filter(|span| *span > 0.0 && span.is_finite())
     }
 
@@ -590,7 +590,7 @@ impl Project {
 
 fn every_axis_moves(entry: &Entry) -> bool {
     let mut ranges = entry.recording.load_ranges().iter();
-    ranges.all(|(low, high)| high > low)
+    ranges.all(|own| own.span() > 0.0)
 }
 
 #[cfg(test)]

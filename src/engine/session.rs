@@ -16,7 +16,7 @@ use crate::engine::project::{Edit, FromFile, Project, SessionFile, Split};
 use crate::export::{
     Together, WriteError, add_calibration, read_calibration, sha256, with_sources,
 };
-use crate::finding::Face;
+use crate::finding::{Advice, Face};
 use crate::import;
 use crate::import::Loaded;
 use crate::progress::Progress;

@@ -10,14 +10,14 @@ use crate::engine::project::SessionFile;
 use crate::engine::saving::{Existing, FileContent};
 use crate::engine::session::{OpenedSession, SessionPart, prove_trained};
 use crate::export::{TargetError, check_targets};
-use crate::finding::{Face, with_ways};
+use crate::finding::{Advice, Face};
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::questions::Model;
 use crate::questions::question::{Answered, Query, Work};
-use crate::recording::{Entry, Recording, RecordingSet, Tare, TareError, ValidRange, simulated};
+use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
 
 /// Something to do.
@@ -114,7 +114,7 @@ impl Task {
             let replaces = existing == Existing::Replace;
             let written = match check_targets(&inputs, &content.files(&path), replaces) {
                 Err(TargetError::Exists { .. }) => return Ok(Done::IsThere(content, path)),
-                Err(error) => Err(error.to_string()),
+                Err(error) => Err(error.text(Face::Window)),
                 Ok(()) => content.write(&path, progress),
             };
             Ok(Done::Written(content, path, written))
@@ -126,7 +126,7 @@ impl Task {
     pub fn read_map(path: PathBuf) -> Self {
         Self::new("Reading a column map", move |_| {
             let read = ColumnMap::read(&path).map(Box::new);
-            Ok(Done::Map(read.map_err(|error| error.to_string())))
+            Ok(Done::Map(read.map_err(|error| error.text(Face::Window))))
         })
     }
 
@@ -134,7 +134,7 @@ impl Task {
     pub fn find_weight(path: PathBuf, map: ColumnMap) -> Self {
         Self::new("Finding the weight", move |progress| {
             let found = import::estimate_weight(&path, &map, progress).map(Box::new);
-            let found = found.map_err(|error| error.to_string());
+            let found = found.map_err(|error| error.text(Face::Window));
             Ok(Done::Weight(path.clone(), found))
         })
     }
@@ -211,8 +211,7 @@ fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<Recor
             continue;
         };
         let tared = Recording::clone(&entry.recording).tared(tare);
-        let text = |why: TareError| with_ways(why.to_string(), why.ways(), Face::Window);
-        set.replace(*at, tared.map_err(text)?.0);
+        set.replace(*at, tared.map_err(|why| why.text(Face::Window))?.0);
     }
     Ok(set)
 }

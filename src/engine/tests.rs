@@ -26,7 +26,7 @@ use crate::engine::task::Done;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
-use crate::import::{Finding, LoadWarning, Loaded};
+use crate::import::{Cause, LoadWarning, Loaded};
 use crate::progress::Progress;
 use crate::questions::Mark;
 use crate::questions::loops::asked::{AskFigures, LookAt};
@@ -397,7 +397,7 @@ fn warnings_of_a_file_become_notices() {
         first_line: 3,
         last_line: 3,
         count: 1,
-        finding: Finding::NotARotation,
+        cause: Cause::NotARotation,
     };
     let loaded = Loaded {
         recordings: vec![of_file("a", &["S1"], &[Axis::Fz])],
@@ -1049,7 +1049,7 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     edit(&mut engine, Edit::Settings(settings));
     let before = engine.project().clone();
     let (id, own) = {
-        let row = engine.models.rows.iter().find(|row| row.name == "Polynomial");
+        let row = engine.models.rows.iter().find(|row| row.name == "Polynomial of degree 2");
         let row = row.expect("tried");
         (row.id, row.settings.clone())
     };

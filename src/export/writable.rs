@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::atomic::{check_writable, folder_of};
 use crate::export::atomic::WriteError;
+use crate::finding::{Advice, Way};
 
 /// Why files cannot be written where they are to go.
 #[derive(Debug, thiserror::Error)]
@@ -14,10 +15,19 @@ pub enum TargetError {
     OverInput { input: PathBuf, output: PathBuf },
     #[error("{} and {} are the same file; give each its own name", .first.display(), .second.display())]
     SameFile { first: PathBuf, second: PathBuf },
-    #[error("{} is there already; choose another name, or give --force to write over it", .path.display())]
+    #[error("{} is there already; choose another name, or write over it", .path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
     Write(#[from] WriteError),
+}
+
+impl Advice for TargetError {
+    fn ways(&self) -> &'static [Way] {
+        match self {
+            Self::Exists { .. } => &[Way::Replace],
+            _ => &[],
+        }
+    }
 }
 
 /// Checks that each output can be written, that no two are the same file, that none is an input, and, unless files may
@@ -96,7 +106,8 @@ mod tests {
         fs::write(at("a.csv"), "").unwrap();
         let a = [at("a.csv")];
         assert!(check(&a, &a, true).unwrap_err().contains("which is read"));
-        assert!(check(&[], &a, false).unwrap_err().contains("--force"));
+        let exists = check_targets(&[], &a, false).unwrap_err();
+        assert_eq!(exists.ways(), [Way::Replace]);
         assert_eq!(check(&[], &a, true), Ok(()));
         let gone = [at("gone/a.csv")];
         assert!(check(&[], &gone, true).unwrap_err().contains("no directory"));

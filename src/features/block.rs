@@ -43,6 +43,12 @@ pub trait Block: Send + Sync {
         self.window_secs(values)
     }
 
+    /// Returns how far a gauge must have moved since a cold start before the state of a value is known (σ); zero where that is
+    /// not what it takes.
+    fn travel(&self, _value: f64) -> f64 {
+        0.0
+    }
+
     /// Its memory before the first sample of a recording.
     ///
     /// Where samples are kept, of those that come less than `history_step_secs` after the last kept one only the newest is.
@@ -98,14 +104,14 @@ pub struct Search {
 /// How lists of values are made of candidates.
 #[derive(Clone, Copy, Debug)]
 pub enum Lists {
-    /// Every evenly spaced list of a length between two; of those within one standard error of the best the shortest is taken.
+    /// Every evenly spaced list of a length between two; of those within 1 % of the lowest error the shortest is taken.
     Even {
         /// The shortest.
         min: usize,
         /// The longest.
         max: usize,
     },
-    /// The best one first, then the best beside it, up to so many, as long as each gains more than one standard error.
+    /// The best one first, then the best beside it, up to this number, as long as each is better with 90 % confidence.
     OneByOne(usize),
 }
 

@@ -5,7 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{Recording, range_of, span};
+use crate::min_max::MinMax;
+use crate::recording::{Recording, span};
 
 /// A channel that moved by less than this share of its largest value is held for one that stands still.
 const STILL: f64 = 0.01;
@@ -54,24 +55,30 @@ impl AuxiliaryChannel {
         let n = values().count().max(1) as f64;
         let reference = values().sum::<f64>() / n;
         let deviation = (values().map(|value| (value - reference).powi(2)).sum::<f64>() / n).sqrt();
-        let (min, max) = range_of(values().copied());
+        let range: MinMax = values().collect();
+        let MinMax { min, max } = range;
         // A few faulty numbers are no movement.
-        let moved = (max - min).min(4.0 * deviation);
+        let moved = range.span().min(4.0 * deviation);
         let least = match &*unit {
             "°C" => 1.0,
             "%" => 2.0,
-            "V" => STILL_SUPPLY * min.abs().max(max.abs()),
-            _ => STILL * min.abs().max(max.abs()),
+            "V" => STILL_SUPPLY * range.magnitude(),
+            _ => STILL * range.magnitude(),
         };
         if moved < least || deviation == 0.0 {
             return Err(format!(
                 "{name} stands at {} in the training recordings, which is less than it has to move ({} {unit}): its effect is not \
                  determined, and it is left out",
-                span((min, max), &unit),
+                span(range, &unit),
                 (least * 1e4).round() / 1e4,
             ));
         }
         Ok(Self { name, unit, reference, inverse_scale: 1.0 / deviation, min, max })
+    }
+
+    /// Returns the values it was trained from, with the unit.
+    pub fn trained(&self) -> String {
+        span(MinMax { min: self.min, max: self.max }, &self.unit)
     }
 
     /// Between which values its effect is known, about.
@@ -88,7 +95,7 @@ impl AuxiliaryChannel {
 
     /// That what its effect counts from was not trained, where it was not.
     pub fn reference_beyond(&self) -> Option<String> {
-        let range = span((self.min, self.max), &self.unit);
+        let range = self.trained();
         let words = format!("{} counts from {} {}", self.name, self.reference, self.unit);
         let is_beyond = self.is_beyond(self.reference);
         is_beyond.then(|| format!("{}, but was trained from {range}", words.trim_end()))
@@ -100,8 +107,7 @@ impl AuxiliaryChannel {
             "" => String::new(),
             unit => format!(" [{unit}]"),
         };
-        let range = span((self.min, self.max), &self.unit);
-        format!("{}{unit}, trained from {range}", self.name)
+        format!("{}{unit}, trained from {}", self.name, self.trained())
     }
 
     /// The first number that is none, or makes no sense; with what it is.

@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use crate::dot::dot;
 use crate::features::block::{Appends, Block, Stream};
 use crate::features::column::{Column, ColumnKind, History};
 use crate::features::gauge_scale::GaugeScale;
@@ -204,8 +205,7 @@ impl Design {
 
 /// What these coefficients, of the gauges first, make of gauges that stand at their shift.
 fn at_shift(coefficients: &[f64], scale: &GaugeScale) -> f64 {
-    let gauges = coefficients.iter().zip(&scale.shift);
-    gauges.map(|(coefficient, shift)| coefficient * shift).sum()
+    dot(coefficients, &scale.shift)
 }
 
 /// The blocks' memory of one recording.
@@ -400,7 +400,6 @@ mod tests {
         let mut standardised = raw.clone();
         design.standardise(&mut standardised);
         let coefficients: Vec<f64> = (0..raw.len()).map(|at| 1.0 - 0.3 * at as f64).collect();
-        let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let expected = dot(&coefficients, &standardised);
         let actual = dot(&design.raw_coefficients(&coefficients), &raw);
         assert!((actual - expected).abs() < 1e-10 * expected.abs());

@@ -5,6 +5,9 @@
 
 use std::fmt;
 
+/// More values than this are shown as the first and the last.
+const MOST_NAMED: usize = 12;
+
 /// What a number is counted in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
@@ -57,6 +60,8 @@ pub enum Range {
     NotNegative,
     /// From zero up, or found by cross-validation.
     NotNegativeOrAuto,
+    /// Above zero, being a time ago.
+    Past,
     /// Above zero, and at most this.
     UpTo(f64),
     /// Whole numbers between two, both included.
@@ -71,7 +76,7 @@ impl Range {
     /// Returns true if the value is allowed.
     pub(crate) fn contains(self, value: f64) -> bool {
         match self {
-            Self::Positive => value > 0.0 && value.is_finite(),
+            Self::Positive | Self::Past => value > 0.0 && value.is_finite(),
             Self::NotNegative | Self::NotNegativeOrAuto => value >= 0.0 && value.is_finite(),
             Self::UpTo(max) => value > 0.0 && value <= max,
             Self::Whole(min, max) => (min as f64..=max as f64).contains(&value),
@@ -85,7 +90,9 @@ impl Range {
     /// The ends of a field in which a value is typed; it may still refuse what lies on one of them.
     pub fn ends(self) -> (f64, f64) {
         match self {
-            Self::Positive | Self::NotNegative | Self::NotNegativeOrAuto => (0.0, f64::INFINITY),
+            Self::Positive | Self::Past | Self::NotNegative | Self::NotNegativeOrAuto => {
+                (0.0, f64::INFINITY)
+            }
             Self::UpTo(max) => (0.0, max),
             Self::Whole(min, max) => (min as f64, max as f64),
             Self::OneOf(choices) => {
@@ -102,6 +109,7 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Positive => write!(f, "a number above zero"),
+            Self::Past => write!(f, "a number above zero, as no robot can see ahead"),
             Self::NotNegative => write!(f, "a number from zero up"),
             Self::NotNegativeOrAuto => write!(f, "a number from zero up, auto, or by-block"),
             Self::UpTo(max) => write!(f, "a number above zero and at most {max}"),
@@ -206,6 +214,10 @@ impl Setting {
             [] => "none".to_owned(),
             [1.0] if self.range == Range::Switch => "on".to_owned(),
             [_] if self.range == Range::Switch => "off".to_owned(),
+            [first, .., last] if values.len() > MOST_NAMED => {
+                let n = values.len();
+                format!("{first} … {last} {} ({n} values)", self.unit.symbol).replace("  ", " ")
+            }
             _ if self.unit.symbol.is_empty() => listed(values, ", "),
             _ => format!("{} {}", listed(values, ", "), self.unit.symbol),
         }
@@ -230,6 +242,7 @@ mod tests {
         ];
         for (range, inside, outside, said) in [
             (Range::Positive, 1e-9, 0.0, "a number above zero"),
+            (Range::Past, 0.004, -0.004, "a number above zero, as no robot can see ahead"),
             (Range::NotNegative, 0.0, -1e-9, "a number from zero up"),
             (Range::UpTo(1.0), 1.0, 1.1, "a number above zero and at most 1"),
             (Range::Whole(1, 9), 9.0, 0.0, "a whole number from 1 to 9"),

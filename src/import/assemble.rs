@@ -7,7 +7,7 @@ use super::join;
 use super::plan::{Plan, TimeScale, Use};
 use super::rows::Rows;
 use super::two_clocks::Table;
-use super::warning::{Finding, LoadWarning, Trouble};
+use super::warning::{Cause, LoadWarning, Trouble};
 use crate::import::error::{ReadError, TableError};
 use crate::import::timeline;
 use crate::recording;
@@ -33,7 +33,7 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
             column: plan.column(index),
         });
     }
-    let skips_row = |warning: &LoadWarning| warning.finding.skips_row();
+    let skips_row = |warning: &LoadWarning| warning.cause.skips_row();
     let warnings = rows.findings.into_warnings(path);
     match warnings.into_iter().find(skips_row) {
         Some(first) => ReadError::NoUsableRow { first: Box::new(first) },
@@ -48,8 +48,8 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
             let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
             if unit != TimeUnit::Seconds {
                 let column = plan.column(column);
-                let finding = Finding::AssumedTimeUnit { column, unit };
-                rows.findings.note(plan.line, finding);
+                let cause = Cause::AssumedTimeUnit { column, unit };
+                rows.findings.note(plan.line, cause);
             }
             unit.per_second()
         }
@@ -69,12 +69,12 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
-        let finding = Finding::Cell {
+        let cause = Cause::Cell {
             column: plan.column(plan.time_column.unwrap_or_default()),
             value: rows.times[row].to_string(),
             trouble: Trouble::NotFinite,
         };
-        rows.note_row(row, finding);
+        rows.note_row(row, cause);
         let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
         rows.retain(|row| is_finite[row]);
     }
@@ -105,7 +105,7 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
         join::average(values, width, &bursts);
     }
     rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
-    rows.findings.note(plan.line, Finding::AveragedBursts { n_before, n_after });
+    rows.findings.note(plan.line, Cause::AveragedBursts { n_before, n_after });
 }
 
 /// Notes a reference whose values stay for some samples and then change, again and again.
@@ -114,8 +114,8 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
         return;
     }
     if let Some(samples_each) = timeline::held_for(&rows.loads, plan.axes.len()) {
-        let finding = Finding::HeldReference { samples_each };
-        rows.findings.note(plan.line, finding);
+        let cause = Cause::HeldReference { samples_each };
+        rows.findings.note(plan.line, cause);
     }
 }
 
@@ -125,8 +125,8 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
     note_constant_gauges(&plan, &mut rows);
     let of = recording::load_cases(&rows.loads, &plan.axes);
     let n_cases = of.iter().max().map_or(0, |last| last + 1);
-    let finding = Finding::LoadCases { n_rows: of.len(), n_cases };
-    rows.findings.note(plan.line, finding);
+    let cause = Cause::LoadCases { n_rows: of.len(), n_cases };
+    rows.findings.note(plan.line, cause);
     let mut rows_of = vec![Vec::new(); n_cases];
     for (row, case) in of.into_iter().enumerate() {
         rows_of[case].push(row);
@@ -159,7 +159,7 @@ pub(super) fn recordings(
     note_constant_gauges(&plan, &mut rows);
     if let Some((row, [from_secs, to_secs])) = timeline::unwrap_counters(&mut rows.times, gap_secs)
     {
-        rows.note_row(row, Finding::WrappedClock { from_secs, to_secs });
+        rows.note_row(row, Cause::WrappedClock { from_secs, to_secs });
     }
     let cuts = timeline::cuts(&rows.times, gap_secs);
     if cuts.starts.len() >= RECORDING_LIMIT {
@@ -186,12 +186,12 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
         let value = rows.gauges[gauge];
         let mut values = rows.gauges[gauge..].iter().step_by(n_gauges);
         if values.all(|other| *other == value) {
-            let finding = Finding::ConstantGauge {
+            let cause = Cause::ConstantGauge {
                 column: column + 1,
                 name: plan.gauge_names[gauge].clone(),
                 value,
             };
-            rows.findings.note(plan.line, finding);
+            rows.findings.note(plan.line, cause);
         }
     }
 }
@@ -294,9 +294,9 @@ mod tests {
     use super::*;
     use crate::import::named_column::NamedColumn;
 
-    fn load(text: &str) -> (Vec<Recording>, Vec<Finding>) {
+    fn load(text: &str) -> (Vec<Recording>, Vec<Cause>) {
         let loaded = TestFile::new(text).read().unwrap();
-        let findings = loaded.warnings.into_iter().map(|warning| warning.finding);
+        let findings = loaded.warnings.into_iter().map(|warning| warning.cause);
         (loaded.recordings, findings.collect())
     }
 
@@ -311,7 +311,7 @@ mod tests {
     fn an_assumed_time_unit_is_told() {
         let (recordings, findings) = load("S1,time\n1,0\n2,3\n4,6\n");
         assert_eq!(recordings[0].times(), [0.0, 0.003, 0.006]);
-        let told = Finding::AssumedTimeUnit {
+        let told = Cause::AssumedTimeUnit {
             column: NamedColumn::new(1, "time"),
             unit: TimeUnit::Milliseconds,
         };
@@ -342,7 +342,7 @@ mod tests {
         let (recordings, findings) = load("S1,S2,t,S3\n7,1,0,2\n7,2,0.1,2\n");
         assert_eq!(recordings[0].n_gauges(), 3);
         let constant =
-            |column, name: &str, value| Finding::ConstantGauge { column, name: name.into(), value };
+            |column, name: &str, value| Cause::ConstantGauge { column, name: name.into(), value };
         let told = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
         assert_eq!(findings, told);
         assert_eq!(load("t,S1\n0,1\n").1, []);
@@ -360,10 +360,10 @@ mod tests {
             panic!("two warnings: {:?}", loaded.warnings)
         };
         assert_eq!((cut.first_line, cut.last_line, cut.count), (5, 8, 2));
-        let told = Finding::NewRecording { from_secs: 0.2, to_secs: 9.0 };
-        assert_eq!(cut.finding, told);
+        let told = Cause::NewRecording { from_secs: 0.2, to_secs: 9.0 };
+        assert_eq!(cut.cause, told);
         assert_eq!((repeat.first_line, repeat.count), (9, 1));
-        assert_eq!(repeat.finding, Finding::RepeatedTime { time_secs: 0.0 });
+        assert_eq!(repeat.cause, Cause::RepeatedTime { time_secs: 0.0 });
     }
 
     #[test]

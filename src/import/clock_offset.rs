@@ -3,10 +3,14 @@
 //! The gauges follow the load, so the right offset is the one at which they explain most of it. For each offset the
 //! share of the reference's variance that a linear combination of the gauges explains (R²) is what cross-correlation
 //! gives once the gauges are made orthogonal.
+//!
+//! This is not the time lag that [`scoring::lag`](crate::scoring::lag) measures: here clocks may be hours apart and each side has its
+//! own sample times, while a lag is sought within a fraction of a cycle, beside hysteresis, on samples that are already joined.
 
 use serde::Serialize;
 
 use super::join::Series;
+use crate::dot::dot;
 use crate::recording::gap::median_step;
 
 /// Minimum number of points on each clock.
@@ -182,10 +186,6 @@ fn centre(values: &mut [f64]) -> f64 {
         *value -= mean;
     }
     dot(values, values)
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// One column of a series at `n` times a step apart: the mean around each time where there are several samples, else

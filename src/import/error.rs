@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
 use super::warning::LoadWarning;
-use crate::finding::{Face, Way, with_ways};
+use crate::finding::{Advice, Way};
 use crate::formats::FileError;
-use crate::import::map::{ColumnRole, KeyError, MapError, OTHER_MAP};
+use crate::import::map::{ColumnRole, KeyError, MapError};
 use crate::progress::Cancelled;
 use crate::recording::{Axis, TareError};
 use crate::shown::{listed, shown};
@@ -67,11 +67,11 @@ pub enum TableError {
     #[error("columns {first} and {second} are both \"{role}\" in the column map; only one can be")]
     RoleTwice { role: ColumnRole, first: usize, second: usize },
     #[error(
-        "the column map is for files with {expected} columns, this one has {actual}; {OTHER_MAP}"
+        "the column map is for files with {expected} columns, this one has {actual}; take another map, or none"
     )]
     MapShape { expected: usize, actual: usize },
     #[error(
-        "the column map is for another kind of file: column {column} is {} where {} is expected; {OTHER_MAP}",
+        "the column map is for another kind of file: column {column} is {} where {} is expected; take another map, or none",
         shown(actual),
         shown(expected)
     )]
@@ -110,7 +110,7 @@ pub enum ReadError {
     Tare(#[from] TareError),
     #[error("the column map: {0}")]
     Map(#[from] MapError),
-    #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; {OTHER_MAP}", path.display())]
+    #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; take another map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
     #[error("{}: the name of the file holds none of the mounts {}, or two of them; name it after one, or make a column \"mount\"", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
@@ -118,7 +118,7 @@ pub enum ReadError {
     NothingToWeigh { path: PathBuf },
     #[error("{}: gravity keeps its direction in the sensor's frame, so a weight cannot be told from an offset; turn the sensor", path.display())]
     NeverTurned { path: PathBuf },
-    #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, set \"clock_offset_secs\" under \"join\" in the column map (`loopscope inspect` estimates it)", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, say by how much", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,
         reference_path: PathBuf,
@@ -144,22 +144,31 @@ pub enum ReadError {
     Cancelled,
 }
 
-impl ReadError {
-    /// What went wrong, and how this face does what it asks for.
-    pub fn text(&self, face: Face) -> String {
-        let ways: &[Way] = match self {
+impl Advice for ReadError {
+    fn ways(&self) -> &'static [Way] {
+        use TableError::{MapKey, MapOtherName, MapShape, NoLoads, NoTimeUnit};
+        match self {
             Self::NoNames { .. }
+            | Self::TooShortForMap { .. }
             | Self::Table {
-                source: TableError::NoLoads { .. } | TableError::NoTimeUnit { .. },
+                source:
+                    NoLoads { .. }
+                    | NoTimeUnit { .. }
+                    | MapShape { .. }
+                    | MapOtherName { .. }
+                    | MapKey(KeyError::Missing { .. }),
                 ..
             } => &[Way::Columns],
+            Self::ClocksApart { .. } => &[Way::ClockOffset],
             Self::Tare(why) => why.ways(),
+            Self::Map(why) => why.ways(),
             _ if self.wants_a_map() => &[Way::Columns],
             _ => &[],
-        };
-        with_ways(self.to_string(), ways, face)
+        }
     }
+}
 
+impl ReadError {
     /// Returns true if a column map can mend it.
     pub const fn wants_a_map(&self) -> bool {
         use TableError::{
@@ -182,9 +191,7 @@ impl ReadError {
                 }
         )
     }
-}
 
-impl ReadError {
     /// Of a file that is a copy: the error with the path that people know.
     pub(super) fn known_as(mut self, known: &Path) -> Self {
         match &mut self {

@@ -7,7 +7,7 @@ use super::inspect::columns::has_clock;
 use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
-use super::warning::{Finding, LoadWarning};
+use super::warning::{Cause, LoadWarning};
 use crate::formats;
 use crate::formats::text::Decimal;
 use crate::formats::{FilePart, Opened};
@@ -195,10 +195,7 @@ impl<'a> Reading<'a> {
 }
 
 /// The map that the names of a file make, and what is to be said about it.
-pub(super) fn by_names(
-    path: &Path,
-    opened: &Opened,
-) -> Result<(ColumnMap, Vec<Finding>), ReadError> {
+pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Cause>), ReadError> {
     let no_header = || ReadError::NoHeader { path: path.to_owned() };
     let mut text = opened.layout().ok_or_else(no_header)?;
     let head = opened.head(&text).ok_or_else(no_header)?;
@@ -219,22 +216,22 @@ pub(super) fn by_names(
 }
 
 /// What the file itself gives reason to say.
-fn about(opened: &Opened) -> Vec<Finding> {
+fn about(opened: &Opened) -> Vec<Cause> {
     let Some(columns) = opened.columns() else {
         return Vec::new();
     };
     let mut findings = Vec::new();
     if !columns.left_out.is_empty() {
         let names = columns.left_out.clone();
-        findings.push(Finding::LeftOut { names });
+        findings.push(Cause::LeftOut { names });
     }
     if columns.ends_early {
-        findings.push(Finding::EndsEarly);
+        findings.push(Cause::EndsEarly);
     }
     if columns.is_guessed_part {
         let (used, others) = columns.parts.iter().partition(|part| part.is_used);
         let names = |parts: Vec<&FilePart>| parts.iter().map(|part| part.name.clone()).collect();
-        findings.push(Finding::SeveralParts { used: names(used), others: names(others) });
+        findings.push(Cause::SeveralParts { used: names(used), others: names(others) });
     }
     findings
 }

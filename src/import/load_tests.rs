@@ -7,6 +7,7 @@ use super::load::Reading;
 use super::named_column::NamedColumn;
 use super::warning::Trouble;
 use super::*;
+use crate::finding::{Advice, Face};
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
@@ -45,10 +46,10 @@ fn read_one(content: &str, parts: &str) -> Result<Loaded, ReadError> {
 }
 
 #[track_caller]
-fn single(loaded: Result<Loaded, ReadError>) -> (Recording, Vec<Finding>) {
+fn single(loaded: Result<Loaded, ReadError>) -> (Recording, Vec<Cause>) {
     let mut loaded = loaded.unwrap();
     assert_eq!(loaded.recordings.len(), 1, "{:?}", loaded.warnings);
-    let findings = loaded.warnings.into_iter().map(|warning| warning.finding);
+    let findings = loaded.warnings.into_iter().map(|warning| warning.cause);
     (loaded.recordings.remove(0), findings.collect())
 }
 
@@ -65,7 +66,7 @@ fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
     let celsius: Vec<f64> = auxiliary.values().iter().map(|value| value.round()).collect();
     assert_eq!(celsius, [27.0, 27.0, 27.0, 28.0]);
     let names = vec!["spare temp".to_owned()];
-    assert_eq!(findings, [Finding::IgnoredColumns { names }]);
+    assert_eq!(findings, [Cause::IgnoredColumns { names }]);
 }
 
 /// One row every 10 ms, whose thermometer says nothing from row 100 on for 60 rows, and in row 20; a slow one that is written every
@@ -82,7 +83,7 @@ fn holes_in_an_auxiliary_channel_are_told_and_known_to_the_recording() {
     let folder = Folder::with(&[("run.csv", &text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
     let (recording, findings) = single(loaded);
-    let [Finding::HeldAuxiliary { column, name, n_rows, longest_secs: Some(secs) }] = &findings[..]
+    let [Cause::HeldAuxiliary { column, name, n_rows, longest_secs: Some(secs) }] = &findings[..]
     else {
         panic!("the slow one goes on after five of its steps: {findings:?}");
     };
@@ -134,7 +135,7 @@ fn a_point_among_decimal_commas_is_no_number() {
     let (recording, findings) = single(read_one("0;1;x;3\n5;1;x;1.500\n10;1;x;4\n", HEADERLESS));
     assert_eq!(recording.n_samples(), 2);
     assert!(
-        matches!(&findings[0], Finding::Cell { trouble: Trouble::NotANumber, column: NamedColumn { number: 4, .. }, value } if value == "1.500")
+        matches!(&findings[0], Cause::Cell { trouble: Trouble::NotANumber, column: NamedColumn { number: 4, .. }, value } if value == "1.500")
     );
 }
 
@@ -222,7 +223,7 @@ fn a_reference_on_its_own_clock_is_brought_to_the_gauges() {
     let (recording, findings) = join("");
     assert_eq!(recording.gauges(), [2.0, 3.0]);
     assert_eq!(seen(&recording), (vec![0.25, 0.5], vec![20.0, 40.0]));
-    assert_eq!(findings, [Finding::NoReferenceThen { time_secs: 0.0 }]);
+    assert_eq!(findings, [Cause::NoReferenceThen { time_secs: 0.0 }]);
     let (held, _) = join(r#""method": "hold", "limit_secs": 0.15"#);
     assert_eq!(seen(&held), (vec![0.25, 0.5, 0.75], vec![10.0, 30.0, 50.0]));
     let (shifted, _) = join(r#""clock_offset_secs": -0.125"#);
@@ -244,8 +245,8 @@ fn a_reference_file_is_joined_without_its_dropouts() {
     let [dropout] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
     assert!(dropout.path.ends_with("a_ref.csv") && dropout.first_line == 2);
     assert!(matches!(
-        dropout.finding,
-        Finding::Cell { trouble: Trouble::Dropout, column: NamedColumn { number: 2, .. }, .. }
+        dropout.cause,
+        Cause::Cell { trouble: Trouble::Dropout, column: NamedColumn { number: 2, .. }, .. }
     ));
     // The second file is counted too: all that was added to the total is done, and the first file besides.
     progress.add_total(std::fs::metadata(folder.path("a.csv")).unwrap().len());
@@ -256,7 +257,7 @@ fn a_reference_file_is_joined_without_its_dropouts() {
 fn clocks_that_cannot_be_joined_are_an_error_that_says_why() {
     let told = |reference: &str| {
         let folder = Folder::with(&[("a.csv", "0,1\n1,2\n"), ("a_ref.csv", reference)]);
-        folder.read("a.csv", &map(TWO_FILES)).unwrap_err().to_string()
+        folder.read("a.csv", &map(TWO_FILES)).unwrap_err().text(Face::CommandLine)
     };
     let apart = told("100,1\n101,2\n");
     assert!(apart.contains("the gauges run from 0 s to 1 s, the reference in"), "{apart}");
@@ -280,7 +281,7 @@ fn bursts_become_means_where_the_map_says_so() {
     assert_eq!(recording.times(), [0.001, 0.1005]);
     assert_eq!(recording.gauges(), [-4.0, -10.0]);
     assert_eq!(recording.loads(), [-500.0, -1250.0]);
-    let averaged = Finding::AveragedBursts { n_before: 5, n_after: 2 };
+    let averaged = Cause::AveragedBursts { n_before: 5, n_after: 2 };
     assert_eq!(findings, [averaged]);
 }
 
@@ -326,7 +327,7 @@ fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
     assert_eq!(on_axis(2), [-2.0, -2.0, -2.0]);
     assert_eq!(on_axis(3), [1.0, 2.0, 3.0]);
     assert!(
-        matches!(&findings[..], [Finding::Cell { trouble: Trouble::StatusError, value, .. }] if value == "80000002")
+        matches!(&findings[..], [Cause::Cell { trouble: Trouble::StatusError, value, .. }] if value == "80000002")
     );
     let alone = read(&folder.path("ati.csv"), None, &[], &progress).unwrap_err();
     assert!(
@@ -433,7 +434,7 @@ fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
     assert_eq!(recording.times(), [10.0, 20.0]);
     assert!(matches!(
         findings[0],
-        Finding::Cell { trouble: Trouble::NotFinite, column: NamedColumn { number: 1, .. }, .. }
+        Cause::Cell { trouble: Trouble::NotFinite, column: NamedColumn { number: 1, .. }, .. }
     ));
     assert!(read_one("1.5e308,1\n", slow).is_err());
     let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
@@ -584,11 +585,11 @@ fn of_several_wrenches_one_is_the_reference_and_the_others_are_named() {
         "t,/dut/wrench/force/x,/ati/wrench/force/x,/dut/wrench/force/y,S1\n0,1,2,3,4\n0.1,2,3,4,5\n",
     ));
     assert_eq!(recording.loads(), [2.0, 3.0]);
-    let finding = Finding::SeveralReferences {
+    let cause = Cause::SeveralReferences {
         used: vec!["/ati/wrench/force/x".into()],
         others: vec!["/dut/wrench/force/x".into(), "/dut/wrench/force/y".into()],
     };
-    assert_eq!(findings, [finding]);
+    assert_eq!(findings, [cause]);
 }
 
 fn read_by_names(content: &str) -> Result<Loaded, ReadError> {
@@ -679,7 +680,7 @@ fn a_load_that_says_no_axis_is_asked_about_and_never_left_out_in_silence() {
         let rows: String = (0..30).map(|k| format!("{k},{},{}\n", k % 7, k % 5)).collect();
         let loaded = read_text(&format!("t,S1,{name}\n{rows}")).unwrap();
         assert!(!loaded.recordings[0].has_reference(), "{name}");
-        let is_said = |own: &LoadWarning| matches!(&own.finding, Finding::UnnamedLoads { names } if names.len() == 1);
+        let is_said = |own: &LoadWarning| matches!(&own.cause, Cause::UnnamedLoads { names } if names.len() == 1);
         assert!(loaded.warnings.iter().any(is_said), "{name}: {:?}", loaded.warnings);
     }
     let rows: String = (0..30).map(|k| format!("{k},{},{}\n", k % 7, k % 5)).collect();

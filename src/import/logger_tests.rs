@@ -9,12 +9,12 @@ use crate::progress::Progress;
 use crate::recording::Recording;
 
 #[track_caller]
-fn single(text: &str) -> (Recording, Vec<Finding>) {
+fn single(text: &str) -> (Recording, Vec<Cause>) {
     let loaded = TestFile::new(text).read().unwrap();
     let [recording] = &loaded.recordings[..] else {
         panic!("one recording: {:?}", loaded.warnings)
     };
-    let findings = loaded.warnings.iter().map(|own| own.finding.clone());
+    let findings = loaded.warnings.iter().map(|own| own.cause.clone());
     (recording.clone(), findings.collect())
 }
 
@@ -154,7 +154,7 @@ fn a_comment_in_quotes_may_hold_a_line_end() {
     let text = "t,S1,Fz,note\n0,1,2,a\n1,2,3,\"two\nlines, \"\"quoted\"\"\r\nor three\"\n2,3,4,b\n3,4,x,\n";
     let loaded = TestFile::new(text).read().unwrap();
     assert_eq!(loaded.recordings[0].gauges(), [1.0, 2.0, 3.0]);
-    let skipped = loaded.warnings.iter().find(|own| own.finding.skips_row()).unwrap();
+    let skipped = loaded.warnings.iter().find(|own| own.cause.skips_row()).unwrap();
     assert_eq!((skipped.first_line, skipped.count), (7, 1));
 }
 
@@ -186,12 +186,8 @@ fn rows_that_were_written_late_can_be_sorted() {
     }
     let loaded = TestFile::new(&text).read().unwrap();
     assert_eq!(loaded.recordings.len(), 7);
-    let told = loaded.warnings.iter().map(|own| &own.finding);
-    assert!(
-        told.clone().any(|own| *own == Finding::LateRows { count: 6 }),
-        "{:?}",
-        loaded.warnings
-    );
+    let told = loaded.warnings.iter().map(|own| &own.cause);
+    assert!(told.clone().any(|own| *own == Cause::LateRows { count: 6 }), "{:?}", loaded.warnings);
     let sorted = with_stamps(&text, "sorted");
     assert_eq!(sorted.len(), 1);
     let gauges: Vec<f64> = (0..60).map(f64::from).collect();
@@ -206,8 +202,8 @@ fn rows_of_one_stamp_can_be_spread() {
         writeln!(text, "{},{k},{}", k / 20, k % 7).unwrap();
     }
     let loaded = TestFile::new(&text).read().unwrap();
-    let told = loaded.warnings.iter().map(|own| &own.finding);
-    assert!(told.clone().any(|own| *own == Finding::CoarseStamps), "{:?}", loaded.warnings);
+    let told = loaded.warnings.iter().map(|own| &own.cause);
+    assert!(told.clone().any(|own| *own == Cause::CoarseStamps), "{:?}", loaded.warnings);
     let spread = with_stamps(&text, "spread");
     assert_eq!(spread.len(), 1);
     for (k, time) in (10..110).zip(spread[0].times()) {
@@ -232,7 +228,7 @@ fn topics_in_one_table_are_two_clocks() {
         }
     }
     let (recording, findings) = single(&text);
-    assert!(findings.contains(&Finding::TurnByTurn), "{findings:?}");
+    assert!(findings.contains(&Cause::TurnByTurn), "{findings:?}");
     // The first row stands before any reference.
     assert_eq!(recording.n_samples(), 99);
     for (k, load) in (1..100).zip(recording.loads()) {

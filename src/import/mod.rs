@@ -43,7 +43,7 @@ pub(crate) use estimate::estimate_weight;
 pub use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;
 pub use read::read;
-pub(crate) use warning::{Finding, LoadWarning};
+pub(crate) use warning::{Cause, LoadWarning};
 
 #[cfg(test)]
 mod bad_input_tests;
@@ -94,7 +94,7 @@ mod tests {
     }
 
     /// What the names of a header line make of a table, and what they leave out.
-    pub(super) fn plan_and_notes(header: &str) -> Result<(plan::Plan, Vec<Finding>), ReadError> {
+    pub(super) fn plan_and_notes(header: &str) -> Result<(plan::Plan, Vec<Cause>), ReadError> {
         let (path, head) = (Path::new("a.csv"), header.as_bytes());
         let text = detect(head).unwrap();
         let start = locate(head, &text).unwrap();

@@ -7,7 +7,7 @@ use super::map::{
 };
 use super::named_column::NamedColumn;
 use super::plan::AUXILIARY_LIMIT;
-use super::warning::Finding;
+use super::warning::Cause;
 use crate::formats::Cell;
 use crate::formats::column_name::{ColumnName, Kind};
 use crate::formats::text::times::TimeForm;
@@ -23,7 +23,7 @@ pub(super) struct Guess {
     /// Each with the column that it speaks of, from 0 on.
     pub rules: Vec<(usize, ColumnRule)>,
     /// What the names leave out.
-    pub notes: Vec<Finding>,
+    pub notes: Vec<Cause>,
     /// Columns, from 0 on, that are loads by their unit or name and say no axis, where no other column is a load.
     pub unnamed_loads: Vec<usize>,
 }
@@ -53,7 +53,7 @@ impl Guess {
         if !self.is_turn_by_turn(rows) {
             return ColumnMap::of_table(table);
         }
-        self.notes.push(Finding::TurnByTurn);
+        self.notes.push(Cause::TurnByTurn);
         let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
         let is_of_gauges =
             |rule: &ColumnRule| [ColumnRole::Gauge, ColumnRole::Auxiliary].contains(&rule.is);
@@ -162,7 +162,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
         if has_load { Vec::new() } else { (0..columns.len()).filter(is_unnamed_load).collect() };
     if !unnamed_loads.is_empty() {
         let names = unnamed_loads.iter().map(|index| names[*index].clone());
-        notes.push(Finding::UnnamedLoads { names: names.collect() });
+        notes.push(Cause::UnnamedLoads { names: names.collect() });
     }
     notes.extend(several_references);
     notes.extend(date_order(&rules, names, rows));
@@ -186,7 +186,7 @@ fn auxiliary(
 
 /// Where an axis stands in several topics or structs, leaves the reference to one of them: one that calls itself so, or
 /// else the one with the most axes, or the first.
-fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)> {
+fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     const REFERENCES: [&str; 7] =
         ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
     let axis_of = |column: &ColumnName| match column.kind {
@@ -217,14 +217,14 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Finding, Vec<usize>)>
         let own = loads.filter(|column| (column.source == used) == is_used);
         own.map(|column| column.name.clone()).collect()
     };
-    let finding = Finding::SeveralReferences { used: names(true), others: names(false) };
+    let cause = Cause::SeveralReferences { used: names(true), others: names(false) };
     let is_other = |column: &ColumnName| axis_of(column).is_some() && column.source != used;
     let others = (0..columns.len()).filter(|&index| is_other(&columns[index]));
     let others: Vec<usize> = others.collect();
     for &index in &others {
         columns[index].kind = None;
     }
-    Some((finding, others))
+    Some((cause, others))
 }
 
 /// The column with the nanoseconds of a stamp whose seconds are the time: they come first among the times then.
@@ -293,13 +293,13 @@ fn date_order(
     rules: &[(usize, ColumnRule)],
     names: &[String],
     rows: &[Vec<Cell<'_>>],
-) -> Option<Finding> {
+) -> Option<Cause> {
     let is_day = |rule: &ColumnRule| [ColumnRole::Time, ColumnRole::Date].contains(&rule.is);
     let days = rules.iter().filter(|(_, rule)| is_day(rule));
     let mut days = days.filter_map(|&(index, _)| {
         let form = form_of_column(rows, index)?;
         let other = form.other_order(written(rows, index)?.into_iter())?;
-        Some(Finding::AssumedDateOrder {
+        Some(Cause::AssumedDateOrder {
             column: NamedColumn::new(index, names.get(index).cloned().unwrap_or_default()),
             order: form.name(),
             other: other.name(),
@@ -327,13 +327,13 @@ fn notes(
     names: &[String],
     times: &[usize],
     [ignored_times, other_loads]: [&[usize]; 2],
-) -> Vec<Finding> {
+) -> Vec<Cause> {
     let mut notes = Vec::new();
     if text.preamble.is_none() && text.skip_rows > 0 {
-        notes.push(Finding::SkippedPreamble { n_lines: text.skip_rows });
+        notes.push(Cause::SkippedPreamble { n_lines: text.skip_rows });
     }
     if let (Some(&used), false) = (times.first(), ignored_times.is_empty()) {
-        notes.push(Finding::SeveralTimes {
+        notes.push(Cause::SeveralTimes {
             used: names[used].clone(),
             others: ignored_times.iter().map(|&index| names[index].clone()).collect(),
         });
@@ -348,7 +348,7 @@ fn notes(
         .map(|index| names[index].clone())
         .collect();
     if !ignored.is_empty() {
-        notes.push(Finding::IgnoredColumns { names: ignored });
+        notes.push(Cause::IgnoredColumns { names: ignored });
     }
     notes
 }
@@ -366,8 +366,8 @@ mod tests {
         let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
         let gauge = Use::Gauge { factor: 1.0 };
         assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
-        let several = Finding::SeveralTimes { used: "stamp".into(), others: vec!["time".into()] };
-        let ignored = Finding::IgnoredColumns { names: vec!["label".into()] };
+        let several = Cause::SeveralTimes { used: "stamp".into(), others: vec!["time".into()] };
+        let ignored = Cause::IgnoredColumns { names: vec!["label".into()] };
         assert_eq!(notes, [several, ignored]);
     }
 
@@ -380,7 +380,7 @@ mod tests {
         };
         let (plan, notes) = plan_and_notes(&format!("{},S1", header("x"))).unwrap();
         assert_eq!(plan.gauge_names, ["S1"]);
-        let Finding::IgnoredColumns { names } = &notes[0] else { panic!("{notes:?}") };
+        let Cause::IgnoredColumns { names } = &notes[0] else { panic!("{notes:?}") };
         assert_eq!(names.len(), 20_000);
         let error = plan_and_notes(&header("ch")).unwrap_err();
         assert!(matches!(

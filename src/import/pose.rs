@@ -3,6 +3,7 @@
 //!
 //! Guarantees: a pose that is no rotation is never used; without inertia the force never exceeds the weight's pull.
 
+use crate::dot::dot;
 use crate::import::map::{Angles, Attitude};
 use crate::recording::kinetics::{
     Rotation, Weight, cross, load_of_pull, pull_in_sensor, rotation_from_quaternion,
@@ -44,10 +45,6 @@ pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<R
         _ => return None,
     };
     is_rotation(&rotation).then_some(rotation)
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 fn less(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {

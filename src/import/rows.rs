@@ -3,10 +3,16 @@
 //! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two parts gives
 //! what one part with the lines of both would have given.
 
+mod held;
+mod values;
+
 use std::ops::Range;
 
+pub(super) use values::is_overload;
+use values::{magnitude, next_value, value_of};
+
 use super::plan::{Plan, PosePlan, TimeScale, Use};
-use super::warning::{Finding, Findings, Trouble};
+use super::warning::{Cause, Findings, Trouble};
 use crate::formats::text::{Head, ati, lines};
 use crate::formats::{Cell, FileError, Opened, Part, Row};
 use crate::progress::Progress;
@@ -304,20 +310,20 @@ impl Rows {
         self.loads.extend_from_slice(&loads[..plan.axes.len()]);
         self.poses.extend_from_slice(&pose[..plan.pose_width()]);
         if let Some((index, cell)) = comma {
-            let finding = Finding::DecimalComma { column: plan.column(index), value: cell.shown() };
-            self.findings.note(self.n_lines, finding);
+            let cause = Cause::DecimalComma { column: plan.column(index), value: cell.shown() };
+            self.findings.note(self.n_lines, cause);
         }
         let n_extra = row.count();
         if n_extra > 0 {
             let expected = plan.uses.len();
             let actual = expected + n_extra;
-            let finding = Finding::TooManyCells { expected, actual };
-            self.findings.note(self.n_lines, finding);
+            let cause = Cause::TooManyCells { expected, actual };
+            self.findings.note(self.n_lines, cause);
         }
         Ok(())
     }
 
-    /// Notes why a row cannot be kept: the first reason as a finding, all bad cells as counts.
+    /// Notes why a row cannot be kept: the first reason as a cause, all bad cells as counts.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
         let is_used = |(_, usage): &(Cell<'_>, &Use)| !usage.is_time() && **usage != Use::Ignored;
         let mut used = row.clone().zip(&plan.uses).filter(is_used);
@@ -327,8 +333,8 @@ impl Rows {
         self.n_skipped += 1;
         let (expected, actual) = (plan.uses.len(), row.clone().count());
         if actual < expected {
-            let finding = Finding::TooFewCells { expected, actual };
-            return self.findings.note(self.n_lines, finding);
+            let cause = Cause::TooFewCells { expected, actual };
+            return self.findings.note(self.n_lines, cause);
         }
         let mut first = None;
         for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
@@ -340,15 +346,15 @@ impl Rows {
                 if let (Trouble::NotANumber, Some(text)) = (trouble, cell.written()) {
                     self.least_bad[index] = self.least_bad[index].min(magnitude(text));
                 }
-                first.get_or_insert_with(|| Finding::Cell {
+                first.get_or_insert_with(|| Cause::Cell {
                     column: plan.column(index),
                     value: cell.shown(),
                     trouble,
                 });
             }
         }
-        if let Some(finding) = first {
-            self.findings.note(self.n_lines, finding);
+        if let Some(cause) = first {
+            self.findings.note(self.n_lines, cause);
         }
     }
 
@@ -372,24 +378,24 @@ impl Rows {
     }
 
     /// Leaves out the rows that are not kept, and notes why.
-    pub fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, finding: Finding) {
+    pub fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, cause: Cause) {
         let missing = || (0..self.times.len()).filter(|row| !is_kept(*row));
         if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
             let count = missing().count() as u64;
-            self.note_rows(first, last, count, finding);
+            self.note_rows(first, last, count, cause);
             self.retain(is_kept);
         }
     }
 
     /// Notes what happened at one row.
-    pub fn note_row(&mut self, row: usize, finding: Finding) {
-        self.findings.note(self.line_of(row), finding);
+    pub fn note_row(&mut self, row: usize, cause: Cause) {
+        self.findings.note(self.line_of(row), cause);
     }
 
     /// Notes what happened at `count` rows, from the first to the last.
-    pub fn note_rows(&mut self, first: usize, last: usize, count: u64, finding: Finding) {
+    pub fn note_rows(&mut self, first: usize, last: usize, count: u64, cause: Cause) {
         let (first, last) = (self.line_of(first), self.line_of(last));
-        self.findings.note_many(first, last, count, finding);
+        self.findings.note_many(first, last, count, cause);
     }
 
     /// Leaves out the rows that are not kept.
@@ -400,84 +406,6 @@ impl Rows {
             let mut places = 0..;
             values.retain(|_| places.next().is_some_and(|at| is_kept(at / width)));
         }
-    }
-
-    /// Gives auxiliary channels the last value where a row has none, and the first where no row before it has one. A channel without
-    /// any is gone, and told.
-    pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
-        let n = plan.auxiliary_names.len();
-        let known = |channel: usize| {
-            let mut values = self.auxiliary.iter().skip(channel).step_by(n);
-            values.any(|value| value.is_finite())
-        };
-        let is_kept: Vec<bool> = (0..n).map(known).collect();
-        for (name, _) in plan.auxiliary_names.iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept)
-        {
-            let names = vec![name.clone()];
-            self.findings.note(plan.line, Finding::IgnoredColumns { names });
-        }
-        keep(&mut self.auxiliary, &is_kept);
-        keep(&mut plan.auxiliary_names, &is_kept);
-        keep(&mut plan.auxiliary_units, &is_kept);
-        let n = plan.auxiliary_names.len();
-        for channel in 0..n {
-            self.note_held(channel, plan, gap_secs);
-            let mut values = self.auxiliary.iter().skip(channel).step_by(n).copied();
-            let mut last = values.find(|value| value.is_finite()).unwrap_or_default();
-            for value in self.auxiliary.iter_mut().skip(channel).step_by(n) {
-                if value.is_finite() { last = *value } else { *value = last }
-            }
-        }
-    }
-
-    /// Notes where a channel has no number, and for how long. What is written now and then has none in between, as it must.
-    fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
-        let n_channels = plan.auxiliary_names.len();
-        let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
-        let (known, missing): (Vec<usize>, Vec<usize>) =
-            (0..self.times.len()).partition(|row| is_known(*row));
-        if missing.is_empty() {
-            return;
-        }
-        let gap_of_rows = gap_secs.unwrap_or_else(|| gap_by_steps(&self.times));
-        let at: Vec<f64> = known.iter().map(|row| self.times[*row]).collect();
-        // A channel that is slower than the gauges has longer gaps.
-        let gap = gap_of_rows.max(steps_of_a_pause(&at));
-        let [step, own] = [&self.times, &at].map(|times| median_step(times).unwrap_or(0.0));
-        let is_now_and_then = own > 1.5 * step;
-        // A pause of the whole file is no part of it.
-        let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
-        let secs_of = |rows: &Range<usize>| {
-            let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
-            steps.filter(|step| (0.0..=gap_of_rows).contains(step)).sum::<f64>()
-        };
-        let runs = missing.chunk_by(|a, b| a + 1 == *b).map(|run| {
-            let rows = run[0]..run[run.len() - 1] + 1;
-            let secs = secs_of(&rows);
-            (rows, secs)
-        });
-        let runs: Vec<(Range<usize>, f64)> = runs.collect();
-        let told: Vec<&(Range<usize>, f64)> = (runs.iter())
-            .filter(|(_, secs)| plan.is_static || !is_now_and_then || *secs > gap)
-            .collect();
-        let (Some((first, _)), Some((last, _))) = (told.first(), told.last()) else {
-            return;
-        };
-        let secs = told.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
-        let is_auxiliary = |index: &usize| matches!(plan.uses[*index], Use::Auxiliary { .. });
-        let named = |index: &usize| plan.names[*index] == plan.auxiliary_names[channel];
-        let mut columns = (0..plan.uses.len()).filter(is_auxiliary);
-        let finding = Finding::HeldAuxiliary {
-            column: columns.find(named).map(|index| index + 1),
-            name: plan.auxiliary_names[channel].clone(),
-            n_rows: told.iter().map(|(rows, _)| rows.len()).sum(),
-            longest_secs: (!plan.is_static).then_some(secs),
-        };
-        let (first, last) = (first.start, last.end - 1);
-        let long = runs.iter().filter(|(_, secs)| !plan.is_static && *secs > gap);
-        let held = long.map(|(rows, _)| HeldRows { channel, rows: rows.clone() });
-        self.held.extend(held);
-        self.note_rows(first, last, 1, finding);
     }
 
     /// From now on these rows, in order, are the first, the second and so on; only their lines move.
@@ -496,12 +424,6 @@ impl Rows {
     }
 }
 
-/// Keeps the values of these columns of a row-major table.
-fn keep<T>(table: &mut Vec<T>, is_kept: &[bool]) {
-    let mut columns = is_kept.iter().cycle();
-    table.retain(|_| columns.next() == Some(&true));
-}
-
 /// The first row of a text, where its first line ends within quotes: up to the line in which they close, and how many lines it has.
 fn whole_row(text: &[u8], first: usize) -> Option<(&[u8], usize)> {
     const LINES: usize = 10;
@@ -512,129 +434,6 @@ fn whole_row(text: &[u8], first: usize) -> Option<(&[u8], usize)> {
         n_lines += 1;
     }
     (n_lines > 1).then_some((&text[..end], n_lines))
-}
-
-/// The number that the next cell stands for; the first cell whose comma had to be read as a decimal point is kept.
-#[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
-fn next_value<'a>(
-    row: &mut impl Row<'a>,
-    usage: Use,
-    index: usize,
-    plan: &Plan,
-    comma: &mut Option<(usize, Cell<'a>)>,
-) -> Result<f64, Unusable> {
-    let plain =
-        if usage.is_number() && !plan.is_since_off(index) { row.next_number() } else { None };
-    match plain {
-        Some(number) => in_si(number, usage, index, plan).map_err(|_| Unusable),
-        None => {
-            let cell = row.next().ok_or(Unusable)?;
-            other_value(cell, usage, index, plan, comma)
-        }
-    }
-}
-
-/// See [`next_value`]; for every cell that is no plain number.
-#[inline(never)]
-fn other_value<'a>(
-    cell: Cell<'a>,
-    usage: Use,
-    index: usize,
-    plan: &Plan,
-    comma: &mut Option<(usize, Cell<'a>)>,
-) -> Result<f64, Unusable> {
-    let (value, has_comma) = value_of(cell, usage, index, plan).map_err(|_| Unusable)?;
-    if has_comma {
-        comma.get_or_insert((index, cell));
-    }
-    Ok(value)
-}
-
-/// The number that a cell stands for, and whether its comma had to be read as a decimal point; or why it stands for none.
-fn value_of(cell: Cell<'_>, usage: Use, index: usize, plan: &Plan) -> Result<(f64, bool), Trouble> {
-    match usage {
-        Use::Ignored => Ok((0.0, false)),
-        _ if cell.is_empty() => Err(Trouble::Empty),
-        // A number is no date.
-        Use::TimeText(form) => {
-            let since = plan.since_of(index);
-            let secs = cell.written().and_then(|text| form.secs_since(since, text));
-            Ok((secs.ok_or(Trouble::NotATime)?, false))
-        }
-        Use::Time if plan.is_since_off(index) => {
-            let (number, has_comma) = match cell {
-                Cell::Text(text) => {
-                    plan.text.number_since(plan.since, text).ok_or(Trouble::NotANumber)?
-                }
-                Cell::Number(number) => (number - plan.since as f64, false),
-                Cell::Since(since, number) => ((since - plan.since) as f64 + number, false),
-            };
-            Ok((in_si(number, usage, index, plan)?, has_comma))
-        }
-        Use::Status => match ati::reports_error(cell) {
-            Some(false) => Ok((0.0, false)),
-            Some(true) => Err(Trouble::StatusError),
-            None => Err(Trouble::NotANumber),
-        },
-        Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
-        Use::Time
-        | Use::TimeFraction { .. }
-        | Use::Gauge { .. }
-        | Use::Auxiliary { .. }
-        | Use::Load { .. }
-        | Use::Pose { .. } => {
-            let (number, has_comma) = match cell {
-                Cell::Number(number) => (number, false),
-                Cell::Since(since, number) => (since as f64 + number, false),
-                Cell::Text(text) => plan.text.number(text).ok_or(Trouble::NotANumber)?,
-            };
-            Ok((in_si(number, usage, index, plan)?, has_comma))
-        }
-    }
-}
-
-/// Returns the magnitude of the number that an unreadable text stands for, by its digits alone; infinite without digits.
-fn magnitude(text: &[u8]) -> f64 {
-    let is_digit = |byte: &u8| byte.is_ascii_digit();
-    let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
-        Some(at) if text.len() - at != 4 => at,
-        _ => text.len(),
-    };
-    let digits: Vec<u8> = text[..decimals].iter().copied().filter(is_digit).collect();
-    let number = String::from_utf8(digits).ok().and_then(|digits| digits.parse().ok());
-    number.unwrap_or(f64::INFINITY)
-}
-
-/// Which mount a cell names.
-fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
-    let mounts = &plan.pose.as_ref()?.mounts;
-    let is_it = |name: &String| match cell {
-        Cell::Text(text) => name.as_bytes() == text,
-        Cell::Number(_) | Cell::Since(..) => *name == cell.text(),
-    };
-    Some(mounts.iter().position(is_it)? as f64)
-}
-
-/// Whether this is what meters answer where a value is out of range (9.9E+37) or there is none (9.91E+37).
-pub(super) fn is_overload(number: f64) -> bool {
-    (9.9e37..=1e38).contains(&number.abs())
-}
-
-/// A number in SI (times as they are), if it is one.
-#[inline(always)]
-fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
-    if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
-        return Err(Trouble::Dropout);
-    }
-    if is_overload(number) && !usage.is_time() {
-        return Err(Trouble::Overload);
-    }
-    let shift = match usage {
-        Use::Auxiliary { shift, .. } => shift,
-        _ => 0.0,
-    };
-    let value = number * usage.factor() + shift;
-    if value.is_finite() { Ok(value) } else { Err(Trouble::NotFinite) }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What the times of a file say: their unit where the header does not, and where one recording ends and the next starts.
 
 use super::rows::Rows;
-use super::warning::Finding;
+use super::warning::Cause;
 use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause};
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
@@ -231,30 +231,28 @@ impl Cuts {
             && let count = 1 + late.count()
             && count * LATE_SHARE <= rows.times.len()
         {
-            rows.note_row(first, Finding::LateRows { count });
+            rows.note_row(first, Cause::LateRows { count });
         }
         for &row in &self.starts {
-            let finding =
-                Finding::NewRecording { from_secs: rows.times[row - 1], to_secs: rows.times[row] };
-            rows.note_row(row, finding);
+            let cause =
+                Cause::NewRecording { from_secs: rows.times[row - 1], to_secs: rows.times[row] };
+            rows.note_row(row, cause);
         }
         if let Some((first, last, count)) = self.repeats {
             // Of a clock that is coarser than the samples.
             let is_coarse = 2 * count >= rows.times.len() as u64;
-            let finding = if is_coarse {
-                Finding::CoarseStamps
+            let cause = if is_coarse {
+                Cause::CoarseStamps
             } else {
-                Finding::RepeatedTime { time_secs: rows.times[first] }
+                Cause::RepeatedTime { time_secs: rows.times[first] }
             };
-            rows.note_rows(first, last, count, finding);
+            rows.note_rows(first, last, count, cause);
         }
         if let Some(bursts) = self.bursts {
-            let finding = Finding::Bursts {
-                pause_secs: bursts.pause_secs,
-                gap_secs: GAP_BETWEEN_BURSTS_SECS,
-            };
+            let cause =
+                Cause::Bursts { pause_secs: bursts.pause_secs, gap_secs: GAP_BETWEEN_BURSTS_SECS };
             let (first, last) = bursts.rows;
-            rows.note_rows(first, last, bursts.n_pauses, finding);
+            rows.note_rows(first, last, bursts.n_pauses, cause);
         }
     }
 }

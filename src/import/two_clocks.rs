@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::error::at;
 use super::plan::{Plan, Side};
 use super::rows::Rows;
-use super::warning::Finding;
+use super::warning::Cause;
 use crate::import::error::{ReadError, TableError};
 use crate::import::join;
 use crate::import::join::Series;
@@ -81,8 +81,8 @@ pub(super) fn join(
     }
     if let Some(first) = has_reference.iter().position(|has_it| !has_it) {
         let time_secs = rows.times[first];
-        let finding = Finding::NoReferenceThen { time_secs };
-        rows.leave_out(|row| has_reference[row], finding);
+        let cause = Cause::NoReferenceThen { time_secs };
+        rows.leave_out(|row| has_reference[row], cause);
     }
     rows.loads = loads;
     gauges.plan.axes = std::mem::take(&mut reference.plan.axes);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
-use crate::finding::{Face, Way, with_ways};
+use crate::finding::{Advice, Way};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{listed, shown};
@@ -21,12 +21,12 @@ pub struct LoadWarning {
     /// How often it happened.
     pub count: u64,
     /// What happened first.
-    pub finding: Finding,
+    pub cause: Cause,
 }
 
 /// What happened. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Finding {
+pub enum Cause {
     /// A row is skipped or left out for one of its cells.
     #[error("{column} {}", trouble.told(&shown(value)))]
     Cell { column: NamedColumn, value: String, trouble: Trouble },
@@ -169,24 +169,22 @@ pub enum Finding {
     AveragedBursts { n_before: usize, n_after: usize },
 }
 
-impl LoadWarning {
-    /// What happened, and how this face does what it asks for.
-    pub fn text(&self, face: Face) -> String {
-        use Finding::{AssumedDateOrder, AssumedTimeUnit, Bursts, CoarseStamps, LateRows};
-        use Finding::{LoadCases, SeveralParts, SeveralReferences, UnnamedLoads};
-        let ways: &[Way] = match self.finding {
+impl Advice for LoadWarning {
+    fn ways(&self) -> &'static [Way] {
+        use Cause::{AssumedDateOrder, AssumedTimeUnit, Bursts, CoarseStamps, LateRows};
+        use Cause::{LoadCases, SeveralParts, SeveralReferences, UnnamedLoads};
+        match self.cause {
             AssumedDateOrder { .. } | AssumedTimeUnit { .. } | Bursts { .. } | CoarseStamps => {
                 &[Way::Columns]
             }
             LateRows { .. } | LoadCases { .. } | SeveralParts { .. } => &[Way::Columns],
             SeveralReferences { .. } | UnnamedLoads { .. } => &[Way::Columns],
             _ => &[],
-        };
-        with_ways(self.to_string(), ways, face)
+        }
     }
 }
 
-impl Finding {
+impl Cause {
     /// Whether two of them are told as one, which only counts.
     fn is_of_kind(&self, other: &Self) -> bool {
         match (self, other) {
@@ -254,7 +252,7 @@ impl Trouble {
 
 impl fmt::Display for LoadWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.path.display(), self.first_line, self.finding)?;
+        write!(f, "{}:{}: {}", self.path.display(), self.first_line, self.cause)?;
         if self.count > 1 {
             write!(f, " ({} times, last on line {})", self.count, self.last_line)?;
         }
@@ -267,19 +265,19 @@ impl fmt::Display for LoadWarning {
 pub(super) struct Findings(Vec<LoadWarning>);
 
 impl Findings {
-    /// Notes a finding; its kind's first one is kept, later ones only count.
-    pub fn note(&mut self, line: u64, finding: Finding) {
-        self.note_many(line, line, 1, finding);
+    /// Notes a cause; its kind's first one is kept, later ones only count.
+    pub fn note(&mut self, line: u64, cause: Cause) {
+        self.note_many(line, line, 1, cause);
     }
 
     /// Notes `count` findings of one kind at once.
-    pub fn note_many(&mut self, first: u64, last: u64, count: u64, finding: Finding) {
+    pub fn note_many(&mut self, first: u64, last: u64, count: u64, cause: Cause) {
         self.add(LoadWarning {
             path: PathBuf::new(),
             first_line: first,
             last_line: last,
             count,
-            finding,
+            cause,
         });
     }
 
@@ -293,7 +291,7 @@ impl Findings {
     }
 
     fn add(&mut self, new: LoadWarning) {
-        let same = |old: &&mut LoadWarning| old.finding.is_of_kind(&new.finding);
+        let same = |old: &&mut LoadWarning| old.cause.is_of_kind(&new.cause);
         match self.0.iter_mut().find(same) {
             Some(old) => {
                 old.count += new.count;
@@ -305,21 +303,21 @@ impl Findings {
 
     /// Returns the number of rows that are skipped for a cell which is no number, or for missing cells.
     pub fn not_understood(&self) -> u64 {
-        let is_nan = |own: &&LoadWarning| matches!(&own.finding, Finding::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
-        let skipped = self.0.iter().filter(|own| own.finding.skips_row() && !is_nan(own));
+        let is_nan = |own: &&LoadWarning| matches!(&own.cause, Cause::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
+        let skipped = self.0.iter().filter(|own| own.cause.skips_row() && !is_nan(own));
         skipped.map(|own| own.count).sum()
     }
 
     /// Returns the most frequent reason for a skipped row.
     pub fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
-        let skipped = self.0.iter().filter(|own| own.finding.skips_row());
+        let skipped = self.0.iter().filter(|own| own.cause.skips_row());
         let most = skipped.max_by_key(|own| own.count)?;
         Some(LoadWarning { path: path.to_owned(), ..most.clone() })
     }
 
     /// How many rows are skipped for having too few cells.
     pub fn short_rows(&self) -> u64 {
-        let is_short = |c: &&LoadWarning| matches!(c.finding, Finding::TooFewCells { .. });
+        let is_short = |c: &&LoadWarning| matches!(c.cause, Cause::TooFewCells { .. });
         self.0.iter().find(is_short).map_or(0, |c| c.count)
     }
 
@@ -339,7 +337,7 @@ mod tests {
 
     #[test]
     fn one_kind_is_one_warning_across_intervals() {
-        let empty = |column: usize| Finding::Cell {
+        let empty = |column: usize| Cause::Cell {
             column: NamedColumn::new(column - 1, "S1"),
             value: String::new(),
             trouble: Trouble::Empty,

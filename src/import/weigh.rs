@@ -2,12 +2,13 @@
 
 use super::plan::PosePlan;
 use super::two_clocks::Table;
-use super::warning::Finding;
+use super::warning::Cause;
 use crate::import::assemble;
 use crate::import::error::ReadError;
 use crate::import::map::WeightMap;
 use crate::import::pose;
 use crate::import::pose::Pose;
+use crate::min_max::MinMax;
 use crate::recording::kinetics::{Rotation, Weight};
 use crate::recording::{Axis, full_scale_of};
 
@@ -39,7 +40,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
         .collect();
     let accelerations = pose::accelerations(&rows.times, &poses, &weights, map.smoothing_secs);
     let mut inertia = [0.0_f64; 6];
-    let mut range = [(f64::INFINITY, f64::NEG_INFINITY); 6];
+    let mut range = [MinMax::NONE; 6];
     rows.loads.clear();
     rows.loads.reserve_exact(6 * poses.len());
     for ((pose, weight), acceleration) in poses.iter().zip(&weights).zip(accelerations) {
@@ -47,8 +48,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
         let moving = pose::load(pose, weight, map.gravity, acceleration);
         for axis in 0..6 {
             inertia[axis] = inertia[axis].max((moving[axis] - at_rest[axis]).abs());
-            let (low, high) = range[axis];
-            range[axis] = (low.min(at_rest[axis]), high.max(at_rest[axis]));
+            range[axis] = range[axis].with(at_rest[axis]);
         }
         rows.loads.extend(if map.inertia { moving } else { at_rest });
     }
@@ -60,12 +60,12 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     };
     let worst = (0..6).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0);
     if share(worst) > INERTIA_SHARE {
-        let finding = Finding::Inertia {
+        let cause = Cause::Inertia {
             axis: Axis::ALL[worst],
             percent: 100.0 * share(worst),
             is_counted: map.inertia,
         };
-        rows.findings.note(table.plan.line, finding);
+        rows.findings.note(table.plan.line, cause);
     }
     table.plan.axes = Axis::ALL.to_vec();
     Ok(())
@@ -80,7 +80,7 @@ pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> 
         .chunks_exact(plan.width)
         .map(|numbers| pose::rotation(plan.attitude, map.angles, &numbers[..n_turns]))
         .collect();
-    rows.leave_out(|row| all[row].is_some(), Finding::NotARotation);
+    rows.leave_out(|row| all[row].is_some(), Cause::NotARotation);
     all.into_iter().flatten().collect()
 }
 

@@ -259,7 +259,7 @@ impl Fold {
         let request = Request::fit(Arc::new(self.set), settings);
         let data = Datasets::default().get(&request.key(), progress)?;
         let Fitted { past, mut calibration, .. } =
-            fit_all(&data, &request.settings, progress, on_epoch)?;
+            fit_all(&data, &request.settings, 1, progress, on_epoch)?;
         let learned = calibration.learned.take();
         let left_out = data.entries.iter().zip(&past);
         let left_out = left_out.filter(|(entry, _)| entry.role == Role::Test);

@@ -15,6 +15,7 @@ use crate::calibration::{
 use crate::features::{Auxiliary, Design, LoadPath};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::auxiliary_inputs::AuxiliaryInputs;
+use crate::questions::check::rig::RigReport;
 use crate::questions::error::AnalysisError;
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
@@ -26,7 +27,6 @@ use crate::scoring::MANY_SAMPLES;
 use crate::scoring::coverage::Coverage;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
-use crate::scoring::no_gauge::{NoGauge, no_gauges};
 
 /// RMSE per axis of one recording: conventional, compensated.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
@@ -75,7 +75,7 @@ pub(crate) struct Dataset {
     /// The longest gap of the training recordings, where their steps say one (s).
     gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
-    no_gauges: OnceLock<Vec<NoGauge>>,
+    rig: OnceLock<Option<RigReport>>,
     /// The newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
     /// The newest sums as if no look-back had found anything, with their design at any thresholds.
@@ -222,7 +222,10 @@ impl Dataset {
             progress.advance(1);
             Ok(Arc::new(loads))
         };
-        let ranges = load_ranges(training.iter().copied());
+        let ranges = load_ranges(
+            training.iter().copied(),
+            training.first().map_or(0, |own| own.axes().len()),
+        );
         let n_samples = entries.iter().map(|entry| entry.recording.n_samples());
         let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES)
             .then(|| entries.par_iter().map(kept).collect::<Result<_, Cancelled>>());
@@ -231,7 +234,7 @@ impl Dataset {
             key: key.clone(),
             groups: key.recordings.groups(),
             full_scale: ranges.iter().copied().map(full_scale_of).collect(),
-            largest: (ranges.iter()).map(|(low, high)| low.abs().max(high.abs())).collect(),
+            largest: (ranges.iter()).map(|own| own.magnitude()).collect(),
             gap_secs: gap_secs(&training),
             entries,
             auxiliary,
@@ -239,7 +242,7 @@ impl Dataset {
             map,
             loads,
             coverage: OnceLock::new(),
-            no_gauges: OnceLock::new(),
+            rig: OnceLock::new(),
             paths: Mutex::default(),
             unmoved: Mutex::default(),
         })
@@ -282,7 +285,7 @@ impl Dataset {
             entries,
             auxiliary: self.auxiliary.clone(),
             coverage: OnceLock::new(),
-            no_gauges: OnceLock::new(),
+            rig: OnceLock::new(),
             paths: Mutex::default(),
             unmoved: Mutex::default(),
         }
@@ -293,9 +296,11 @@ impl Dataset {
         self.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// Columns of the training recordings that are taken for gauges and seem to be none.
-    pub fn no_gauges(&self) -> &[NoGauge] {
-        self.no_gauges.get_or_init(|| no_gauges(&in_role(&self.entries, Role::Train)))
+    /// What the training recordings say of the rig; `None` where no load moves.
+    pub fn rig(&self) -> Option<&RigReport> {
+        let training = || in_role(&self.entries, Role::Train);
+        let made = || RigReport::of(&training(), &self.full_scale, &Progress::default());
+        self.rig.get_or_init(|| made().ok().flatten()).as_ref()
     }
 
     /// The searches of this calibration.

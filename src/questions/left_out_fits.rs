@@ -41,7 +41,7 @@ impl Dataset {
         let shares = shares_of(calibration, terms, &design);
         let strengths: Vec<f64> =
             shares.iter().map(|own| own.iter().copied().fold(0.0, f64::max)).collect();
-        let left_out = LeftOut { total: &sums.train, parts: &sums.parts, terms };
+        let left_out = LeftOut::of(&sums.train, &sums.parts, terms);
         if !left_out.is_determined(&strengths) {
             return Err(NotLeftOut::TooFew);
         }

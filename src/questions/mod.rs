@@ -29,7 +29,7 @@ pub(crate) use errors::trace_values::Segment;
 pub(crate) use errors::traces::{AxisTraces, TraceSet};
 pub use errors::view::View;
 pub use expected_error::query::{expected_error, handed_over};
-pub use models::best::{Best, Search, Tried, find_best};
+pub use models::best::{Best, Search, Tried, WITHIN, find_best};
 pub use models::comparison::compare;
 pub(crate) use models::comparison::{
     Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates,

@@ -347,7 +347,7 @@ fn curves(
         ));
         if !found.beats_conventional {
             warnings.push(
-                "The conventional calibration is within one standard error of the best look-back; a look-back may not be worth it."
+                "The conventional calibration is not worse than the best look-back with 90 % confidence; a look-back may not be worth it."
                     .to_owned(),
             );
         }
@@ -401,6 +401,7 @@ impl<'a> Looker<'a> {
             axis,
             up: Up::Error,
             span: Span::Of(self.of),
+            lag_removed: false,
             frame: None,
             pixels: LOOP_PIXELS,
         });

@@ -5,7 +5,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::recording::range::range_of;
+use crate::min_max::MinMax;
 use crate::recording::shared::Shared;
 
 /// From when to when (s) a channel holds a value that is too old to be believed.
@@ -81,10 +81,9 @@ impl AuxiliaryTable {
     }
 
     /// The least and the greatest value of each channel.
-    pub fn ranges(&self) -> Vec<(f64, f64)> {
+    pub fn ranges(&self) -> Vec<MinMax> {
         let channel = |at: usize| self.values.iter().skip(at).step_by(self.len());
-        let ends = |at: usize| range_of(channel(at).copied());
-        (0..self.len()).map(ends).collect()
+        (0..self.len()).map(|at| channel(at).collect()).collect()
     }
 
     /// Each channel as `name 21.5..24.0 unit`.
@@ -126,11 +125,12 @@ impl AuxiliaryTable {
 }
 
 /// A range with its unit, or the one value that it is; in as many digits as tell its ends apart: `21.5 to 24.0 °C`.
-pub(crate) fn span((low, high): (f64, f64), unit: &str) -> String {
+pub(crate) fn span(range: MinMax, unit: &str) -> String {
+    let MinMax { min: low, max: high } = range;
     if low == high {
         return format!("{} {unit}", (low * 1e6).round() / 1e6).trim_end().to_owned();
     }
-    let width = (high - low).max(1e-3 * low.abs().max(high.abs())).max(f64::MIN_POSITIVE);
+    let width = range.span().max(1e-3 * range.magnitude()).max(f64::MIN_POSITIVE);
     let digits = (2.0 - width.log10()).clamp(0.0, 6.0) as usize;
     let numbers = format!("{low:.digits$} to {high:.digits$} {unit}");
     numbers.trim_end().to_owned()
@@ -169,7 +169,8 @@ mod tests {
         assert!(std::ptr::eq(rest.auxiliary().at(0), recording.auxiliary().at(3)));
         let every_second = recording.decimated(2);
         assert_eq!(every_second.auxiliary().values(), [20.0, 5.0, 22.0, 5.0, 24.0, 5.0]);
-        assert_eq!(every_second.auxiliary().ranges(), [(20.0, 24.0), (5.0, 5.0)]);
+        let of = |min: f64, max: f64| crate::min_max::MinMax { min, max };
+        assert_eq!(every_second.auxiliary().ranges(), [of(20.0, 24.0), of(5.0, 5.0)]);
         assert_eq!(recording.auxiliary().in_words(), ["T 20.0 to 25.0 °C", "U 5 V"]);
     }
 

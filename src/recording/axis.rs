@@ -32,6 +32,11 @@ impl Axis {
         }
     }
 
+    /// Returns the symbols of these axes.
+    pub fn symbols(axes: &[Self]) -> Vec<&'static str> {
+        axes.iter().map(|axis| axis.symbol()).collect()
+    }
+
     /// Whether this is a force rather than a moment.
     pub const fn is_force(self) -> bool {
         matches!(self, Self::Fx | Self::Fy | Self::Fz)

@@ -1,5 +1,7 @@
 //! What counts as full scale where nobody entered the rated load.
 
+use crate::min_max::MinMax;
+
 /// Where the lesser side is below this share of the greater, a load goes one way only.
 const ONE_WAY: f64 = 0.1;
 
@@ -7,15 +9,15 @@ const ONE_WAY: f64 = 0.1;
 /// the largest magnitude where the load goes one way only, as in a press. 0 where the load does not change.
 ///
 /// **Units** that of the load.
-pub fn full_scale_of((low, high): (f64, f64)) -> f64 {
-    let (up, down) = (high.max(0.0), (-low).max(0.0));
-    let changes = high > low;
+pub fn full_scale_of(range: MinMax) -> f64 {
+    let (up, down) = (range.max.max(0.0), (-range.min).max(0.0));
+    let changes = range.max > range.min;
     if !changes {
         0.0
     } else if up.min(down) < ONE_WAY * up.max(down) {
         up.max(down)
     } else {
-        0.5 * (high - low)
+        0.5 * range.span()
     }
 }
 
@@ -33,9 +35,10 @@ mod tests {
             ((-50.0, 2.0), 50.0),
             ((100.0, 110.0), 110.0),
             ((3.0, 3.0), 0.0),
-            ((f64::INFINITY, f64::NEG_INFINITY), 0.0),
+            ((f64::NAN, f64::NAN), 0.0),
         ] {
-            assert_eq!(full_scale_of(range), expected, "{range:?}");
+            let loads: MinMax = [range.0, range.1].iter().collect();
+            assert_eq!(full_scale_of(loads), expected, "{range:?}");
         }
     }
 }

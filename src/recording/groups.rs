@@ -10,11 +10,12 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
 use crate::recording::load_cases::load_cases;
-use crate::recording::range::{NO_RANGE, joined};
 use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
+use crate::recording::shared::join;
 
 /// Fewer groups than this are not taken from names: what is left to fit would be too little.
 const FEWEST_FOUND: usize = 3;
@@ -22,26 +23,26 @@ const FEWEST_FOUND: usize = 3;
 const KEPT_RANGE: f64 = 0.5;
 
 /// Words whose number or letter names a programme, the likeliest to decide first.
-const PROGRAMMES: [(&str, &str); 8] = [
-    ("path", "path"),
-    ("trajectory", "trajectory"),
-    ("programme", "programme"),
-    ("program", "program"),
-    ("programm", "programme"),
-    ("profile", "profile"),
-    ("sequence", "sequence"),
-    ("pattern", "pattern"),
+const PROGRAMMES: [(&str, GroupedBy); 8] = [
+    ("path", GroupedBy::Path),
+    ("trajectory", GroupedBy::Trajectory),
+    ("programme", GroupedBy::Programme),
+    ("program", GroupedBy::Program),
+    ("programm", GroupedBy::Programme),
+    ("profile", GroupedBy::Profile),
+    ("sequence", GroupedBy::Sequence),
+    ("pattern", GroupedBy::Pattern),
 ];
 /// Words whose number or letter names a day, or how the sensor was mounted.
-const SESSIONS: [(&str, &str); 8] = [
-    ("day", "day"),
-    ("tag", "day"),
-    ("session", "session"),
-    ("mounting", "mounting"),
-    ("mount", "mount"),
-    ("montage", "mounting"),
-    ("setup", "setup"),
-    ("batch", "batch"),
+const SESSIONS: [(&str, GroupedBy); 8] = [
+    ("day", GroupedBy::Day),
+    ("tag", GroupedBy::Day),
+    ("session", GroupedBy::Session),
+    ("mounting", GroupedBy::Mounting),
+    ("mount", GroupedBy::Mount),
+    ("montage", GroupedBy::Mounting),
+    ("setup", GroupedBy::Setup),
+    ("batch", GroupedBy::Batch),
 ];
 /// Words whose number counts how often the same was done.
 const REPETITIONS: [&str; 12] = [
@@ -61,12 +62,47 @@ const REPETITIONS: [&str; 12] = [
 /// Words that say what a recording is for, not what it is.
 const ROLES: [&str; 3] = ["train", "training", "test"];
 
+/// What recordings that are left out together have in common. Its text is one word for such a group.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+#[expect(missing_docs, reason = "the words of names and paths say themselves")]
+pub enum GroupedBy {
+    /// Nothing: each recording is left out by itself.
+    #[default]
+    Recording,
+    /// The load of samples without times, whichever file they are in.
+    #[serde(rename = "load case")]
+    #[strum(to_string = "load case")]
+    LoadCase,
+    /// The group that the user set.
+    Group,
+    /// The place in time: there are too few recordings, and contiguous blocks are left out.
+    Block,
+    Path,
+    Trajectory,
+    Programme,
+    Program,
+    Profile,
+    Sequence,
+    Pattern,
+    Day,
+    Session,
+    Mounting,
+    Mount,
+    Setup,
+    Batch,
+    /// The name but for a number that counts repetitions.
+    Series,
+    Folder,
+    File,
+}
+
 /// Which recordings are left out together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Groups {
-    /// What a group is, in a word: `path`, `day`, `folder`, `group` where the user set them, `recording` where each stands
-    /// for itself.
-    pub by: &'static str,
+    /// What a group is.
+    pub by: GroupedBy,
     /// The group of each recording of the set.
     pub of: Vec<usize>,
     /// What the groups are called.
@@ -89,8 +125,8 @@ pub struct LoneGroup {
 /// Groups that were found or set and are not used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnusedGroups {
-    /// What a group is, in a word.
-    pub by: &'static str,
+    /// What a group is.
+    pub by: GroupedBy,
     /// How many there are among the training recordings.
     pub n: usize,
     /// The group that alone loads an axis, where there would be enough of them.
@@ -101,7 +137,7 @@ impl Groups {
     /// What the group of a recording is called; `None` where it stands for itself.
     pub fn name_of(&self, recording: usize) -> Option<&str> {
         let group = *self.of.get(recording)?;
-        (self.by != RECORDING).then(|| &*self.names[group])
+        (self.by != GroupedBy::Recording).then(|| &*self.names[group])
     }
 
     /// A recording of the set whose group is said, so that what is found among fewer recordings is the same.
@@ -109,13 +145,6 @@ impl Groups {
         Entry { group: self.name_of(recording).map(str::to_owned), ..entry.clone() }
     }
 }
-
-/// What is left out where nothing is grouped.
-pub const RECORDING: &str = "recording";
-/// What is left out where the samples have no times: all rows under the same load, whichever file they are in.
-pub const LOAD_CASE: &str = "load case";
-/// What is left out where the user set the groups.
-const GROUP: &str = "group";
 
 /// How to call the group of any recording: a text in which `{file}`, `{folder}` and `{recording}` stand for what these are
 /// called, and any other `{word}` for the number or letter after that word in the folder or the name.
@@ -195,7 +224,7 @@ enum Key {
 
 /// One way to group: what a group is, and the group of each recording where the way tells one.
 struct Way {
-    by: &'static str,
+    by: GroupedBy,
     keys: Vec<Option<String>>,
     /// Whether a single group is worth a word: all recordings repeat one programme.
     tells_alone: bool,
@@ -227,7 +256,7 @@ impl RecordingSet {
         {
             let keys = cases(entries);
             let lone = lone(&keys);
-            return named(LOAD_CASE, keys, lone);
+            return named(GroupedBy::LoadCase, keys, lone);
         }
         let n = training.len();
         let mut unused = None;
@@ -243,7 +272,7 @@ impl RecordingSet {
             };
             let are_many = n_groups >= FEWEST_FOUND;
             if is_set && n_groups > 1 {
-                return named(GROUP, keys, lone);
+                return named(GroupedBy::Group, keys, lone);
             }
             if are_many && lone.is_none() {
                 return named(way.by, keys, None);
@@ -259,12 +288,12 @@ impl RecordingSet {
         if is_set && n_groups < n {
             if n_groups > 1 && n > 2 {
                 let lone = lone(&keys);
-                return named(GROUP, keys, lone);
+                return named(GroupedBy::Group, keys, lone);
             }
-            unused = Some(UnusedGroups { by: GROUP, n: n_groups, lone: None });
+            unused = Some(UnusedGroups { by: GroupedBy::Group, n: n_groups, lone: None });
         }
         let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
-        Groups { unused, ..named(RECORDING, own.collect(), None) }
+        Groups { unused, ..named(GroupedBy::Recording, own.collect(), None) }
     }
 
     /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
@@ -282,12 +311,12 @@ impl RecordingSet {
             keys: words.iter().map(|words| key(words)).collect(),
             tells_alone,
         };
-        let labelled = |(word, by): &(&'static str, &'static str)| {
-            by_words(by, true, &|words| Some(format!("{by} {}", after(words, word)?)))
+        let labelled = |(word, by): &(&'static str, GroupedBy)| {
+            by_words(*by, true, &|words| Some(format!("{by} {}", after(words, word)?)))
         };
         let mut ways: Vec<Way> = PROGRAMMES.iter().map(labelled).collect();
         if open.iter().any(|&at| repetition(&words[at]).is_some()) {
-            ways.push(by_words("series", false, &|words| {
+            ways.push(by_words(GroupedBy::Series, false, &|words| {
                 let rest = match repetition(words) {
                     Some(at) => [&words[..at], &words[at + 2..]].concat(),
                     None => words.to_vec(),
@@ -296,14 +325,14 @@ impl RecordingSet {
             }));
         }
         ways.extend(SESSIONS.iter().map(labelled));
-        ways.push(by_words("day", false, &day));
+        ways.push(by_words(GroupedBy::Day, false, &day));
         if counts_repetitions(&open, &words) {
-            ways.push(by_words("series", false, &|words| {
+            ways.push(by_words(GroupedBy::Series, false, &|words| {
                 without_last_number(words).map(|(rest, _)| rest.join(" "))
             }));
         }
-        ways.push(by_path("folder", entries, Path::parent));
-        ways.push(by_path("file", entries, |path| Some(path)));
+        ways.push(by_path(GroupedBy::Folder, entries, Path::parent));
+        ways.push(by_path(GroupedBy::File, entries, |path| Some(path)));
         ways.retain(|way| open.iter().all(|&at| way.keys[at].is_some()));
         ways
     }
@@ -345,7 +374,7 @@ fn first_part(entries: &[Entry], at: usize) -> usize {
 }
 
 /// Groups by these keys, numbered as they come.
-fn named(by: &'static str, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
+fn named(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
     let mut names = Vec::new();
     let mut of = Vec::with_capacity(keys.len());
@@ -366,18 +395,15 @@ fn named(by: &'static str, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
 /// The group without which an axis keeps too little of its range.
 fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup> {
     let axes = entries[*training.first()?].recording.axes();
-    let mut ranges: BTreeMap<&Key, Vec<(f64, f64)>> = BTreeMap::new();
+    let mut ranges: BTreeMap<&Key, Vec<MinMax>> = BTreeMap::new();
     for &at in training {
         let ranges = ranges.entry(&keys[at]);
-        let ranges = ranges.or_insert_with(|| vec![NO_RANGE; axes.len()]);
-        for (range, own) in ranges.iter_mut().zip(entries[at].recording.load_ranges()) {
-            *range = joined(*range, *own);
-        }
+        let ranges = ranges.or_insert_with(|| vec![MinMax::NONE; axes.len()]);
+        join(ranges, entries[at].recording.load_ranges());
     }
     let span = |axis: usize, left_out: Option<&Key>| {
         let kept = ranges.iter().filter(|(key, _)| Some(**key) != left_out);
-        let (low, high) = kept.fold(NO_RANGE, |all, (_, own)| joined(all, own[axis]));
-        (high - low).max(0.0)
+        kept.map(|(_, own)| own[axis]).collect::<MinMax>().span()
     };
     (0..axes.len()).find_map(|axis| {
         let whole = span(axis, None);
@@ -504,7 +530,7 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
 }
 
 /// By a part of the path of the file.
-fn by_path(by: &'static str, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
+fn by_path(by: GroupedBy, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
     let parts: Vec<Option<&Path>> =
         entries.iter().map(|entry| entry.recording.source().path().and_then(part)).collect();
     let last = |path: &Path| last_name(path).unwrap_or_default();
@@ -548,7 +574,7 @@ mod tests {
     }
 
     /// What the groups of files with these names are, and which.
-    fn found(names: &[&str]) -> (&'static str, Vec<usize>) {
+    fn found(names: &[&str]) -> (GroupedBy, Vec<usize>) {
         let files: Vec<String> = names.iter().map(|name| format!("/d/{name}.csv")).collect();
         let names: Vec<(&str, &str)> =
             files.iter().map(|file| &**file).zip(names.iter().copied()).collect();
@@ -559,23 +585,35 @@ mod tests {
     #[test]
     fn names_that_say_what_was_repeated_are_grouped() {
         for (names, by, of) in [
-            (&["path1_run1", "path1_run2", "path2_run1", "path3_run1"][..], "path", [0, 0, 1, 2]),
-            (&["train_path01_a", "train_path2", "path_1 fast", "pathB"], "path", [0, 1, 0, 2]),
-            (&["a run 1", "b run 1", "a run 2", "c take 3"], "series", [0, 1, 0, 2]),
-            (&["Mount1 x", "Mount2 x", "Mount3 x", "Mount3 y"], "mount", [0, 1, 2, 2]),
-            (&["20240501_1", "2024-05-02 a", "20240503", "20240501_b"], "day", [0, 1, 2, 0]),
+            (
+                &["path1_run1", "path1_run2", "path2_run1", "path3_run1"][..],
+                GroupedBy::Path,
+                [0, 0, 1, 2],
+            ),
+            (
+                &["train_path01_a", "train_path2", "path_1 fast", "pathB"],
+                GroupedBy::Path,
+                [0, 1, 0, 2],
+            ),
+            (&["a run 1", "b run 1", "a run 2", "c take 3"], GroupedBy::Series, [0, 1, 0, 2]),
+            (&["Mount1 x", "Mount2 x", "Mount3 x", "Mount3 y"], GroupedBy::Mount, [0, 1, 2, 2]),
+            (
+                &["20240501_1", "2024-05-02 a", "20240503", "20240501_b"],
+                GroupedBy::Day,
+                [0, 1, 2, 0],
+            ),
         ] {
             assert_eq!(found(names), (by, of.to_vec()), "{names:?}");
         }
         let levels = ["f_100_1", "f_100_2", "f_200_1", "f_200_2", "f_300_1", "f_300_2"];
-        assert_eq!(found(&levels), ("series", vec![0, 0, 1, 1, 2, 2]));
+        assert_eq!(found(&levels), (GroupedBy::Series, vec![0, 0, 1, 1, 2, 2]));
     }
 
     #[test]
     fn a_series_of_numbers_or_too_few_groups_leave_each_recording_to_itself() {
         let presses: Vec<String> = (1..=690).map(|k| format!("press_{k}")).collect();
         let presses: Vec<&str> = presses.iter().map(|name| &**name).collect();
-        assert_eq!(found(&presses), (RECORDING, (0..690).collect()));
+        assert_eq!(found(&presses), (GroupedBy::Recording, (0..690).collect()));
         for names in [
             &["run1", "run2", "run3", "run4"][..],
             &["path1", "path2", "path3", "path4"],
@@ -585,7 +623,7 @@ mod tests {
             &["path1_a", "path1_b", "path2_a", "path2_b"],
             &["log 2024-05-01 10-00", "log 2024-05-01 11-00", "log 2024-05-01 11-30", "log"],
         ] {
-            assert_eq!(found(names).0, RECORDING, "{names:?}");
+            assert_eq!(found(names).0, GroupedBy::Recording, "{names:?}");
         }
     }
 
@@ -593,7 +631,7 @@ mod tests {
     fn groups_that_are_seen_and_not_used_are_told() {
         let unused = |names: &[(&str, &str)]| set_of(names).groups().unused;
         let few = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path2 b")];
-        let told = |n, lone| UnusedGroups { by: "path", n, lone };
+        let told = |n, lone| UnusedGroups { by: GroupedBy::Path, n, lone };
         assert_eq!(unused(&few), Some(told(2, None)));
         assert_eq!(unused(&few[..2]), Some(told(1, None)));
         assert_eq!(unused(&[("/a", "a"), ("/b", "b"), ("/c", "c")]), None);
@@ -601,7 +639,7 @@ mod tests {
         let set = with_loads(&names, |at| vec![0.0, if at == 2 { 9.0 } else { 1.0 }]);
         let lone = LoneGroup { group: "path 2".to_owned(), axis: Axis::Fz };
         let groups = set.groups();
-        assert_eq!((groups.by, groups.unused), (RECORDING, Some(told(3, Some(lone)))));
+        assert_eq!((groups.by, groups.unused), (GroupedBy::Recording, Some(told(3, Some(lone)))));
     }
 
     #[test]
@@ -613,11 +651,11 @@ mod tests {
         };
         let folders =
             [("/mon/a.csv", "a"), ("/mon/b.csv", "b"), ("/tue/a.csv", "a"), ("/wed/a.csv", "a")];
-        assert_eq!(groups(&folders), ("folder", vec![0, 0, 1, 2], Some("mon".to_owned())));
+        assert_eq!(groups(&folders), (GroupedBy::Folder, vec![0, 0, 1, 2], Some("mon".to_owned())));
         let parts = [("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/b.csv", "b"), ("/c.csv", "c")];
-        assert_eq!(groups(&parts), ("file", vec![0, 0, 1, 2], Some("a.csv".to_owned())));
+        assert_eq!(groups(&parts), (GroupedBy::File, vec![0, 0, 1, 2], Some("a.csv".to_owned())));
         let one_file = [("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/a.csv", "a #3")];
-        assert_eq!(groups(&one_file), (RECORDING, vec![0, 1, 2], None));
+        assert_eq!(groups(&one_file), (GroupedBy::Recording, vec![0, 1, 2], None));
     }
 
     #[test]
@@ -626,18 +664,18 @@ mod tests {
         let mut set = set_of(&names);
         assert_eq!(set.groups().of, [0, 0, 1, 2]);
         set.set_group(3, Some("path 2".to_owned()));
-        assert_eq!((set.groups().by, set.groups().of), (GROUP, vec![0, 0, 1, 1]));
+        assert_eq!((set.groups().by, set.groups().of), (GroupedBy::Group, vec![0, 0, 1, 1]));
         (0..4).for_each(|at| set.set_group(at, Some(format!("{at}"))));
         let alone = set.groups();
-        assert_eq!((alone.by, alone.of), (RECORDING, vec![0, 1, 2, 3]));
+        assert_eq!((alone.by, alone.of), (GroupedBy::Recording, vec![0, 1, 2, 3]));
         assert_eq!(alone.unused, None);
         (0..4).for_each(|at| set.set_group(at, Some("all".to_owned())));
         let groups = set.groups();
-        assert_eq!((groups.by, groups.of), (RECORDING, vec![0, 1, 2, 3]));
+        assert_eq!((groups.by, groups.of), (GroupedBy::Recording, vec![0, 1, 2, 3]));
         assert_eq!(groups.unused.unwrap().n, 1);
         let mut set = set_of(&names);
         set.set_role(2, Role::Test);
-        assert_eq!(set.groups().by, RECORDING, "two paths are too few");
+        assert_eq!(set.groups().by, GroupedBy::Recording, "two paths are too few");
         assert!(RecordingSet::default().groups().of.is_empty());
     }
 
@@ -681,13 +719,13 @@ mod tests {
             }
         }
         let groups = parts.groups();
-        assert_eq!((groups.by, groups.of), (RECORDING, vec![0, 0, 1, 1, 2, 2]));
+        assert_eq!((groups.by, groups.of), (GroupedBy::Recording, vec![0, 0, 1, 1, 2, 2]));
     }
 
     #[test]
     fn the_built_in_recordings_are_grouped_by_path() {
         let groups = crate::recording::simulated::recordings(7).groups();
-        assert_eq!((groups.by, groups.name_of(89)), ("path", Some("path 6")));
+        assert_eq!((groups.by, groups.name_of(89)), (GroupedBy::Path, Some("path 6")));
         let fifteen_each: Vec<usize> = (0..90).map(|at| at / 15).collect();
         assert_eq!(groups.of, fifteen_each);
     }

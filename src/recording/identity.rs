@@ -10,10 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use strum::{EnumIter, IntoEnumIterator as _, IntoStaticStr};
 
 use crate::recording::axis::Axis;
-use crate::small_file::read_small;
-
-/// No description of a sensor is longer.
-const BYTES_LIMIT: u64 = 1 << 20;
+use crate::small_file::{TomlError, read_toml};
 
 /// One item of a sensor's identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, EnumIter, IntoStaticStr)]
@@ -166,14 +163,6 @@ pub struct SensorFile {
     pub rated_loads: BTreeMap<Axis, f64>,
 }
 
-/// Why a description of a sensor cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("{path}: {reason}")]
-pub struct SensorFileError {
-    path: String,
-    reason: String,
-}
-
 impl SensorFile {
     /// Reads a file like
     ///
@@ -186,13 +175,9 @@ impl SensorFile {
     /// ```
     ///
     /// # Errors
-    /// [`SensorFileError`] if it cannot be read, is no TOML, or has a name that is not known.
-    pub fn read(path: &Path) -> Result<Self, SensorFileError> {
-        let wrong = |reason: String| SensorFileError { path: path.display().to_string(), reason };
-        let text = read_small(path, "a description of a sensor", BYTES_LIMIT)
-            .map_err(|error| wrong(error.to_string()))?;
-        let text = String::from_utf8(text).map_err(|_| wrong("not in UTF-8".to_owned()))?;
-        Self::from_toml(&text).map_err(wrong)
+    /// [`TomlError`] if it cannot be read, is no TOML, or has a name that is not known.
+    pub fn read(path: &Path) -> Result<Self, TomlError> {
+        read_toml(path, "a description of a sensor", Self::from_toml)
     }
 
     fn from_toml(text: &str) -> Result<Self, String> {

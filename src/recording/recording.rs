@@ -3,6 +3,7 @@
 //! Guarantees, checked at construction: at least one sample and one gauge, every number finite, times that never go
 //! back, axes in [`Axis`] order without repeats.
 
+use crate::min_max::MinMax;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use crate::recording::date::{DateSource, Dated, Day};
 use crate::recording::gap::gap_by_steps;
 use crate::recording::left_out::LeftOut;
 use crate::recording::median::median;
-use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, all_joined};
+use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, join};
 use crate::recording::tare::Tare;
 
 /// Where a recording comes from.
@@ -434,12 +435,12 @@ impl Recording {
     }
 
     /// The least and greatest value of each gauge.
-    pub(crate) fn gauge_ranges(&self) -> &[(f64, f64)] {
+    pub(crate) fn gauge_ranges(&self) -> &[MinMax] {
         self.gauges.ranges()
     }
 
     /// The least and greatest reference load of each axis.
-    pub fn load_ranges(&self) -> &[(f64, f64)] {
+    pub fn load_ranges(&self) -> &[MinMax] {
         self.loads.ranges()
     }
 
@@ -578,13 +579,14 @@ fn rate_hz(times: &[f64]) -> Option<f64> {
     (step > 0.0).then(|| 1.0 / step)
 }
 
-/// The least and greatest reference load of each axis over recordings of the same axes; empty without one.
+/// Returns the range of the reference load of each of these axes over recordings that have them or no reference.
 pub(crate) fn load_ranges<'a>(
-    mut recordings: impl Iterator<Item = &'a Recording>,
-) -> Vec<(f64, f64)> {
-    let first = recordings.next().map(Recording::load_ranges);
-    let first = first.unwrap_or_default().to_vec();
-    recordings.fold(first, |all, own| all_joined(&all, own.load_ranges()))
+    recordings: impl Iterator<Item = &'a Recording>,
+    n_axes: usize,
+) -> Vec<MinMax> {
+    let mut all = vec![MinMax::NONE; n_axes];
+    recordings.for_each(|own| join(&mut all, own.load_ranges()));
+    all
 }
 
 #[cfg(test)]
@@ -662,7 +664,7 @@ mod tests {
         assert_eq!(*segment.shared_times(), [4.0, 5.0, 6.0]);
         let inner = segment.segment(1..3);
         assert_eq!((inner.times(), inner.loads()), (&[5.0, 6.0][..], &[15.0, 18.0][..]));
-        assert_eq!(inner.load_ranges(), [(15.0, 18.0)]);
+        assert_eq!(inner.load_ranges(), [MinMax { min: 15.0, max: 18.0 }]);
         let tared = inner.clone().less_offsets(&[1.0], Tare::Auto);
         assert_eq!(tared.gauges(), [9.0, 11.0]);
         assert_eq!(recording.gauges_at(5), [10.0]);

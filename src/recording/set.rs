@@ -93,8 +93,8 @@ pub enum LayoutError {
     Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
     #[error(
         "{name}: its reference axes are {} where the loaded recordings have {}; close those first, or load it on its own",
-        symbols(actual),
-        symbols(expected)
+        Axis::symbols(actual).join(" "),
+        Axis::symbols(expected).join(" ")
     )]
     Axes { name: String, expected: Vec<Axis>, actual: Vec<Axis> },
 }
@@ -106,10 +106,6 @@ fn names(names: &[String]) -> String {
         }
         _ => names.join(" "),
     }
-}
-
-fn symbols(axes: &[Axis]) -> String {
-    axes.iter().map(|axis| axis.symbol()).collect::<Vec<_>>().join(" ")
 }
 
 /// The recordings that are loaded, in the order of loading.

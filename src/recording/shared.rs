@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::range::{NO_RANGE, including, joined};
+use crate::min_max::MinMax;
 
 /// Number of samples, or numbers, that one thread looks through at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
@@ -84,8 +84,8 @@ pub(super) struct Ranged {
     values: Shared,
     width: usize,
     /// Of each run of [`SAMPLES_A_THREAD`] rows of the list that is kept.
-    runs: Arc<Vec<Vec<(f64, f64)>>>,
-    ranges: Vec<(f64, f64)>,
+    runs: Arc<Vec<Vec<MinMax>>>,
+    ranges: Vec<MinMax>,
 }
 
 impl Ranged {
@@ -97,12 +97,9 @@ impl Ranged {
     fn of(values: Shared, width: usize) -> Self {
         let runs = values.par_chunks(width.max(1) * SAMPLES_A_THREAD);
         let runs: Vec<_> = runs.map(|run| ranges(run, width)).collect();
-        Self {
-            ranges: runs.iter().fold(ranges(&[], width), |all, run| all_joined(&all, run)),
-            runs: Arc::new(runs),
-            values,
-            width,
-        }
+        let mut all = vec![MinMax::NONE; width];
+        runs.iter().for_each(|run| join(&mut all, run));
+        Self { ranges: all, runs: Arc::new(runs), values, width }
     }
 
     /// Takes these numbers off its columns, one each.
@@ -115,7 +112,7 @@ impl Ranged {
     }
 
     /// From the least to the greatest of each column.
-    pub fn ranges(&self) -> &[(f64, f64)] {
+    pub fn ranges(&self) -> &[MinMax] {
         &self.ranges
     }
 
@@ -136,12 +133,10 @@ impl Ranged {
         let ranges = if whole.is_empty() || self.width == 0 {
             of(start..end)
         } else {
-            let beside = all_joined(
-                &of(start..whole.start * SAMPLES_A_THREAD),
-                &of(whole.end * SAMPLES_A_THREAD..end),
-            );
-            let runs = self.runs[whole].iter();
-            runs.fold(beside, |all, run| all_joined(&all, run))
+            let mut all = of(start..whole.start * SAMPLES_A_THREAD);
+            join(&mut all, &of(whole.end * SAMPLES_A_THREAD..end));
+            self.runs[whole].iter().for_each(|run| join(&mut all, run));
+            all
         };
         Self { values, width: self.width, runs: Arc::clone(&self.runs), ranges }
     }
@@ -161,17 +156,16 @@ impl PartialEq for Ranged {
     }
 }
 
-/// What both reach, column by column.
-pub(super) fn all_joined(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<(f64, f64)> {
-    let both = a.iter().zip(b);
-    both.map(|(a, b)| joined(*a, *b)).collect()
+/// Joins the ranges of columns with those of other rows.
+pub(super) fn join(all: &mut [MinMax], own: &[MinMax]) {
+    all.iter_mut().zip(own).for_each(|(all, own)| *all = all.joined(*own));
 }
 
-fn ranges(rows: &[f64], width: usize) -> Vec<(f64, f64)> {
-    let mut ranges = vec![NO_RANGE; width];
+fn ranges(rows: &[f64], width: usize) -> Vec<MinMax> {
+    let mut ranges = vec![MinMax::NONE; width];
     for row in rows.chunks_exact(width.max(1)) {
         for (range, value) in ranges.iter_mut().zip(row) {
-            *range = including(*range, *value);
+            *range = range.with(*value);
         }
     }
     ranges

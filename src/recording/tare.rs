@@ -10,9 +10,9 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::load_cases::largest_loads;
-use crate::finding::Way;
+use crate::finding::{Advice, Way};
+use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
-use crate::recording::range::range_of;
 use crate::recording::recording::Recording;
 
 /// How long a quiet interval is (s); shorter ones say little about the mean.
@@ -62,9 +62,8 @@ impl FromStr for Tare {
     }
 }
 
-impl TareError {
-    /// How what it asks for is done.
-    pub(crate) fn ways(&self) -> &'static [Way] {
+impl Advice for TareError {
+    fn ways(&self) -> &'static [Way] {
         match self {
             Self::NeverQuiet { .. } | Self::NeverUnloaded { .. } => &[Way::Tare],
             _ => &[],
@@ -194,8 +193,8 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
 /// The smallest value of a column among these rows, and how far above it the largest is.
 fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
     let own = values[rows.start * width + column..].iter().step_by(width);
-    let (low, high) = range_of(own.take(rows.len()).copied());
-    (low, high - low)
+    let range: MinMax = own.take(rows.len()).collect();
+    (range.min, range.max - range.min)
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use crate::features::Column;
+use crate::min_max::MinMax;
 use crate::questions::metrology::extents_of;
-use crate::recording::{Axis, Entry, Recording, Role};
+use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
 
 /// A load is another one where an axis differs by this share of its range at least: noise does by less, mostly.
 const OTHER_LOAD: f64 = 0.02;
@@ -14,9 +15,6 @@ const NOISE_OF_LOAD: f64 = 4.0;
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
 /// Test loads are outside where they lie further out than this share of what the axes of one unit span.
 const OUTSIDE: f64 = 0.02;
-/// Some load is always the largest: a group that holds one is outside where it lies further out than this share of what the others span.
-const ALONE: f64 = 0.2;
-
 /// Share of its samples outside the loads of the others from which a recording, or the test, is in doubt.
 pub const OUTSIDE_SHARE: f64 = 0.05;
 
@@ -26,7 +24,7 @@ pub const OUTSIDE_SHARE: f64 = 0.05;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
     /// The least and the greatest training load.
-    pub trained: Vec<(f64, f64)>,
+    pub trained: Vec<MinMax>,
     /// What the test recordings ask beyond it; `None` where they do not, or there are none.
     pub outside: Vec<Option<Outside>>,
     /// How often the load becomes another one in the training recordings, the first of each counted.
@@ -51,10 +49,10 @@ impl Coverage {
             let entries = entries.iter().filter(move |entry| entry.role == role);
             entries.map(|entry| &*entry.recording)
         };
-        let trained = ranges(recordings(Role::Train), axes.len());
-        let tested = ranges(recordings(Role::Test), axes.len());
+        let trained = load_ranges(recordings(Role::Train), axes.len());
+        let tested = load_ranges(recordings(Role::Test), axes.len());
         let spans: Vec<f64> =
-            (trained.iter().zip(&tested)).map(|(a, b)| a.1.max(b.1) - a.0.min(b.0)).collect();
+            (trained.iter().zip(&tested)).map(|(a, b)| a.joined(*b).span()).collect();
         let outside = (0..axes.len()).map(|axis| {
             let slack = OUTSIDE * largest(axes, &spans, axes[axis]);
             outside(recordings(Role::Test), axis, trained[axis], slack)
@@ -73,16 +71,9 @@ impl Coverage {
         }
     }
 
-    /// Whether a recording holds one load all along.
-    pub fn is_one_load(&self, recording: &Recording) -> bool {
-        let mut axes = recording.load_ranges().iter().enumerate();
-        axes.all(|(axis, (low, high))| high - low <= OUTSIDE * self.span(axis))
-    }
-
     /// How far an axis moves in the training recordings.
     pub fn span(&self, axis: usize) -> f64 {
-        let (low, high) = self.trained[axis];
-        (high - low).max(0.0)
+        self.trained[axis].span()
     }
 }
 
@@ -93,84 +84,23 @@ pub fn largest(axes: &[Axis], spans: &[f64], of: Axis) -> f64 {
     of_unit.map(|(_, span)| *span).fold(0.0, f64::max)
 }
 
-fn ranges<'a>(recordings: impl Iterator<Item = &'a Recording>, n_axes: usize) -> Vec<(f64, f64)> {
-    let mut ranges = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
-    for recording in recordings {
-        for load in recording.loads().chunks_exact(n_axes.max(1)) {
-            for (range, value) in ranges.iter_mut().zip(load) {
-                *range = (range.0.min(*value), range.1.max(*value));
-            }
-        }
-    }
-    ranges
-}
-
 fn outside<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     axis: usize,
-    (low, high): (f64, f64),
+    range: MinMax,
     slack: f64,
 ) -> Option<Outside> {
     let (mut n, mut n_outside, mut farthest) = (0_u64, 0_u64, 0.0_f64);
     for recording in recordings {
         let n_axes = recording.axes().len().max(1);
         for value in recording.loads().iter().skip(axis).step_by(n_axes) {
-            let beyond = (value - high).max(low - value);
+            let beyond = (value - range.max).max(range.min - value);
             n += 1;
             n_outside += u64::from(beyond > slack);
             farthest = farthest.max(beyond);
         }
     }
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
-}
-
-/// What the loads of each group lie beyond those of all the others: the group, the axis, and by how much.
-pub fn outside_of_others(
-    entries: &[Entry],
-    axes: &[Axis],
-    groups: &[usize],
-) -> Vec<(usize, Axis, Outside)> {
-    let training = || {
-        let entries = entries.iter().zip(groups);
-        entries.filter(|(entry, _)| entry.role == Role::Train)
-    };
-    let recordings = || training().map(|(entry, group)| (*group, &*entry.recording));
-    let spans: Vec<f64> = (ranges(recordings().map(|(_, own)| own), axes.len()).iter())
-        .map(|(low, high)| high - low)
-        .collect();
-    let mut names: Vec<usize> = training().map(|(_, group)| *group).collect();
-    names.sort_unstable();
-    names.dedup();
-    let mut found = Vec::new();
-    for (axis, slack) in axes.iter().map(|of| OUTSIDE * largest(axes, &spans, *of)).enumerate() {
-        // The range of all others: for each end the least or the greatest of the others' ends.
-        let range_of = |group: usize| {
-            let own = recordings().filter(|(of, _)| *of == group);
-            own.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
-                let (low, high) = own.load_ranges()[axis];
-                (all.0.min(low), all.1.max(high))
-            })
-        };
-        let of_groups: Vec<(f64, f64)> = names.iter().map(|group| range_of(*group)).collect();
-        for (at, group) in names.iter().enumerate() {
-            let others = of_groups.iter().enumerate().filter(|(other, _)| *other != at);
-            let others = others.fold((f64::INFINITY, f64::NEG_INFINITY), |all, (_, own)| {
-                (all.0.min(own.0), all.1.max(own.1))
-            });
-            let (low, high) = of_groups[at];
-            let slack = match high - low <= OUTSIDE * spans[axis] {
-                true => slack.max(ALONE * (others.1 - others.0)),
-                false => slack,
-            };
-            if others.0 > others.1 || (low >= others.0 - slack && high <= others.1 + slack) {
-                continue;
-            }
-            let own = recordings().filter(|(of, _)| of == group);
-            let outside = outside(own.map(|(_, own)| own), axis, others, slack);
-            found.extend(outside.map(|outside| (*group, axes[axis], outside)));
-        }
-    }
-    found
 }
 
 /// Loads that can be told apart, and which of them a load is.
@@ -188,10 +118,10 @@ pub struct LoadCases {
 
 impl LoadCases {
     /// Those of these recordings, and how often the load becomes another one, the first of each recording counted.
-    fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[(f64, f64)]) -> (usize, Self) {
+    fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
-        let tolerances = ranges.iter().zip(&extents).map(|((low, high), extent)| {
-            let span = high - low;
+        let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
+            let span = range.span();
             let by_noise = (NOISE_OF_LOAD * extent.noise).min(OTHER_LOAD_AT_MOST * span);
             match span > 0.0 {
                 true => by_noise.max(OTHER_LOAD * span),
@@ -286,19 +216,6 @@ mod tests {
         assert_ne!(cases.nearest(&pose(3)), cases.nearest(&pose(4)));
     }
 
-    #[test]
-    fn a_group_is_outside_where_only_it_goes_far() {
-        let entries = [0.0, 5.0, 8.0, 30.0].map(|top| entry(Role::Train, vec![0.0, 0.0, 1.0, top]));
-        let found = outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0, 1, 1, 2]);
-        let outside = Outside { share: 0.5, farthest: 22.0 };
-        assert_eq!(found, [(2, Axis::Fz, outside)]);
-        assert_eq!(
-            outside_of_others(&entries, &[Axis::Fx, Axis::Fz], &[0; 4]),
-            [],
-            "there are no others"
-        );
-    }
-
     fn entry(role: Role, loads: Vec<f64>) -> Entry {
         let n = loads.len() / 2;
         let recording = Recording::new(
@@ -321,7 +238,7 @@ mod tests {
     #[test]
     fn test_loads_outside_count_and_noise_at_the_edge_does_not() {
         let found = of(vec![0.0, 0.0, 0.1, 10.0], vec![0.15, 10.1, 0.0, 14.0, 0.0, 1.0, 0.0, -2.0]);
-        assert_eq!(found.trained, [(0.0, 0.1), (0.0, 10.0)]);
+        assert_eq!(found.trained.iter().map(|own| own.max).collect::<Vec<_>>(), [0.1, 10.0]);
         let fz = Outside { share: 0.5, farthest: 4.0 };
         assert_eq!(found.outside, [None, Some(fz)]);
     }

@@ -75,8 +75,7 @@ pub fn are_left_out_whole(groups: &[usize]) -> bool {
 pub const RIDGE_STRENGTHS: [f64; 12] =
     [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
 
-/// The position of the strongest ridge whose squared errors exceed those of the best by no more than one standard error
-/// of the difference over the parts; `square(at, part)` is the sum of squares of a part at a strength.
+/// The position of the strongest ridge whose squared errors over the parts are nearly the lowest; `square(at, part)` is the sum of squares of a part at a strength.
 pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     simplest_good(RIDGE_STRENGTHS.len(), n_parts, square)
 }

@@ -6,7 +6,6 @@
 //! **Shapes** samples are counted in the recording that is looked at.
 
 mod fault;
-mod misread;
 mod noisy;
 mod watched;
 
@@ -27,6 +26,9 @@ const AUXILIARY_JUMP: f64 = 20.0;
 const DROPOUT_SHARE: f64 = 0.05;
 /// A channel whose range is so many times its usual step carries more than noise.
 const SIGNAL: f64 = 20.0;
+
+/// Share by which a load may be beyond what is rated: references and masses are no better known, and ratings are round numbers.
+const RATED_TOLERANCE: f64 = 0.02;
 
 /// What is wrong with a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -151,7 +153,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
                     samples: 0..recording.n_samples(),
                 });
             }
-            return (found, Vec::new(), (None, None), None);
+            return (found, Vec::new(), (None, None));
         }
         let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
         let others = |wanted: bool| -> Vec<Channel> {
@@ -174,16 +176,14 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
             channel.jumps(&mut found);
             in_noise = channel.stuck_in_noise(&found);
         }
-        (found, in_noise, unclipped, expected)
+        (found, in_noise, unclipped)
     };
     let watched: Vec<_> = own.par_iter().map(of_channel).collect();
-    let (mut found, mut unclipped, mut expected) = (Vec::new(), Vec::new(), Vec::new());
-    let mut in_noise = Vec::new();
-    for (own, own_in_noise, limits, of_others) in watched {
+    let (mut found, mut unclipped, mut in_noise) = (Vec::new(), Vec::new(), Vec::new());
+    for (own, own_in_noise, limits) in watched {
         found.extend(own);
         in_noise.extend(own_in_noise);
         unclipped.push(limits);
-        expected.push(of_others);
     }
     // Where what says what to expect is wrong itself, it accuses nobody.
     let is_sure = |fault: &Fault| {
@@ -196,16 +196,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     };
     in_noise.retain(is_sure);
     found.extend(in_noise);
-    if recording.is_static() {
-        let channels: Vec<_> = (own.iter()).zip(expected.iter().map(Option::as_ref)).collect();
-        let misread = misread::misread(recording, &channels);
-        let is_known = |fault: &Fault| {
-            let mut known = found.iter().filter(|own| own.kind != FaultKind::Dead);
-            known.any(|own| own.samples.contains(&fault.samples.start))
-        };
-        let misread: Vec<Fault> = misread.into_iter().filter(|own| !is_known(own)).collect();
-        found.extend(misread);
-    } else {
+    if !recording.is_static() {
         let auxiliary = (0..recording.auxiliary().len()).map(Channel::Auxiliary);
         found.extend(auxiliary.flat_map(|channel| dropouts(recording, channel)));
     }
@@ -214,7 +205,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     for (axis, rated) in range.rated.iter().enumerate().take(n_axes) {
         let Some(rated) = rated else { continue };
         let loads = recording.loads()[axis..].iter().step_by(n_axes);
-        let is_over = loads.map(|load| load.abs() > rated * (1.0 + 1e-9));
+        let is_over = loads.map(|load| load.abs() > rated * (1.0 + RATED_TOLERANCE));
         push_runs(is_over, FaultKind::Overload, Channel::Load(axis), &mut found);
     }
     if unclipped.iter().all(|own| *own == (None, None)) {

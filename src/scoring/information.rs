@@ -1,10 +1,11 @@
-//! What data tell of coefficients, from their sums alone: leverage, directions that nothing determines, and which load would
+//! What data tell of coefficients, from their sums alone: which load would
 //! tell most.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
 
 use crate::calibration::NormalEquations;
+use crate::dot::dot;
 
 /// Added to the diagonal of the sums over columns of unit length, so that what nothing determines stays out of sums that
 /// have an inverse otherwise: as small as what [`fit`](crate::calibration::fit) takes for explained.
@@ -16,13 +17,13 @@ const PRIOR: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Information {
     /// The columns that are not zero in every sample.
-    pub columns: Vec<usize>,
+    columns: Vec<usize>,
     /// One over the length of each.
     inverse_lengths: Vec<f64>,
     /// The squares of the singular values, the least first.
-    pub squares: Vec<f64>,
+    squares: Vec<f64>,
     /// The direction of each, over the columns.
-    pub directions: Vec<Vec<f64>>,
+    directions: Vec<Vec<f64>>,
 }
 
 impl Information {
@@ -47,23 +48,6 @@ impl Information {
             columns,
             inverse_lengths,
         })
-    }
-
-    /// How much of what determines the coefficients comes from a part of the samples: the trace of `(ΣG)⁻¹ G`. Over all
-    /// parts it adds up to the rank.
-    pub fn leverage(&self, part: &NormalEquations) -> f64 {
-        let n = self.columns.len();
-        let product = |i: usize, j: usize| {
-            let product = part.feature_product(self.columns[i], self.columns[j]);
-            product * self.inverse_lengths[i] * self.inverse_lengths[j]
-        };
-        let part: Vec<f64> = (0..n * n).map(|at| product(at / n, at % n)).collect();
-        let of_direction = |(square, direction): (&f64, &Vec<f64>)| {
-            let rows = part.chunks_exact(n).zip(direction);
-            let along: f64 = rows.map(|(row, own)| own * dot(row, direction)).sum();
-            along / (square + NOTHING)
-        };
-        self.squares.iter().zip(&self.directions).map(of_direction).sum()
     }
 
     /// A row of all columns as one of these, scaled.
@@ -170,10 +154,6 @@ pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> 
     Some((0..n).map(|i| solved[(i, i)]).sum())
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -226,24 +206,8 @@ mod tests {
     }
 
     #[test]
-    fn leverage_is_the_trace_with_the_explicit_inverse_and_adds_up_to_the_rank() {
-        let (a, b) = (data(40, 1, false), data(9, 2, false));
-        let mut total = a.1.clone();
-        total.add(&b.1);
-        let own = Information::of(&total, &[0, 1, 2, 3, 4]).unwrap();
-        let inverse = gram(&[&a.0[..], &b.0[..]].concat()).partial_piv_lu().inverse();
-        for (rows, sums) in [&a, &b] {
-            let product = &inverse * gram(rows);
-            let trace: f64 = (0..P).map(|i| product[(i, i)]).sum();
-            assert!((own.leverage(sums) - trace).abs() < 1e-8, "{trace}");
-        }
-        assert!((own.leverage(&a.1) + own.leverage(&b.1) - 5.0).abs() < 1e-8);
+    fn a_column_that_repeats_another_adds_no_free_coefficient() {
         let (_, repeated) = data(40, 3, true);
-        let own = Information::of(&repeated, &[0, 1, 2, 3, 4]).unwrap();
-        assert!(
-            (own.leverage(&repeated) - 4.0).abs() < 1e-6,
-            "a column that repeats another adds no rank"
-        );
         let free = free_coefficients(&repeated, &[0.0; P]).unwrap();
         assert!((free - 4.0).abs() < 1e-3, "{free}");
     }

@@ -1,4 +1,6 @@
-//! How loads spread over their axes: which move together, in how many directions, and how much of a rectangle they enclose.
+//! How loads spread over their axes: which move together, and in how many directions.
+
+use crate::min_max::MinMax;
 
 /// Loads that move along a direction with a smaller share than this of an axis' variance do not move along it.
 const DIRECTION: f64 = 1e-3;
@@ -21,7 +23,7 @@ pub struct LoadSpread {
 
 impl LoadSpread {
     /// Of these loads.
-    pub fn of<'a>(loads: impl Iterator<Item = &'a [f64]> + Clone, ranges: &[(f64, f64)]) -> Self {
+    pub fn of<'a>(loads: impl Iterator<Item = &'a [f64]> + Clone, ranges: &[MinMax]) -> Self {
         let n_axes = ranges.len();
         let n = loads.clone().count().max(1) as f64;
         let mut mean = vec![0.0; n_axes];
@@ -36,7 +38,7 @@ impl LoadSpread {
                 }
             }
         }
-        let moves = |axis: usize| ranges[axis].1 > ranges[axis].0;
+        let moves = |axis: usize| ranges[axis].span() > 0.0;
         let deviations: Vec<f64> = (0..n_axes)
             .map(|axis| if moves(axis) { products[axis * n_axes + axis].sqrt() } else { 0.0 })
             .collect();
@@ -80,66 +82,20 @@ impl LoadSpread {
     }
 }
 
-/// The share of a rectangle that points enclose: their convex hull within it. `None` where the rectangle has no area.
-pub fn enclosed(
-    points: impl Iterator<Item = [f64; 2]>,
-    across: (f64, f64),
-    up: (f64, f64),
-) -> Option<f64> {
-    let (width, height) = (across.1 - across.0, up.1 - up.0);
-    if width <= 0.0 || height <= 0.0 {
-        return None;
-    }
-    let scaled = |[x, y]: [f64; 2]| {
-        [((x - across.0) / width).clamp(0.0, 1.0), ((y - up.0) / height).clamp(0.0, 1.0)]
-    };
-    let mut points: Vec<[f64; 2]> = points.map(scaled).collect();
-    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    // Lower hull from left to right, upper hull back: each turns left only (Andrew 1979).
-    let cross = |o: [f64; 2], a: [f64; 2], b: [f64; 2]| {
-        (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
-    };
-    let mut hull: Vec<[f64; 2]> = Vec::new();
-    let mut half = |points: &mut dyn Iterator<Item = &[f64; 2]>| {
-        let start = hull.len();
-        for point in points {
-            while hull.len() >= start + 2
-                && cross(hull[hull.len() - 2], hull[hull.len() - 1], *point) <= 0.0
-            {
-                hull.pop();
-            }
-            hull.push(*point);
-        }
-        hull.pop();
-    };
-    half(&mut points.iter());
-    half(&mut points.iter().rev());
-    let twice: f64 = (0..hull.len())
-        .map(|at| {
-            let ([x, y], [u, v]) = (hull[at], hull[(at + 1) % hull.len()]);
-            x * v - u * y
-        })
-        .sum();
-    Some(0.5 * twice)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// NumPy 2: `std`, `corrcoef`, the diagonal of the inverse of the correlations, `eigh`; SciPy: `ConvexHull`.
+    /// NumPy 2: `std`, `corrcoef`, the diagonal of the inverse of the correlations, `eigh`.
     #[test]
-    fn spread_and_hull_are_those_of_numpy_and_scipy() {
+    fn spread_is_that_of_numpy() {
         let load = |k: usize| {
             let k = k as f64;
             let (a, b, c) = ((0.1 * k).sin(), (0.23 * k).cos(), (0.71 * k).sin());
             [a, b + 0.5 * a, a - 0.8 * b + 0.1 * c]
         };
         let loads: Vec<[f64; 3]> = (0..200).map(load).collect();
-        let range = |axis: usize| {
-            let of = loads.iter().map(|load| load[axis]);
-            (of.clone().fold(f64::INFINITY, f64::min), of.fold(f64::NEG_INFINITY, f64::max))
-        };
+        let range = |axis: usize| loads.iter().map(|load| load[axis]).collect::<MinMax>();
         let ranges = [0, 1, 2].map(range);
         let spread = LoadSpread::of(loads.iter().map(|load| &load[..]), &ranges);
         let close = |own: f64, expected: f64| {
@@ -154,20 +110,5 @@ mod tests {
         close((direction[1] / direction[0]).abs(), 0.43221072 / 0.66712353);
         assert!((deviation.powi(2) - 0.00230162).abs() < 1e-7);
         assert_eq!(spread.n_directions, 3);
-        let points = loads.iter().map(|load| [load[0], load[1]]);
-        close(enclosed(points, ranges[0], ranges[1]).unwrap(), 0.6822455183690698);
-    }
-
-    #[test]
-    fn a_line_encloses_nothing_a_cross_half_and_corners_all() {
-        let square = |points: &[[f64; 2]]| {
-            enclosed(points.iter().copied(), (-1.0, 1.0), (-1.0, 1.0)).unwrap()
-        };
-        assert_eq!(square(&[[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0]]), 0.0);
-        assert_eq!(square(&[[-1.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [0.0, 0.0]]), 0.5);
-        assert_eq!(square(&[[-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [9.0, 0.0]]), 1.0);
-        assert_eq!(square(&[]), 0.0);
-        assert_eq!(square(&[[0.3, 0.3]]), 0.0);
-        assert_eq!(enclosed([].into_iter(), (1.0, 1.0), (0.0, 1.0)), None);
     }
 }

@@ -5,22 +5,21 @@ pub mod cross_validation;
 pub mod faults;
 pub mod holds;
 pub mod information;
+pub mod lag;
 pub mod left_out;
 pub(crate) mod load_spread;
 pub mod loops;
 pub mod mean_hysteresis;
 pub(crate) mod metrics;
-pub mod no_gauge;
 pub mod numbers;
 pub mod part_squares;
 #[cfg(test)]
 pub(crate) mod pixels;
 pub(crate) mod quantile;
-mod sensitivity;
+pub mod rig;
 pub(crate) mod series;
 mod straight_lines;
 
-pub use sensitivity::Sensitivity;
 pub(crate) use series::Series;
 
 /// Of more samples than this the loads are not kept but made anew wherever they are needed: what that costs is less than what the

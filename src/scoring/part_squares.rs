@@ -5,8 +5,7 @@ use crate::scoring::metrics::root_mean;
 
 /// What a fit to the other parts leaves over of each part.
 ///
-/// The parts are those of the recordings, the same for every regressor, so two of them can be
-/// [paired](crate::questions::thresholds::paired()).
+/// The parts are those of the recordings, the same for every regressor, so that two of them can be compared part by part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartSquares {
     /// The number of samples of each part.

@@ -4,6 +4,7 @@
 //! that from what is drawn, however uneven the times; a spike of one sample never vanishes; the work of drawing depends on
 //! the width of the picture, not on the number of samples.
 
+use crate::min_max::MinMax;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -89,12 +90,18 @@ struct Extremes {
 impl Extremes {
     const NONE: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY };
 
-    fn of((low, high): (f64, f64)) -> Self {
-        Self { low: rounded_down(low), high: rounded_up(high) }
+    fn of(all: MinMax) -> Self {
+        Self { low: rounded_down(all.min), high: rounded_up(all.max) }
     }
 
     fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+}
+
+impl From<Extremes> for MinMax {
+    fn from(Extremes { low, high }: Extremes) -> Self {
+        Self { min: low.into(), max: high.into() }
     }
 }
 
@@ -235,7 +242,7 @@ impl Series {
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
         // Where the line is, and the column of many samples that it is still to leave, with what that holds.
         let mut before = f64::NAN;
-        let mut open: Option<(f64, (f64, f64))> = None;
+        let mut open: Option<(f64, MinMax)> = None;
         let mut finite = |at: f64, value: f64| {
             if value.is_finite() {
                 point(at, value);
@@ -245,10 +252,10 @@ impl Series {
             let Range { start, end } = column.samples;
             let n = end - start;
             let first = (!column.is_joined[0]).then(|| self.value(start));
-            let range = if n > FEW { self.run(start..end) } else { NOTHING };
+            let range = if n > FEW { self.run(start..end) } else { MinMax::NONE };
             if let Some((at, own)) = open.take() {
                 // Through what both hold, or where they are nearest.
-                before = own.0.max(first.unwrap_or(range.0)).min(own.1);
+                before = own.min.max(first.unwrap_or(range.min)).min(own.max);
                 finite(at, before);
             }
             if n <= FEW {
@@ -259,7 +266,7 @@ impl Series {
                 });
                 continue;
             }
-            let (low, high) = range;
+            let MinMax { min: low, max: high } = range;
             let [from_secs, to_secs] = column.secs;
             let middle = 0.5 * (from_secs + to_secs);
             let last = (!column.is_joined[1]).then(|| self.value(end - 1));
@@ -288,13 +295,12 @@ impl Series {
 
     /// The least and greatest value in `samples`, to a millionth of a per cent; `None` without a finite one.
     pub fn min_max(&self, samples: Range<usize>) -> Option<(f64, f64)> {
-        let all = self.run(samples.start..samples.end.min(self.len()));
-        (all.0 <= all.1).then_some(all)
+        self.run(samples.start..samples.end.min(self.len())).ends()
     }
 
     /// The extremes of what is finite in `samples`.
-    fn run(&self, samples: Range<usize>) -> (f64, f64) {
-        let one_by_one = |all: (f64, f64), samples: Range<usize>| {
+    fn run(&self, samples: Range<usize>) -> MinMax {
+        let one_by_one = |all: MinMax, samples: Range<usize>| {
             let mut all = all;
             self.each(samples, |value| all = with(all, value));
             all
@@ -302,23 +308,20 @@ impl Series {
         let finest = self.finest;
         if self.is_held && !self.levels.is_empty() && !samples.is_empty() {
             // All of a run is alike.
-            let runs = self.runs(samples.start / finest..samples.end.div_ceil(finest));
-            return (f64::from(runs.low), f64::from(runs.high));
+            return self.runs(samples.start / finest..samples.end.div_ceil(finest));
         }
         // Whole runs of the finest level, and what lies beside them.
         let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
         if self.levels.is_empty() || first >= end {
-            return one_by_one(NOTHING, samples);
+            return one_by_one(MinMax::NONE, samples);
         }
-        let beside = one_by_one(NOTHING, samples.start..first * finest);
+        let beside = one_by_one(MinMax::NONE, samples.start..first * finest);
         let beside = one_by_one(beside, end * finest..samples.end);
-        let runs = self.runs(first..end);
-        let all = (f64::from(runs.low), f64::from(runs.high));
-        (all.0.min(beside.0), all.1.max(beside.1))
+        self.runs(first..end).joined(beside)
     }
 
     /// The extremes of these runs of the finest level.
-    fn runs(&self, Range { mut start, mut end }: Range<usize>) -> Extremes {
+    fn runs(&self, Range { mut start, mut end }: Range<usize>) -> MinMax {
         let mut all = Extremes::NONE;
         for (at, level) in self.levels.iter().enumerate() {
             let add = |all: Extremes, runs: Range<usize>| {
@@ -326,13 +329,13 @@ impl Series {
             };
             let (inner, inner_end) = (start.div_ceil(FAN_OUT), end / FAN_OUT);
             if at + 1 == self.levels.len() || inner >= inner_end {
-                return add(all, start..end);
+                return add(all, start..end).into();
             }
             all = add(all, start..inner * FAN_OUT);
             all = add(all, inner_end * FAN_OUT..end);
             (start, end) = (inner, inner_end);
         }
-        all
+        all.into()
     }
 }
 
@@ -412,25 +415,20 @@ fn before_edge(times: &[f64], edge: f64) -> usize {
     near.partition_point(|time| *time < edge)
 }
 
-/// The extremes of no value.
-const NOTHING: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
-
-fn with(all: (f64, f64), value: f64) -> (f64, f64) {
-    let value = if value.is_finite() { value } else { f64::NAN };
-    (all.0.min(value), all.1.max(value))
+fn with(all: MinMax, value: f64) -> MinMax {
+    all.with(if value.is_finite() { value } else { f64::NAN })
 }
 
-fn extremes(values: &[f64]) -> (f64, f64) {
+fn extremes(values: &[f64]) -> MinMax {
     // Side by side, so that the processor need not wait for each before the next.
     const LANES: usize = 8;
-    let mut all = [NOTHING; LANES];
+    let mut all = [MinMax::NONE; LANES];
     for values in values.chunks(LANES) {
         for (all, value) in all.iter_mut().zip(values) {
             *all = with(*all, *value);
         }
     }
-    let joined = |a: (f64, f64), b: (f64, f64)| (a.0.min(b.0), a.1.max(b.1));
-    all.into_iter().fold(NOTHING, joined)
+    all.into_iter().collect()
 }
 
 #[cfg(test)]

@@ -1,20 +1,16 @@
 //! Whether the data carry the model: the verdict with its reasons, what the loads reach, and which to record next.
 
-use egui::{ComboBox, RichText};
+use egui::RichText;
 
 use crate::engine::Engine;
 use crate::finding::{Face, Verdict};
 use crate::questions::HangingMass;
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::check::query::CheckData;
-use crate::questions::check::{pair_figure, sufficiency_tables};
-use crate::recording::Axis;
+use crate::questions::check::sufficiency_tables;
 use crate::report::Table;
-use crate::report::figure::color;
-use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
-use crate::ui::palette::{Trace, bytes};
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
 use crate::ui::plots::Zoom;
@@ -28,8 +24,8 @@ const FIGURE_WIDTH: f32 = 380.0;
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "check",
-    title: "Enough data?",
-    explanation: "Whether the recordings carry the model, and which loads to record next",
+    title: "Check",
+    explanation: "What the recordings say of the rig and of the model, and which loads to record next",
 });
 
 /// What is chosen.
@@ -39,14 +35,13 @@ pub struct View {
     hangs: bool,
     mass_kg: f64,
     arm_m: f64,
-    /// The axes of the figure; `None` takes the pair of which least is enclosed.
-    pair: Option<[Axis; 2]>,
-    zoom: Zoom,
+    /// Of the zeros and of the sensitivities.
+    zooms: [Zoom; 2],
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self { hangs: false, mass_kg: 1.0, arm_m: 0.1, pair: None, zoom: None }
+        Self { hangs: false, mass_kg: 1.0, arm_m: 0.1, zooms: [None, None] }
     }
 }
 
@@ -104,56 +99,21 @@ impl View {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }
-            self.figure(ui, found, out);
+            self.figures(ui, found, out);
         });
     }
 
-    /// The loads of two axes.
-    fn figure(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Vec<Command>) {
-        let covered = |axes: &[Axis; 2]| {
-            let pair = found.pairs.iter().find(|own| own.axes == *axes);
-            pair.and_then(|own| own.covered)
-        };
-        let least = found.pairs.iter().filter(|own| own.covered.is_some());
-        let least =
-            least.min_by(|a, b| a.covered.unwrap_or(1.0).total_cmp(&b.covered.unwrap_or(1.0)));
-        let chosen = self.pair.filter(|axes| covered(axes).is_some()).or(least.map(|own| own.axes));
-        let Some(mut pair) = chosen else {
-            return;
-        };
-        let name = |[a, b]: [Axis; 2]| format!("{}, {}", a.symbol(), b.symbol());
-        ui.horizontal(|ui| {
-            let label = ui.label("Axes");
-            let button = ComboBox::from_id_salt("pair of axes").selected_text(name(pair));
-            let items = found.pairs.iter().filter(|own| own.covered.is_some());
-            let items = items
-                .map(|own| (own.axes, name(own.axes).into(), "The training loads on these two"));
-            let response = choice(ui, button, &mut pair, items.collect::<Vec<_>>());
-            response
-                .labelled_by(label.id)
-                .on_hover_text("Whose loads are drawn; at first those of which least is enclosed");
-        });
-        if Some(pair) != chosen {
-            (self.pair, self.zoom) = (Some(pair), None);
-        }
-        let at = pair.map(|axis| found.axes.iter().position(|own| own.axis == axis).unwrap_or(0));
-        let ink = bytes(Trace::Compensated.color(ui.visuals()));
-        let guide = bytes(ui.visuals().weak_text_color());
-        let figures = [(ink, guide), (color::COMPENSATED, color::GUIDE)]
-            .map(|inks| pair_figure(found, at, inks));
-        if let [Some(mut drawing), Some(print)] = figures {
-            if let Some(zoom) = self.zoom {
-                (drawing.across.range, drawing.up.range) = (zoom.loads, zoom.outputs);
+    /// Zeros and sensitivities of the gauges over the recordings.
+    fn figures(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Vec<Command>) {
+        let figures = found.rig.figures();
+        for (at, (drawing, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
+            let mut drawn = drawing.clone();
+            if let Some(zoom) = zoom {
+                (drawn.across.range, drawn.up.range) = (zoom.loads, zoom.outputs);
             }
             ui.allocate_ui(egui::vec2(FIGURE_WIDTH, FIGURE_HEIGHT), |ui| {
-                plots::plot(
-                    ui,
-                    "pair of loads",
-                    FIGURE_HEIGHT,
-                    [&drawing, &print],
-                    &mut self.zoom,
-                    out,
-                );
+                let id = if at == 0 { "zeros" } else { "sensitivities" };
+                plots::plot(ui, id, FIGURE_HEIGHT, [&drawn, drawing], zoom, out);
             });
         }
     }
@@ -176,8 +136,6 @@ fn verdict(ui: &mut egui::Ui, found: &Sufficiency, is_current: bool) {
     for sentence in found.sentences(Face::Window) {
         ui.label(format!("• {sentence}."));
     }
+    ui.label(&found.holds_for);
     ui.weak(found.rank_in_words());
-    for direction in &found.undetermined {
-        ui.weak(format!("    {direction}"));
-    }
 }

@@ -45,7 +45,7 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
 /// The pages that stand beside the README.
-const GUIDE: [(&str, &str); 13] = [
+const GUIDE: [(&str, &str); 14] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
     ("Recordings", include_str!("../../assets/guide/recordings.md")),
@@ -54,6 +54,7 @@ const GUIDE: [(&str, &str); 13] = [
     ("On a robot", include_str!("../../assets/guide/robot.md")),
     ("Many sensors", include_str!("../../assets/guide/many-sensors.md")),
     ("Calibration file", include_str!("../../assets/guide/calibration-file.md")),
+    ("Checking the rig", include_str!("../../assets/guide/checking.md")),
     ("Choosing a model", include_str!("../../assets/guide/choosing.md")),
     ("Method", include_str!("../../assets/guide/method.md")),
     ("Built-in sensor", include_str!("../../assets/guide/built-in-sensor.md")),

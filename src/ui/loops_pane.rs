@@ -95,6 +95,7 @@ pub struct LoopsPane {
     conventional: bool,
     compensated: bool,
     figures_of: FiguresOf,
+    lag_removed: bool,
     across: Channel,
     cross_up: Channel,
     /// `None` takes the longest.
@@ -115,6 +116,7 @@ impl Default for LoopsPane {
             conventional: true,
             compensated: true,
             figures_of: FiguresOf::default(),
+            lag_removed: false,
             across: Channel::Load(LoadKind::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
             rest: None,
@@ -191,6 +193,7 @@ impl LoopsPane {
                 axis: self.axis,
                 up: self.up,
                 span: self.span,
+                lag_removed: self.lag_removed,
                 frame,
                 pixels: self.pixels,
             }),

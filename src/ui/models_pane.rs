@@ -96,7 +96,7 @@ impl View {
                 if ui.press(
                     "Find the best",
                     "Tries sensible models, cheap ones first; chooses their numbers from the training recordings, scores each \
-                     by nested cross-validation, and proposes the cheapest within one standard error of the best",
+                     by nested cross-validation, and proposes the most accurate one and the smallest that is nearly as accurate",
                 ) {
                     let limit = Duration::from_secs_f64(60.0 * self.minutes);
                     out.push(Action::FindBest(limit).into());

@@ -24,7 +24,7 @@ pub const GRID_BASE_POINTS: f64 = 8.0;
 /// Lines of the grid so far apart would be as strong as text; nearer ones are fainter, and all are fainter than what is measured.
 const GRID_FULL_POINTS: f32 = 900.0;
 /// How far one notch of the wheel zooms.
-pub const ZOOM_PER_POINT: f64 = 0.004;
+const ZOOM_PER_POINT: f64 = 0.004;
 /// Labels are at least this far apart, across and up.
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
 /// And where three of them would not have room otherwise.
@@ -333,6 +333,13 @@ fn focused_id() -> egui::Id {
     egui::Id::unique("the plot that has the focus")
 }
 
+/// Returns the place under the pointer, and by what factor the wheel stretches what lies around it.
+pub fn wheel_zoom(ui: &egui::Ui, response: &PlotResponse<()>) -> Option<([f64; 2], f64)> {
+    let at = response.transform.value_from_position(response.response.hover_pos()?);
+    let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
+    (wheel != 0.0).then(|| ([at.x, at.y], (-ZOOM_PER_POINT * wheel).exp()))
+}
+
 fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, zoom: &mut Zoom) {
     let asked = keys(ui, &response.response, set, true);
     if response.response.double_clicked() || asked == Some(Asked::All) {
@@ -344,15 +351,9 @@ fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, 
     if let Some(Asked::Part(min, max)) = asked {
         chosen = Some((min, max));
     }
-    if let Some(pointer) = response.response.hover_pos() {
-        let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
-        if wheel != 0.0 {
-            let at = response.transform.value_from_position(pointer);
-            let at = [at.x, at.y];
-            let factor = (-ZOOM_PER_POINT * wheel).exp();
-            let moved = |ends: [f64; 2]| [0, 1].map(|i| at[i] + (ends[i] - at[i]) * factor);
-            chosen = Some((moved(now.min()), moved(now.max())));
-        }
+    if let Some((at, factor)) = wheel_zoom(ui, response) {
+        let moved = |ends: [f64; 2]| [0, 1].map(|i| at[i] + (ends[i] - at[i]) * factor);
+        chosen = Some((moved(now.min()), moved(now.max())));
     }
     if let Some((min, max)) = chosen {
         let wide = [0, 1].iter().all(|i| {

@@ -275,7 +275,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; {range} within one standard error; cross-validation {cross_validation}",
+        "{}: {} {unit} (Conv. {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
@@ -290,7 +290,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
             let label = format!("Choose {}", block.setting().label.to_lowercase());
             let button = egui::Button::new(label);
             let button = ui.add_enabled(!choosing, button).on_hover_text(
-                "By cross-validation over a grid, everything else as it is set; the shortest list within one standard error of the best",
+                "By cross-validation over a grid, everything else as it is set; the shortest list within 1 % of the best",
             );
             if button.clicked() {
                 out.push(Action::ChooseBlock(block, Some(measure)).into());

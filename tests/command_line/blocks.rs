@@ -105,6 +105,7 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
         (&["--play", "0.1,x"], &["\"x\" is not a number"]),
         (&["--creep", "-3"], &["creep time constant is -3"]),
         (&["--fixed-lag", "NaN"], &["fixed lag is NaN"]),
+        (&["--fixed-lag", "-0.03"], &["fixed lag is -0.03", "see ahead"]),
         (&["--look-back", "3,-1"], &["F_th is -1"]),
         (&["--polynomial", "4"], &["polynomial is 4"]),
         (&["--ridge", "-1"], &["ridge is -1"]),

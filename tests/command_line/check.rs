@@ -49,7 +49,7 @@ fn what_carries_the_model_is_exit_code_zero() {
     let found: Value =
         serde_json::from_slice(&succeed(workshop.path(), &arguments).stdout).unwrap();
     assert_ne!(found["verdict"], "insufficient");
-    assert_eq!(found["leverage"].as_array().unwrap().len(), 3);
+    assert_eq!(found["rig"]["runs"].as_array().unwrap().len(), 3);
     let limited =
         [&arguments[..], &["--full-scale", "10", "--mass", "0.5", "--arm", "0.1"]].concat();
     let found: Value = serde_json::from_slice(&succeed(workshop.path(), &limited).stdout).unwrap();

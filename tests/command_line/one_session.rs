@@ -51,6 +51,7 @@ fn window_report_and_command_line_give_the_same_number() {
         axis: Axis::Fz,
         up: Up::Load,
         span: Span::Of(TableOf::Train),
+        lag_removed: false,
         frame: None,
         pixels: [400.0, 300.0],
     });

@@ -10,9 +10,9 @@ use super::model::{
     Band, GridEdge, Kernel, KernelError, KernelSettings, similarities_to, square_distance,
     standardise,
 };
+use crate::calibration::choice::{SHARES, best_share, simplest_good};
 use crate::calibration::linear::{Ridge, Terms, fit, fit_targets};
 use crate::calibration::normal_equations::NormalEquations;
-use crate::calibration::one_standard_error::{SHARES, best_share, simplest_good};
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
@@ -89,7 +89,7 @@ impl Kernel {
     /// Fits `rows`; ridge and, unless it is given, length scale are chosen on left-out parts, and so is after a linear stage
     /// how much of the kernel is added to it.
     ///
-    /// The ridge is the strongest that does no worse than the best within one standard error over the parts, among those
+    /// The ridge is the strongest whose error over the parts is nearly the lowest, among those
     /// that keep the weights below [`LARGEST_WEIGHT`].
     ///
     /// # Errors
@@ -548,7 +548,8 @@ struct Tuned {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibration::kernel::model::{KernelScratch, dot};
+    use crate::calibration::kernel::model::KernelScratch;
+    use crate::dot::dot;
 
     /// Runs of one input column and one target.
     struct Function {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration::length::{WrongLength, check_length};
 use crate::calibration::linear_map::is_usable;
+use crate::dot::dot;
 use crate::features::{OutOfRange, Range, Setting, Unit};
 use crate::progress::Cancelled;
 
@@ -207,11 +208,6 @@ pub struct KernelScratch {
     x: Vec<f64>,
     similarities: Vec<f64>,
     whitened: Vec<f64>,
-}
-
-/// The dot product of as many entries as the shorter one has: rows of a triangle end on the diagonal.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Writes a standardised row.

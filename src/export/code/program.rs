@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use crate::calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network};
+use crate::dot::dot;
 use crate::features::look_back::measured;
 use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 
@@ -199,8 +200,7 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
                 }
             }
         }
-        let at_centre: f64 = row.iter().zip(centre).map(|(slope, at)| slope * at).sum();
-        affine.base.push(offset + at_centre);
+        affine.base.push(offset + dot(&row, centre));
         affine.matrix.push(row);
     }
     affine

@@ -52,6 +52,8 @@ pub(super) fn html_of(report: &ReportData) -> String {
         check => or_reason(&report.check, |found| context! {
             verdict => found.verdict.words(),
             sentences => found.sentences(Face::Page).collect::<Vec<_>>(),
+            holds_for => &*found.holds_for,
+            pictures => pictures(&found.rig.figures(), CURVES_SIZE),
             rank => found.rank_in_words(),
             tables => all(&sufficiency_tables(found)),
         }),

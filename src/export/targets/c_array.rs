@@ -8,6 +8,7 @@ use super::matrix::{self, MATRIX};
 use crate::export::target::{Export, Target};
 use crate::export::template::filled;
 use crate::export::text::{for_block_comment, identifier};
+use crate::recording::Axis;
 
 /// `.inc`.
 pub(super) static C_ARRAY: Target = Target {
@@ -19,14 +20,13 @@ pub(super) static C_ARRAY: Target = Target {
 };
 
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
-    let axes = export.calibration.axes.iter();
     let rows = matrix::rows(export.calibration).map(|row| {
         let values: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
         values.join(", ")
     });
     let values = context! {
         facts => matrix::facts(export, "per axis", for_block_comment),
-        axes => axes.map(|axis| axis.symbol()).collect::<Vec<_>>(),
+        axes => Axis::symbols(&export.calibration.axes),
         name => identifier(export.name),
         n_gauges => export.calibration.gauges.len(),
         rows => rows.collect::<Vec<_>>(),

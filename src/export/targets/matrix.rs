@@ -58,7 +58,7 @@ pub(super) fn check(
         file,
         room,
         gauges: outline.n_gauges,
-        axes: outline.axes.iter().map(|axis| axis.symbol()).collect(),
+        axes: Axis::symbols(outline.axes),
     }))
 }
 

@@ -89,7 +89,7 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
 }
 
 /// The curves of every set along one threshold, through the pair at these positions; where there is a suggestion, its threshold is
-/// marked and those within one standard error are shaded.
+/// marked and those that the recordings do not tell from it are shaded.
 ///
 /// One line for every set that has scores: the one to choose by is solid; the others are seen on top of it.
 ///

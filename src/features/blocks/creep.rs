@@ -33,7 +33,10 @@ const TAUS: Setting = Setting {
 const DETERMINED: f64 = 0.95;
 
 /// Time constants that are tried, as far as the recordings can show them (s).
-const CANDIDATES: [f64; 12] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
+const CANDIDATES: [f64; 18] = [
+    0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0,
+    200.0, 500.0,
+];
 
 impl Block for Creep {
     fn name(&self) -> &'static str {

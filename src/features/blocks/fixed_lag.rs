@@ -23,15 +23,16 @@ const LAGS: Setting = Setting {
     what: "a fixed lag",
     unit: Unit::SECONDS,
     default: &[0.5],
-    range: Range::Positive,
+    range: Range::Past,
     step: 0.1,
-    explanation: "Appends the gauges so many seconds ago, interpolated; the present ones until the lag has passed. The \
-                  plainest history",
+    explanation: "Appends the gauges this many seconds ago, on the straight line between two samples where the lag is no whole number \
+                  of sample steps; the present ones until the lag has passed. The plainest history",
     source: "references 23 and 24 of the paper",
 };
 
 /// Lags that are tried (s), from those of filters and amplifiers to those of the paper's look-back.
-const CANDIDATES: [f64; 12] = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
+const CANDIDATES: [f64; 14] =
+    [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 impl Block for FixedLag {
     fn name(&self) -> &'static str {

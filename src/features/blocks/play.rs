@@ -78,6 +78,10 @@ impl Block for Play {
         )
     }
 
+    fn travel(&self, radius: f64) -> f64 {
+        2.0 * radius
+    }
+
     fn search(&self) -> Option<Search> {
         Some(Search { candidates: &CANDIDATES, lists: Lists::Even { min: 3, max: 8 } })
     }

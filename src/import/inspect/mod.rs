@@ -26,7 +26,7 @@ use crate::import::error::ReadError;
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
 use crate::import::names;
-use crate::import::warning::Finding;
+use crate::import::warning::Cause;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
@@ -264,8 +264,8 @@ fn check(
 
 fn note(check: &mut Check, loaded: &Loaded) {
     check.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
-    check.assumed_gap_secs = loaded.warnings.iter().find_map(|warning| match warning.finding {
-        Finding::Bursts { gap_secs, .. } => Some(gap_secs),
+    check.assumed_gap_secs = loaded.warnings.iter().find_map(|warning| match warning.cause {
+        Cause::Bursts { gap_secs, .. } => Some(gap_secs),
         _ => None,
     });
     if let Some(first) = loaded.recordings.first() {

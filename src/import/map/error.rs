@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::finding::{Advice, Way};
 use crate::import::map::role::ColumnRole;
 use crate::import::map::table::ColumnKey;
 use crate::import::map::weight::Attitude;
@@ -10,14 +11,12 @@ use crate::import::map::weight::Attitude;
 /// Why a column map is of no use, whatever the recording.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
-    #[error(
-        "no JSON of a column map; `loopscope inspect FILE --write-map MAP.json` writes one for a recording"
-    )]
+    #[error("no JSON of a column map; write one for a recording")]
     NotAMap,
     #[error("no JSON of a column map: {0}")]
     Json(#[from] serde_json::Error),
     #[error(
-        "not a column map: its \"format\" is {found} where \"{expected}\" is needed; `loopscope inspect FILE --write-map MAP.json` writes one"
+        "not a column map: its \"format\" is {found} where \"{expected}\" is needed; write one for a recording"
     )]
     Format { found: String, expected: &'static str },
     #[error("a column map of version {found}, this program reads version {known}; get a newer one")]
@@ -69,6 +68,15 @@ pub enum MapError {
     ReferenceName { file: String },
 }
 
+impl Advice for MapError {
+    fn ways(&self) -> &'static [Way] {
+        match self {
+            Self::NotAMap | Self::Format { .. } => &[Way::Columns],
+            _ => &[],
+        }
+    }
+}
+
 /// Why a file gives no column map.
 #[derive(Debug, thiserror::Error)]
 pub enum MapFileError {
@@ -76,4 +84,13 @@ pub enum MapFileError {
     Io { path: PathBuf, source: io::Error },
     #[error("{}: {source}", path.display())]
     Map { path: PathBuf, source: MapError },
+}
+
+impl Advice for MapFileError {
+    fn ways(&self) -> &'static [Way] {
+        match self {
+            Self::Map { source, .. } => source.ways(),
+            Self::Io { .. } => &[],
+        }
+    }
 }

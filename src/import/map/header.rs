@@ -17,15 +17,11 @@ pub struct Header<'a> {
     places: HashMap<&'a str, (usize, Option<usize>)>,
 }
 
-/// The way out where a map does not fit.
-pub(crate) const OTHER_MAP: &str =
-    "take another map, or none; `loopscope inspect` shows what the file holds";
-
 /// Why a map's keys are not the columns of a file, each once. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     #[error(
-        "the column map needs a column {}, here are {}; {OTHER_MAP}",
+        "the column map needs a column {}, here are {}; take another map, or none",
         shown(name),
         listed(names)
     )]

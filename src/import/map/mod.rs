@@ -14,8 +14,8 @@ mod table;
 mod weight;
 
 pub use column_map::{ColumnMap, Join, JoinMethod, ReferenceFile};
-pub(crate) use error::MapError;
-pub(crate) use header::{Header, KeyError, OTHER_MAP};
+pub(crate) use error::{MapError, MapFileError};
+pub(crate) use header::{Header, KeyError};
 pub use role::ColumnRole;
 pub(crate) use role::PosePart;
 pub use table::{ColumnKey, ColumnRule, Shape, Stamps, TableMap};

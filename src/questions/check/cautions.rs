@@ -2,9 +2,10 @@
 //!
 //! Found once; window, command line and report show this list.
 
+use crate::min_max::MinMax;
 use std::collections::BTreeSet;
 
-use crate::calibration::{Calibration, GridEdge, OddRecording};
+use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
@@ -12,12 +13,10 @@ use crate::questions::check::load_count::LoadCount;
 use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
-use crate::recording::{Axis, Entry, LoneGroup, RECORDING, Role, range_of};
+use crate::recording::{Axis, Entry, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
-use crate::scoring::no_gauge::NoGauge;
 use crate::scoring::numbers::{percent, significant};
-use crate::shown::first_clauses;
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 pub(crate) const STANDS_STILL: f64 = 0.02;
@@ -25,10 +24,6 @@ pub(crate) const STANDS_STILL: f64 = 0.02;
 const FAR_OFF: f64 = 4.0;
 /// ... where it is more than this share of full scale.
 const FAR_OFF_MATTERS: f64 = 0.02;
-/// Maximum number of recordings named that contradict the others.
-const ODD_NAMED: usize = 3;
-/// Maximum number of columns named that are no gauges.
-const NO_GAUGES_NAMED: usize = 6;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
@@ -69,8 +64,7 @@ impl Dataset {
                 found.extend(self.few_recordings());
             }
             found.extend(self.of_groups());
-            found.extend(self.of_gauges());
-            found.extend(odd(&calibration.quality.odd));
+            found.extend(self.rig().into_iter().flat_map(|rig| rig.findings.clone()));
             let coverage = self.coverage(&calibration.axes);
             found.extend(of_loads(calibration, coverage));
             let count = LoadCount::of(calibration, coverage);
@@ -99,7 +93,7 @@ impl Dataset {
 
     fn few_recordings(&self) -> Option<Finding> {
         // The parts that are left of a recording are one.
-        let n = match self.groups.by == RECORDING {
+        let n = match self.groups.by == GroupedBy::Recording {
             true => BTreeSet::from_iter(self.training_groups()).len(),
             false => self.in_role(Role::Train).count(),
         };
@@ -117,17 +111,12 @@ impl Dataset {
         let unused = self.groups.unused.iter().map(move |unused| match &unused.lone {
             Some(lone) => alone(Id::UnusedLoneGroup, lone),
             None => {
-                let seen = format!("only {} to train on", counted(unused.n, unused.by));
+                let seen =
+                    format!("only {} to train on", counted(unused.n, &unused.by.to_string()));
                 Finding::new(Id::FewGroups, Doubtful, seen)
             }
         });
         unused.chain(self.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
-    }
-
-    fn of_gauges(&self) -> Option<Finding> {
-        let none = self.no_gauges();
-        let seen = first_clauses(NO_GAUGES_NAMED, none.iter().map(NoGauge::to_string));
-        (!none.is_empty()).then(|| Finding::new(Id::NoGauge, Doubtful, seen))
     }
 
     /// Auxiliary channels of recordings that were not trained that show what was not trained.
@@ -147,14 +136,14 @@ impl Dataset {
         if !calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
         }
-        let ranges: Vec<Vec<(f64, f64)>> =
+        let ranges: Vec<Vec<MinMax>> =
             self.in_role(Role::Train).map(|own| own.recording.auxiliary().ranges()).collect();
         let first = self.in_role(Role::Train).next()?;
         let names = first.recording.auxiliary().names().iter();
         let changes = names.enumerate().filter(|(at, name)| {
             let own = ranges.iter().filter_map(|ranges| ranges.get(*at));
-            let (low, high) = range_of(own.flat_map(|(low, high)| [*low, *high]));
-            self.auxiliary.channels.iter().any(|own| own.name == **name) && high > low
+            let range: MinMax = own.copied().collect();
+            self.auxiliary.channels.iter().any(|own| own.name == **name) && range.span() > 0.0
         });
         let names: Vec<&str> = changes.map(|(_, name)| &**name).collect();
         let found =
@@ -182,33 +171,13 @@ fn load(axis: Axis, value: f64) -> String {
     format!("{} {}", significant(value, 3), axis.unit())
 }
 
-/// Recordings that contradict the others.
-fn odd(odd: &[OddRecording]) -> Option<Finding> {
-    let seen = match odd {
-        [] => return None,
-        [own] => format!("{} contradicts the others", own.recording),
-        _ => format!("{} recordings contradict the others", odd.len()),
-    };
-    let one = |own: &OddRecording| {
-        format!(
-            "left out, {} errs by {} on {}, {} times what the same fit leaves on the others",
-            own.recording,
-            load(own.axis, own.error),
-            own.axis.symbol(),
-            significant(own.error / own.others, 2),
-        )
-    };
-    let figures = first_clauses(ODD_NAMED, odd.iter().map(one));
-    Some(Finding::new(Id::Odd, Doubtful, seen).with(figures))
-}
-
 /// What the loads of the recordings cannot tell of this calibration.
 fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
     let axes = &calibration.axes;
     let spans: Vec<f64> = (0..axes.len()).map(|axis| coverage.span(axis)).collect();
     let mut found = Vec::new();
     for (at, &axis) in axes.iter().enumerate() {
-        let (symbol, (low, high)) = (axis.symbol(), coverage.trained[at]);
+        let (symbol, MinMax { min: low, max: high }) = (axis.symbol(), coverage.trained[at]);
         // A full scale is half of what an axis spans.
         let most = largest(axes, &spans, axis).max(2.0 * calibration.full_scale[at]);
         if spans[at] <= STANDS_STILL * most {
@@ -349,7 +318,12 @@ mod tests {
 
     #[test]
     fn recordings_that_tell_enough_are_followed_by_nothing() {
-        let own = ["a", "b", "c", "test"].map(|name| (name, swing(5.0, 9.0)));
+        // Each begins elsewhere: none holds the samples of another.
+        let own = [("a", 0), ("b", 20), ("c", 40), ("test", 60)].map(|(name, first)| {
+            let mut loads = swing(5.0, 9.0);
+            loads.rotate_left(first);
+            (name, loads)
+        });
         let found = of(&own, FeatureSettings::present());
         assert!(found.iter().all(|own| own.id == Id::WorseOnTest), "{found:?}");
         let simulated = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));

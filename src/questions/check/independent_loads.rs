@@ -1,15 +1,14 @@
 //! Whether recordings carry a model: what they reach, how many loads they hold for its coefficients, which loads move together,
-//! what rests on a single recording, and which load to add next.
+//! and which load to add next.
 //!
 //! Guarantees: a figure that the data do not carry is missing; a verdict never stands without its reasons.
 
 use serde::Serialize;
 
-use crate::calibration::NormalEquations;
 use crate::finding::{Face, Finding, Id, Verdict};
 use crate::questions::check::judgement::CONDITION;
+use crate::questions::check::rig::RigReport;
 use crate::recording::Axis;
-use crate::scoring::coverage::Outside;
 use crate::scoring::numbers::significant;
 
 /// What is known of recordings and a model.
@@ -37,21 +36,16 @@ pub struct Sufficiency {
     pub axes: Vec<AxisReach>,
     /// What each two axes reach together.
     pub pairs: Vec<Pair>,
-    /// Combinations of features that nothing determines, or hardly anything.
-    pub undetermined: Vec<String>,
-    /// What rests on each training recording.
-    pub leverage: Vec<Leverage>,
-    /// Loads outside those of the others.
-    pub outside: Vec<OutsideOf>,
     /// What is wrong with channels, for each training recording in words.
     pub faults: Vec<String>,
     /// What to record next, the best first.
     pub next: Vec<NextLoad>,
     /// What is to be known of these, or why there are none.
     pub next_note: String,
-    /// One load of each case, for pictures.
-    #[serde(skip)]
-    pub cases: Vec<Vec<f64>>,
+    /// Zeros and sensitivities of the gauges in each recording.
+    pub rig: RigReport,
+    /// What the errors do not cover, in one sentence.
+    pub holds_for: String,
 }
 
 /// What an axis reaches.
@@ -88,46 +82,6 @@ pub struct Pair {
     pub axes: [Axis; 2],
     /// The correlation of their training loads; `None` where one does not move.
     pub correlation: Option<f64>,
-    /// The share of the rectangle of both [regions](AxisReach::region) that the training loads enclose.
-    pub covered: Option<f64>,
-}
-
-/// What rests on a recording.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Leverage {
-    /// Its name.
-    pub recording: String,
-    /// Its share of the training samples.
-    pub sample_share: f64,
-    /// How much of what determines the coefficients comes from it: over all recordings it adds up to the rank.
-    pub leverage: f64,
-    /// The same as a share.
-    pub share: f64,
-    /// What it can be at most: the rank, or one where the recording holds a single load.
-    pub most: f64,
-}
-
-/// Loads of a recording or group outside those of the others.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct OutsideOf {
-    /// The test recordings, or a group that is left out.
-    pub of: String,
-    /// Whether it is the test.
-    pub is_test: bool,
-    /// Which axis.
-    pub axis: Axis,
-    /// The share of its samples.
-    pub share: f64,
-    /// How far the farthest lies beyond.
-    pub farthest: f64,
-}
-
-impl OutsideOf {
-    /// Of a recording or a group.
-    pub fn new(of: impl Into<String>, is_test: bool, axis: Axis, outside: Outside) -> Self {
-        let Outside { share, farthest } = outside;
-        Self { of: of.into(), is_test, axis, share, farthest }
-    }
 }
 
 /// A load that is worth recording.
@@ -172,35 +126,4 @@ impl Sufficiency {
         };
         format!("{rank}, condition number {}: {words}.", significant(condition, 3))
     }
-}
-
-/// What of a recording tells how much rests on it.
-#[derive(Debug)]
-pub struct Part {
-    /// Its name.
-    pub recording: String,
-    /// Its sums.
-    pub sums: NormalEquations,
-    /// Whether it holds a single load.
-    pub is_one_load: bool,
-}
-
-/// The leverages of recordings, by an [`Information`](crate::scoring::information::Information).
-pub fn leverages(
-    information: &crate::scoring::information::Information,
-    recordings: &[Part],
-) -> Vec<Leverage> {
-    let n: u64 = recordings.iter().map(|own| own.sums.n_samples()).sum();
-    let of: Vec<f64> = recordings.iter().map(|own| information.leverage(&own.sums)).collect();
-    let all: f64 = of.iter().sum();
-    let own = recordings.iter().zip(of).map(|(own, leverage)| Leverage {
-        recording: own.recording.clone(),
-        sample_share: own.sums.n_samples() as f64 / n.max(1) as f64,
-        leverage,
-        share: if all > 0.0 { leverage / all } else { 0.0 },
-        most: if own.is_one_load { all.min(1.0) } else { all },
-    });
-    let mut found: Vec<Leverage> = own.collect();
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
-    found
 }

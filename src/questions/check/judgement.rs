@@ -1,13 +1,11 @@
 //! What the figures of a check make of the model, as findings.
 
 use std::cmp::Reverse;
-use std::collections::BTreeSet;
 
 use crate::finding::{Finding, Id, Verdict};
-use crate::questions::check::independent_loads::{AxisReach, Leverage, OutsideOf, Sufficiency};
+use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::load_count::LoadCount;
 use crate::recording::Axis;
-use crate::scoring::coverage::OUTSIDE_SHARE;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 
@@ -25,10 +23,8 @@ const CORRELATED: f64 = 0.8;
 const INFLATION_SAID: f64 = 5.0;
 /// Share of a rated load that the training loads have to reach.
 const REACHED: f64 = 0.8;
-/// A recording matters by more than this share of what determines the coefficients, one of a single load by that of what it can at most ...
-const LEVERAGE_SHARE: f64 = 0.5;
-/// ... and by so many times its share of the samples.
-const LEVERAGE_TIMES: f64 = 3.0;
+/// A load goes one way only where the other is below this share of it.
+pub(super) const ONE_WAY: f64 = 0.1;
 /// A condition number from which some combinations of features are hardly determined.
 pub(super) const CONDITION: f64 = 1e4;
 
@@ -53,15 +49,14 @@ impl Sufficiency {
         let mut found = std::mem::take(&mut self.reasons);
         found.extend(few);
         found.extend(self.of_errors(cross_validation));
+        found.extend(self.axes.iter().filter_map(AxisReach::one_sided));
         found.extend(self.axes.iter().filter_map(AxisReach::not_reached));
         found.extend(self.few_directions(spread));
         found.extend(self.coupled(spread));
         found.extend(self.hardly_determined());
-        found.extend(self.stands_alone());
-        found.extend(self.outside_others());
         // What is wrong with a recording comes before what that makes of the errors.
         found.sort_by_key(|own| {
-            let is_cause = matches!(own.id, Id::NoGauge | Id::Odd | Id::Faults);
+            let is_cause = own.id.is_cause();
             (!(own.severity > Enough && is_cause), Reverse(own.severity))
         });
         self.verdict = found.iter().map(|own| own.severity).max().unwrap_or(Enough);
@@ -142,56 +137,6 @@ impl Sufficiency {
         let figures = format!("condition number {}", significant(condition, 2));
         Some(Finding::new(Id::HardlyDetermined, Doubtful, seen).with(figures))
     }
-
-    /// The recording that determines too much by itself.
-    fn stands_alone(&self) -> Option<Finding> {
-        let grave = |own: &&Leverage| {
-            own.leverage > LEVERAGE_SHARE * own.most
-                && own.share > LEVERAGE_TIMES * own.sample_share
-                && self.leverage.len() > 2
-        };
-        let own = self.leverage.iter().find(grave)?;
-        let name = &own.recording;
-        let (id, seen) = match own.most < self.rank as f64 {
-            true => {
-                let share = percent((own.leverage / own.most).min(1.0));
-                (
-                    Id::LoneLoad,
-                    format!("{share} of what the fit says of {name} comes from it alone"),
-                )
-            }
-            false => {
-                let share = percent(own.share);
-                (
-                    Id::LoneRecording,
-                    format!("{share} of what determines the coefficients rests on {name} alone"),
-                )
-            }
-        };
-        let figures = format!("with {} of the samples", percent(own.sample_share));
-        Some(Finding::new(id, Doubtful, seen).with(figures))
-    }
-
-    /// The training recordings or groups that load what no other does.
-    fn outside_others(&self) -> Option<Finding> {
-        let far = |own: &&OutsideOf| !own.is_test && own.share > OUTSIDE_SHARE;
-        let groups = || self.outside.iter().filter(far);
-        let worst = groups().max_by(|a, b| a.share.total_cmp(&b.share))?;
-        let seen = format!(
-            "{} of the samples of {} load {} beyond all other training recordings",
-            percent(worst.share),
-            worst.of,
-            worst.axis.symbol(),
-        );
-        let others: BTreeSet<&str> =
-            groups().map(|own| &*own.of).filter(|of| *of != worst.of).collect();
-        let figures = match others.len() {
-            0 => String::new(),
-            1 => "and so does one other".to_owned(),
-            n => format!("and so do {n} others"),
-        };
-        Some(Finding::new(Id::OutsideOthers, Enough, seen).with(figures))
-    }
 }
 
 /// The axes whose left-out errors are no better than what the mean of the loads would do.
@@ -236,6 +181,24 @@ fn larger_left_out(by: &str, errors: Vec<(&AxisReach, f64)>) -> Option<(f64, Fin
 impl AxisReach {
     fn load(&self, value: f64) -> String {
         format!("{} {}", significant(value, 3), self.axis.unit())
+    }
+
+    /// A rated load that was reached one way only, where the other is rated as well.
+    fn one_sided(&self) -> Option<Finding> {
+        let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
+        let (some, other) = (up.max(down), up.min(down));
+        let is_one_sided = self.rated && self.deviation > 0.0 && other <= ONE_WAY * some;
+        let way = if up > down { "upward" } else { "downward" };
+        is_one_sided.then(|| {
+            let seen = format!("{} is loaded {way} only", self.axis.symbol());
+            let figures = format!(
+                "{} to {} of ± {}",
+                significant(self.low, 3),
+                self.load(self.high),
+                self.load(self.full_scale)
+            );
+            Finding::new(Id::OneSided, Doubtful, seen).with(figures)
+        })
     }
 
     /// The part of a rated load that was not reached.

@@ -5,10 +5,8 @@ pub mod faulty;
 pub mod independent_loads;
 mod judgement;
 pub(crate) mod load_count;
-pub(crate) mod odd;
 pub mod query;
+pub mod rig;
 pub(crate) mod shown;
 
-#[cfg(feature = "gui")]
-pub(crate) use shown::pair_figure;
 pub(crate) use shown::sufficiency_tables;

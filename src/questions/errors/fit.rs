@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use crate::calibration::{
     BlockRidge, Calibration, CoefficientErrors, CrossValidation, LinearMap, MOST_FEATURES,
-    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
-    fit, fit_targets, look_back_sums, recording_sums,
+    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, cold_sums,
+    condition_number, fit, fit_targets, look_back_sums, recording_sums,
 };
 use crate::features::Design;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::{Dataset, Errors, in_role};
-use crate::recording::{Entry, Recording, Role};
+use crate::recording::{Entry, GroupedBy, Recording, Role};
 use crate::scoring::cross_validation::{are_left_out_whole, folds};
 use crate::scoring::information::free_coefficients;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
@@ -30,6 +30,8 @@ pub(crate) struct Sums {
     pub test: NormalEquations,
     /// The training sums in the parts that cross-validation leaves out.
     pub parts: Vec<NormalEquations>,
+    /// Those on which fits without a part are scored, where they differ: blocks of a recording, begun anew.
+    pub cold: Option<Vec<NormalEquations>>,
 }
 
 /// What a linear fit leaves behind beside the calibration.
@@ -71,13 +73,13 @@ impl Dataset {
         let groups = self.training_groups();
         let by = match are_left_out_whole(&groups) {
             true => self.groups.by,
-            false => CrossValidation::BLOCK,
+            false => GroupedBy::Block,
         };
         let entries = self.entries.iter().zip(self.pieces());
         let training = entries.filter(|(entry, _)| entry.role == Role::Train);
         let folds = training.flat_map(|(_, pieces)| pieces.into_iter().map(|piece| piece.fold));
         let parts = folds.max().map_or(0, |last| last + 1);
-        CrossValidation { by: by.to_owned(), groups: parts, parts }
+        CrossValidation { by, groups: parts, parts }
     }
 
     /// The one pass; not all of it once somebody has asked to stop.
@@ -100,7 +102,33 @@ impl Dataset {
                 }
             }
         }
-        Sums { of_recordings, train, test, parts }
+        let cold = self.cold_parts(design, past, &pieces, n_axes, progress);
+        Sums { of_recordings, train, test, parts, cold }
+    }
+
+    /// The sums of the parts with a memory that begins anew in each; `None` where it does so anyway.
+    fn cold_parts(
+        &self,
+        design: &Design,
+        past: &[Past],
+        pieces: &[Vec<Piece>],
+        n_axes: usize,
+        progress: &Progress,
+    ) -> Option<Vec<NormalEquations>> {
+        let has_memory = design.features.has_memory() || !design.features.look_backs.is_empty();
+        if !has_memory || are_left_out_whole(&self.training_groups()) {
+            return None;
+        }
+        let n_parts = pieces.iter().flatten().map(|piece| piece.fold + 1).max()?;
+        let mut parts = vec![NormalEquations::new(design.n_columns(), n_axes); n_parts];
+        for (at, entry) in self.entries.iter().enumerate() {
+            if entry.role == Role::Train {
+                let (loads, pieces) = (self.present_loads(at), &pieces[at]);
+                let sums = cold_sums(design, loads, &past[at], pieces, progress);
+                pieces.iter().zip(sums).for_each(|(piece, sums)| parts[piece.fold].add(&sums));
+            }
+        }
+        Some(parts)
     }
 
     /// One list per recording, one entry per piece. Where only thresholds have changed since the last ones, only what the look-backs
@@ -186,7 +214,7 @@ impl Dataset {
     ) -> LinearFit {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
-        let Sums { of_recordings, train, test, parts } = sums;
+        let Sums { of_recordings, train, test, parts, cold } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
         // Only an automatic ridge asks for them: every slider step comes by here.
@@ -195,9 +223,12 @@ impl Dataset {
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
         };
         let terms = |used| Terms { used, kinds: &kinds, known: &known };
-        let left_out = |parts, used| LeftOut { total: train, parts, terms: terms(used) };
-        let left_out_all = left_out(parts, &all);
-        let chooses = left_out(whole.as_deref().unwrap_or(parts), &all);
+        let left_out = |used| LeftOut::of(train, parts, terms(used)).scored_on(cold.as_deref());
+        let left_out_all = left_out(&all);
+        let chooses = match &whole {
+            Some(whole) => LeftOut::of(train, whole, terms(&all)),
+            None => left_out_all,
+        };
         let Chosen { strengths, by_block, shares, squares } = match ridge {
             RidgeChoice::ByBlock => {
                 let blocks = design.blocks().into_iter();
@@ -236,7 +267,7 @@ impl Dataset {
         };
         let maps: Vec<LinearMap> = each.iter().map(|own| self.map_of(&design, own)).collect();
         let coefficients = CoefficientErrors::of(self.cross_validation(), &maps);
-        let left_out_present = left_out(parts, &present);
+        let left_out_present = left_out(&present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
         calibration.quality = Quality {
@@ -253,7 +284,6 @@ impl Dataset {
             ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
             coefficients,
-            odd: self.odd_recordings(sums, &each, calibration),
             free_coefficients: free(train, &shares),
             ..Quality::default()
         };
@@ -350,7 +380,7 @@ mod tests {
     use crate::questions::errors::query::analyse;
     use crate::questions::request::Request;
     use crate::random::Random;
-    use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
+    use crate::recording::{Axis, Entry, GroupedBy, Recording, RecordingSet, Role, Source};
 
     /// `n` samples of three gauges in every recording; the last gauge moves in those that `moves` names, and stands still at
     /// 0.7 in the others.
@@ -462,7 +492,7 @@ mod tests {
             let cross_validated = quality.compensated.cv_rmse.as_ref().unwrap()[0];
             assert!((cross_validated / explicit - 1.0).abs() < 1e-8, "{groups:?}");
             let expected =
-                CrossValidation { by: "group".to_owned(), groups: names.len(), parts: names.len() };
+                CrossValidation { by: GroupedBy::Group, groups: names.len(), parts: names.len() };
             assert_eq!(quality.cross_validation, Some(expected));
         }
     }

@@ -11,10 +11,7 @@ use crate::calibration::{ExpectedError, Quality};
 use crate::questions::metrology::{Metrology, Quantity};
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
-use crate::small_file::read_small;
-
-/// Maximum length of a file of limits.
-const BYTES_LIMIT: u64 = 1 << 20;
+use crate::small_file::{TomlError, read_toml};
 
 /// A figure that can be limited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -87,14 +84,6 @@ enum Bound {
 /// All limits of a file: by figure, for every axis (`None`) or for one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
-
-/// Why limits cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("{path}: {reason}")]
-pub struct LimitsError {
-    path: String,
-    reason: String,
-}
 
 /// Outcome of one limit on one axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -170,13 +159,9 @@ impl Limits {
     /// ```
     ///
     /// # Errors
-    /// [`LimitsError`] if it cannot be read, or has a figure that is not known.
-    pub fn read(path: &Path) -> Result<Self, LimitsError> {
-        let wrong = |reason: String| LimitsError { path: path.display().to_string(), reason };
-        let text = read_small(path, "a list of limits", BYTES_LIMIT)
-            .map_err(|error| wrong(error.to_string()))?;
-        let text = String::from_utf8(text).map_err(|_| wrong("not in UTF-8".to_owned()))?;
-        Self::from_toml(&text).map_err(wrong)
+    /// [`TomlError`] if it cannot be read, or has a figure that is not known.
+    pub fn read(path: &Path) -> Result<Self, TomlError> {
+        read_toml(path, "a list of limits", Self::from_toml)
     }
 
     fn from_toml(text: &str) -> Result<Self, String> {

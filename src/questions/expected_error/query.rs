@@ -97,6 +97,16 @@ impl Dataset {
         evidence.weighed()
     }
 
+    /// Returns the number of groups of training recordings that are left out in turn.
+    fn groups_left_out(&self) -> Result<usize, String> {
+        match self.cross_validation() {
+            by if by.is_by_block() => {
+                Err("the training recordings are too few to leave each out".to_owned())
+            }
+            by => Ok(by.groups),
+        }
+    }
+
     /// Returns the errors of a linear calibration on each group of training recordings, predicted by a fit to the others.
     fn left_out_errors(
         &self,
@@ -104,10 +114,7 @@ impl Dataset {
         past: &[Past],
         progress: &Progress,
     ) -> Result<HeldOutErrors, String> {
-        let groups = self.cross_validation();
-        if groups.is_by_block() {
-            return Err("the training recordings are too few to leave each out".to_owned());
-        }
+        let n_groups = self.groups_left_out()?;
         if calibration.learned.is_some() {
             let why = calibration.why_not_left_out();
             return Err(why.unwrap_or("too few groups were left out").to_owned());
@@ -117,7 +124,7 @@ impl Dataset {
         let fits = self.fits_left_out(calibration, &sums).map_err(|why| why.to_string())?;
         let is_trained = |entry: &Entry| entry.role == Role::Train;
         let step = self.step_of(is_trained);
-        let mut errors = HeldOutErrors { n_groups: groups.groups, ..HeldOutErrors::new(n_axes) };
+        let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
         let mut own = calibration.clone();
         for ((entry, pieces), past) in self.entries.iter().zip(self.pieces()).zip(past) {
             if !is_trained(entry) || progress.is_cancelled() {
@@ -140,10 +147,7 @@ impl Dataset {
         parts: &[Moments],
         has_shares: bool,
     ) -> Result<HeldOutErrors, String> {
-        let groups = self.cross_validation();
-        if groups.is_by_block() {
-            return Err("the training recordings are too few to leave each out".to_owned());
-        }
+        let n_groups = self.groups_left_out()?;
         let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
         let mut errors = HeldOutErrors::new(n_axes);
         for (part, shares) in parts.iter().zip(part_shares(parts, has_shares)) {
@@ -153,7 +157,7 @@ impl Dataset {
                 1,
             );
         }
-        errors.n_groups = groups.groups;
+        errors.n_groups = n_groups;
         errors.n_samples = parts.iter().map(|part| part.n_samples).sum();
         Ok(errors)
     }

@@ -1,7 +1,8 @@
 //! The rule: which errors count, and what of them is the value.
 
 use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, counted};
-use crate::recording::{Axis, Entry, Recording, Role};
+use crate::min_max::MinMax;
+use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
 use crate::scoring::quantile::quantile;
 
 /// Share of the held-out errors that lie within the expected error.
@@ -67,7 +68,7 @@ pub struct Evidence<'a> {
     /// Axes of the calibration, each with its full scale, 0 where there is none.
     pub axes: &'a [(Axis, f64)],
     /// Word for the groups that were left out, such as `recording` or `mount`.
-    pub grouped_by: &'a str,
+    pub grouped_by: GroupedBy,
     /// Errors on groups that were left out in turn, or why there are none.
     pub left_out: Result<HeldOutErrors, String>,
     /// Errors on test recordings.
@@ -98,8 +99,8 @@ impl Evidence<'_> {
         }
         let by_cross_validation = left_out.as_mut().ok().and_then(HeldOutErrors::values);
         let by_test = tested.values().filter(|_| tested.n_groups > 0);
-        let ranges = ranges(entries, axes.len());
-        let spans = ranges.iter().map(|(low, high)| high - low);
+        let ranges = load_ranges(used(entries), axes.len());
+        let spans = ranges.iter().map(|own| own.span());
         let spans: Vec<f64> = spans.collect();
         let of_axis = |(at, (axis, full_scale)): (usize, &(Axis, f64))| {
             let same_unit = axes.iter().zip(&spans);
@@ -113,7 +114,7 @@ impl Evidence<'_> {
             AxisExpectedError {
                 axis: *axis,
                 unit: axis.unit().to_owned(),
-                range: ranges[at],
+                range: ranges[at].ends().unwrap_or_default(),
                 value,
                 percent_fs: value.filter(|_| *full_scale > 0.0).map(|own| 100.0 * own / full_scale),
                 cross_validation,
@@ -136,19 +137,8 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
     used.map(|entry| &*entry.recording)
 }
 
-/// Returns the smallest and the largest load of each axis in the train and test roles.
-pub(crate) fn ranges(entries: &[Entry], n_axes: usize) -> Vec<(f64, f64)> {
-    let mut all = vec![(f64::INFINITY, f64::NEG_INFINITY); n_axes];
-    for recording in used(entries) {
-        for (all, own) in all.iter_mut().zip(recording.load_ranges()) {
-            *all = (all.0.min(own.0), all.1.max(own.1));
-        }
-    }
-    all
-}
-
 /// Returns a sentence that names the conditions which the recordings do not show.
-pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: &str) -> String {
+pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond those recorded".to_owned()];
     let training: Vec<&Recording> = {
         let training = entries.iter().filter(|entry| entry.role == Role::Train);
@@ -160,7 +150,7 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: &str) ->
     if is_one_programme(&training) {
         missing.push("other load programmes (all training recordings repeat one)".to_owned());
     }
-    if !["mounting", "mount", "setup", "rotation", "position"].contains(&grouped_by) {
+    if !matches!(grouped_by, GroupedBy::Mounting | GroupedBy::Mount | GroupedBy::Setup) {
         missing.push("another mounting".to_owned());
     }
     let mut days: Vec<_> = used(entries).map(|own| own.dated().map(|own| own.day)).collect();
@@ -179,7 +169,7 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: &str) ->
 /// Returns true if more than one axis is loaded in hardly any of the loaded samples.
 pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     let largest: Vec<f64> =
-        ranges(entries, n_axes).iter().map(|(low, high)| low.abs().max(high.abs())).collect();
+        load_ranges(used(entries), n_axes).into_iter().map(MinMax::magnitude).collect();
     let (mut loaded, mut combined) = (0_u64, 0_u64);
     for recording in used(entries) {
         for load in recording.loads().chunks_exact(n_axes) {
@@ -203,8 +193,8 @@ pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
     };
     let is_same = |other: &&Recording| {
         let (mut squares, mut range) = (0.0, 0.0);
-        for (axis, (low, high)) in first.load_ranges().iter().enumerate() {
-            range += (high - low).powi(2);
+        for (axis, own) in first.load_ranges().iter().enumerate() {
+            range += own.span().powi(2);
             for at in 0..COMPARED {
                 squares += (load(first, at, axis) - load(other, at, axis)).powi(2);
             }
@@ -255,7 +245,7 @@ mod tests {
         let evidence = Evidence {
             entries,
             axes: &axes,
-            grouped_by: "recording",
+            grouped_by: GroupedBy::Recording,
             left_out: Ok(left_out),
             tested,
         };
@@ -322,18 +312,18 @@ mod tests {
             (0..3).map(|at| entry("r", path(0.001 * f64::from(at)))).collect();
         let separate: Vec<Entry> = vec![entry("r", one_at_a_time), entry("r", path(0.0))];
         let alone = [entry("r", one_at_a_time)];
-        let said = |entries: &[Entry], grouped_by: &str| not_covered(entries, 2, grouped_by);
+        let said = |entries: &[Entry], grouped_by| not_covered(entries, 2, grouped_by);
         for (entries, single, programme) in [
             (&free[..], false, false),
             (&repeated, false, true),
             (&separate, false, false),
             (&alone, true, false),
         ] {
-            let text = said(entries, "recording");
+            let text = said(entries, GroupedBy::Recording);
             assert_eq!(text.contains("one at a time"), single, "{text}");
             assert_eq!(text.contains("repeat one"), programme, "{text}");
             assert!(text.contains("another mounting") && text.contains("another day"));
         }
-        assert!(!said(&free, "mount").contains("another mounting"));
+        assert!(!said(&free, GroupedBy::Mount).contains("another mounting"));
     }
 }

@@ -7,9 +7,9 @@ use crate::questions::loops::output::column_of;
 use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::picture::{Drawn, drawn};
 use crate::questions::loops::source::{Part, Source};
-use crate::questions::metrology::{check_numbers, joined};
+use crate::questions::metrology::check_numbers;
 use crate::recording::Axis;
-use crate::scoring::loops::{Frame, range};
+use crate::scoring::loops::Frame;
 
 /// One of the three loads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +67,7 @@ pub(crate) fn picture(
 ) -> Result<CrossPlot, LookError> {
     let across = columns(source, parts, question.across)?;
     let up = columns(source, parts, question.up)?;
-    let whole = frame_around(range_of(&across), range_of(&up));
+    let whole = frame_around(across.iter().flatten().collect(), up.iter().flatten().collect());
     let none = vec![Vec::new(); parts.len()];
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
     Ok(CrossPlot {
@@ -97,9 +97,4 @@ fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<
         Ok(values)
     };
     parts.iter().map(column).collect()
-}
-
-fn range_of(columns: &[Vec<f64>]) -> (f64, f64) {
-    let ranges = columns.iter().map(|column| range(column));
-    ranges.reduce(joined).unwrap_or((0.0, 0.0))
 }

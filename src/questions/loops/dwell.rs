@@ -5,13 +5,11 @@ use crate::questions::loops::frame::frame_around;
 use crate::questions::loops::output::Output;
 use crate::questions::loops::output::column_of;
 use crate::questions::loops::source::{Part, Source};
-use crate::questions::metrology::{
-    Dwell, MetrologySettings, Reason, check_numbers, dwells, joined,
-};
+use crate::questions::metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells};
 use crate::recording::Axis;
 use crate::scoring::Series;
 use crate::scoring::holds::Drift;
-use crate::scoring::loops::{Frame, range};
+use crate::scoring::loops::Frame;
 
 /// So many points a fitted curve has.
 const FIT_POINTS: usize = 200;
@@ -123,10 +121,12 @@ fn curve(
         check_numbers(axis, recording.name(), &values)?;
         errors.push(values);
     }
-    let ranges = errors.iter().map(|values| range(values)).reduce(joined);
     let (first, last) = (rest.place.from_secs, rest.place.to_secs);
     Ok(DwellCurve {
-        whole: frame_around((0.0, last - first), ranges.unwrap_or((0.0, 0.0))),
+        whole: frame_around(
+            [0.0, last - first].iter().collect(),
+            errors.iter().flatten().collect(),
+        ),
         outputs: [&errors[0], &errors[1]].map(|values| output_of(times, values, question)),
     })
 }

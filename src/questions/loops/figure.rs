@@ -6,6 +6,7 @@ use crate::questions::errors::Trace;
 use crate::questions::loops::cross::{Channel, CrossPlot};
 use crate::questions::loops::output::Output;
 use crate::questions::loops::picture::{Drawn, LoopCurve, LoopFigures, LoopPlot, Up};
+use crate::questions::loops::shown::RATES_APART;
 use crate::questions::metrology::Reason;
 use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
@@ -187,6 +188,42 @@ impl<'a> LoopView<'a> {
         }
     }
 
+    /// The mean width of the full cycles over the rate of their load; `None` where their rates are too alike to tell lag from
+    /// hysteresis.
+    pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
+        let spread = |curve: &&LoopCurve| {
+            let ends = curve.by_rate.first().zip(curve.by_rate.last());
+            ends.is_some_and(|(slow, fast)| fast[0] >= RATES_APART * slow[0])
+        };
+        if !self.shown.first().is_some_and(spread) {
+            return None;
+        }
+        let groups: Vec<(Option<Output>, Vec<[f64; 2]>)> =
+            self.shown.iter().map(|curve| (curve.output, grouped(&curve.by_rate))).collect();
+        let points = || groups.iter().flat_map(|(_, points)| points);
+        let axis = self.plot.question.axis.unit();
+        Some(Figure {
+            title: "Mean width over rate".to_owned(),
+            across: Scale::spanning(
+                format!("rate [{axis}/s]"),
+                points().map(|point| point[0]).chain([0.0]),
+                0.06,
+            ),
+            up: Scale::spanning(
+                format!("mean width [{}]", self.unit()),
+                points().map(|point| point[1]).chain([0.0]),
+                0.06,
+            ),
+            lines: (groups.iter())
+                .map(|(output, points)| Line {
+                    width: 1.6,
+                    ..Line::new("", inks.of(*output), [points.clone()])
+                })
+                .collect(),
+            ..Figure::default()
+        })
+    }
+
     /// The width over the load.
     pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
         let found = self.found();
@@ -253,6 +290,16 @@ fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
             },
         })
         .collect()
+}
+
+/// Means of neighbouring points, in groups of about equal size.
+fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    const GROUPS: usize = 12;
+    let means = points.chunks(points.len().div_ceil(GROUPS).max(1)).map(|group| {
+        let n = group.len() as f64;
+        [0, 1].map(|at| group.iter().map(|point| point[at]).sum::<f64>() / n)
+    });
+    means.collect()
 }
 
 fn name(output: Option<Output>) -> &'static str {

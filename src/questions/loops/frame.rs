@@ -1,5 +1,6 @@
 //! What of a plot is on screen.
 
+use crate::min_max::MinMax;
 use crate::scoring::loops::Frame;
 
 /// More points than this of rising or of falling branches are drawn as their density, even where a larger picture could show them
@@ -10,8 +11,9 @@ pub(crate) const MAX_POINTS: usize = 8000;
 pub(crate) const MARGIN: f64 = 0.04;
 
 /// A frame around these ranges with a margin; never empty.
-pub(crate) fn frame_around(loads: (f64, f64), outputs: (f64, f64)) -> Frame {
-    let wider = |(low, high): (f64, f64)| {
+pub(crate) fn frame_around(loads: MinMax, outputs: MinMax) -> Frame {
+    let wider = |range: MinMax| {
+        let (low, high) = range.ends().unwrap_or_default();
         let margin =
             if high > low { MARGIN * (high - low) } else { 0.1 * f64::max(high.abs(), 1e-3) };
         (low - margin, high + margin)

@@ -26,7 +26,8 @@ pub use output::{Output, Span, TableOf};
 pub(crate) use picture::LoopPlot;
 pub use picture::{LoopQuestion, Up};
 pub use query::{Look, LookRequest, Question, TableQuestion, Viewer};
-pub(crate) use shown::{LoopMeasures, LoopScale, drifts, loop_figures};
+pub(crate) use shown::{LoopMeasures, LoopScale, drifts, lag_in_words, loop_figures};
+pub use source::OutputLag;
 
 #[cfg(test)]
 mod tests;

@@ -1,12 +1,12 @@
 //! What goes up in a plot, and which samples it shows.
 
-use crate::calibration::Calibration;
+use crate::calibration::{AppliedLoads, Calibration};
 use crate::questions::loops::error::LookError;
 use crate::questions::metrology::Reason;
 use crate::recording::{Axis, RecordingSet, Role};
 
 /// Conventional or compensated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Output {
     /// Conv.
     Conventional,
@@ -17,6 +17,14 @@ pub enum Output {
 impl Output {
     /// Both, in this order everywhere.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::Compensated];
+
+    /// Its loads.
+    pub(crate) fn of(self, applied: &AppliedLoads) -> &[f64] {
+        match self {
+            Self::Conventional => &applied.conventional,
+            Self::Compensated => &applied.compensated,
+        }
+    }
 }
 
 /// Which samples are looked at.

@@ -1,5 +1,6 @@
 //! Loops of one axis: its load across, an output of the sensor up, and what they measure.
 
+use crate::min_max::MinMax;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,11 +11,11 @@ use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::{MAX_POINTS, frame_around};
 use crate::questions::loops::output::column_of;
 use crate::questions::loops::output::{Output, Span};
-use crate::questions::loops::source::{Part, Source};
-use crate::questions::metrology::{Basis, MetrologySettings, Reason, check_numbers, joined};
+use crate::questions::loops::source::{OutputLag, Part, Source};
+use crate::questions::metrology::{Basis, MetrologySettings, Reason, check_numbers};
 use crate::recording::Axis;
 use crate::scoring::loops::{
-    Branch, Cycle, Density, Frame, Loop, Loops, Outline, Stroke, common_loads, outline, range,
+    Branch, Cycle, Density, Frame, Loop, Loops, Outline, Stroke, common_loads, outline,
 };
 
 /// What goes up.
@@ -38,6 +39,8 @@ pub struct LoopQuestion {
     pub up: Up,
     /// Which samples.
     pub span: Span,
+    /// Whether gauges and reference are brought to one time first.
+    pub lag_removed: bool,
     /// What is looked at; `None` shows all.
     pub frame: Option<Frame>,
     /// Width and height of the plot in pixels: nothing is drawn coarser than these.
@@ -69,6 +72,8 @@ pub struct LoopPlot {
     pub whole: Frame,
     /// One for a gauge, else conventional and compensated.
     pub curves: Vec<LoopCurve>,
+    /// The lag of the conventional load behind the reference.
+    pub lag: OutputLag,
 }
 
 /// One output over the load.
@@ -82,6 +87,8 @@ pub struct LoopCurve {
     pub mean: Result<LoopFigures, Reason>,
     /// The loop of the largest cycle, or why there is none.
     pub largest: Result<LoopFigures, Reason>,
+    /// Of each full cycle, by rate: the mean rate of its load (unit of the axis / s), and its mean width.
+    pub by_rate: Vec<[f64; 2]>,
 }
 
 /// A loop with what it measures.
@@ -151,8 +158,15 @@ fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
 /// The columns of one curve, part by part.
 type Columns = Vec<Vec<f64>>;
 
+/// One output over its reference, part by part.
+struct Curve {
+    output: Option<Output>,
+    loads: Arc<Columns>,
+    values: Columns,
+}
+
 pub(crate) fn picture(
-    source: &Source,
+    source: &mut Source,
     parts: &[Part],
     question: &LoopQuestion,
     measuring: &MetrologySettings,
@@ -160,8 +174,8 @@ pub(crate) fn picture(
 ) -> Result<LoopPlot, LookError> {
     let axis = question.axis;
     let (column, full_scale) = column_of(&source.calibration, axis)?;
-    let (parts, loads): (Vec<&Part>, Columns) =
-        (parts.iter()).filter_map(|part| Some((part, source.loads(part, axis)?))).unzip();
+    let parts: Vec<&Part> =
+        parts.iter().filter(|part| source.loads(part, axis).is_some()).collect();
     if parts.is_empty() {
         return Err(Reason::NoReference { axis }.into());
     }
@@ -171,55 +185,56 @@ pub(crate) fn picture(
     if parts.iter().any(is_static) {
         return Err(Reason::NoTimes { axis }.into());
     }
-    let curves = columns(source, &parts, &loads, question)?;
-    for columns in std::iter::once(&loads).chain(curves.iter().map(|(_, columns)| columns)) {
-        check(source, &parts, axis, columns)?;
-    }
     measuring.validate(source.calibration.axes.len())?;
     let dead_band = source.rules(measuring).dead_band(column);
-    let load_range = range_of(&loads);
-    let output_range = curves.iter().map(|(_, columns)| range_of(columns));
-    let output_range = output_range.reduce(joined).unwrap_or((0.0, 0.0));
-    let whole = frame_around(load_range, output_range);
-    let behind = |factor: f64| Cycles::of(axis, &loads, factor * dead_band, load_range);
-    let [cycles, halved, doubled] = [1.0, 0.5, 2.0].map(behind);
-    let share = |own: &[Cycle]| {
-        let (low, high) = common_loads(own);
-        ((high - low) / (load_range.1 - load_range.0)).clamp(0.0, 1.0)
+    let curves = curves(source, &parts, question, None)?;
+    for columns in curves.iter().flat_map(|curve| [&*curve.loads, &curve.values]) {
+        check(source, &parts, axis, columns)?;
+    }
+    let lag = source.lag(column, Output::Conventional, dead_band, progress)?;
+    let curves = match question.lag_removed {
+        true => {
+            let compensated = source.lag(column, Output::Compensated, dead_band, progress)?;
+            self::curves(source, &parts, question, Some([&lag, &compensated]))?
+        }
+        false => curves,
     };
+    let load_range =
+        curves.iter().map(|curve| range_of(&curve.loads)).fold(MinMax::NONE, MinMax::joined);
+    let output_range =
+        curves.iter().map(|curve| range_of(&curve.values)).fold(MinMax::NONE, MinMax::joined);
+    let whole = frame_around(load_range, output_range);
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
-    let curves = (curves.par_iter()).map(|(output, outputs)| {
-        let figures = |of: fn(&Cycles) -> &Result<Vec<Cycle>, Reason>| {
-            let own = of(&cycles).as_ref().map_err(Clone::clone)?;
-            let mean = |cycles: &Vec<Cycle>| {
-                let shapes = cycles.iter().map(|one| shape(one, &loads, outputs));
-                Loop::mean(&shapes.collect::<Vec<_>>())
-            };
-            let others = [&halved, &doubled].map(|other| of(other).as_ref().ok().and_then(mean));
-            mean(own)
-                .and_then(|found| LoopFigures::of(found, own.len(), share(own), others))
-                .ok_or(Reason::Overflow { axis })
-        };
-        Ok(LoopCurve {
-            output: *output,
-            drawn: drawn(&loads, outputs, cycles.loops.branches(), canvas, progress)?,
-            mean: figures(|own| &own.mean),
-            largest: figures(|own| &own.largest),
-        })
-    });
-    let curves = curves.collect::<Result<_, Cancelled>>()?;
+    let mut cycles: Vec<Arc<[Cycles; 3]>> = Vec::new();
+    for (at, curve) in curves.iter().enumerate() {
+        let same = (0..at).find(|other| Arc::ptr_eq(&curves[*other].loads, &curve.loads));
+        cycles.push(match same {
+            Some(other) => Arc::clone(&cycles[other]),
+            None => Arc::new([1.0, 0.5, 2.0].map(|factor| {
+                Cycles::of(axis, &curve.loads, factor * dead_band, range_of(&curve.loads))
+            })),
+        });
+    }
+    let times = |part: usize| {
+        let part = parts[part];
+        source.recording(part.recording).map(|own| &own.times()[part.samples.clone()])
+    };
+    let drawn = (curves.par_iter().zip(&cycles))
+        .map(|(curve, cycles)| curve.drawn(axis, cycles, canvas, &times, progress));
+    let drawn = drawn.collect::<Result<_, Cancelled>>()?;
+    let own = &cycles[0][0];
     Ok(LoopPlot {
         question: question.clone(),
         dead_band,
         full_scale,
         output_scale: match question.up {
-            Up::Gauge(_) => 0.5 * (output_range.1 - output_range.0),
+            Up::Gauge(_) => 0.5 * output_range.span(),
             Up::Load | Up::Error => full_scale,
         },
-        n_samples: loads.iter().map(Vec::len).sum(),
+        n_samples: curves[0].loads.iter().map(Vec::len).sum(),
         parts: (parts.iter()).map(|part| (part.recording, part.samples.clone())).collect(),
-        n_cycles: cycles.loops.cycles().len(),
-        cycles: (cycles.loops.cycles().iter())
+        n_cycles: own.loops.cycles().len(),
+        cycles: (own.loops.cycles().iter())
             .map(|cycle| {
                 let part = parts[cycle.recording];
                 let at = |sample: usize| part.samples.start + sample;
@@ -227,10 +242,54 @@ pub(crate) fn picture(
                 (part.recording, at(from)..at(to))
             })
             .collect(),
-        n_full_cycles: cycles.loops.full_cycles().len(),
+        n_full_cycles: own.loops.full_cycles().len(),
         whole,
-        curves,
+        curves: drawn,
+        lag,
     })
+}
+
+impl Curve {
+    fn drawn<'a>(
+        &self,
+        axis: Axis,
+        [cycles, halved, doubled]: &[Cycles; 3],
+        canvas: (Frame, [f64; 2]),
+        times: &(impl Fn(usize) -> Option<&'a [f64]> + Sync),
+        progress: &Progress,
+    ) -> Result<LoopCurve, Cancelled> {
+        let (loads, values) = (&*self.loads, &self.values);
+        let load_range = range_of(loads);
+        let share = |own: &[Cycle]| common_loads(own).share_of(load_range);
+        let figures = |of: fn(&Cycles) -> &Result<Vec<Cycle>, Reason>| {
+            let own = of(cycles).as_ref().map_err(Clone::clone)?;
+            let mean = |cycles: &Vec<Cycle>| {
+                let shapes = cycles.iter().map(|one| shape(one, loads, values));
+                Loop::mean(&shapes.collect::<Vec<_>>())
+            };
+            let others = [halved, doubled].map(|other| of(other).as_ref().ok().and_then(mean));
+            mean(own)
+                .and_then(|found| LoopFigures::of(found, own.len(), share(own), others))
+                .ok_or(Reason::Overflow { axis })
+        };
+        let by_rate = |cycle: &Cycle| {
+            let times = times(cycle.recording)?;
+            let (from, to) = (cycle.first.samples.start, cycle.second.samples.end - 1);
+            let rate = (cycle.first.span() + cycle.second.span()) / (times[to] - times[from]);
+            let width = shape(cycle, loads, values).mean_width();
+            (rate.is_finite() && width.is_finite()).then_some([rate, width])
+        };
+        let mut by_rate: Vec<[f64; 2]> =
+            cycles.loops.full_cycles().iter().filter_map(by_rate).collect();
+        by_rate.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        Ok(LoopCurve {
+            output: self.output,
+            drawn: drawn(loads, values, cycles.loops.branches(), canvas, progress)?,
+            mean: figures(|own| &own.mean),
+            largest: figures(|own| &own.largest),
+            by_rate,
+        })
+    }
 }
 
 /// The cycles behind a dead band.
@@ -243,7 +302,7 @@ struct Cycles {
 }
 
 impl Cycles {
-    fn of(axis: Axis, loads: &Columns, dead_band: f64, range: (f64, f64)) -> Self {
+    fn of(axis: Axis, loads: &Columns, dead_band: f64, range: MinMax) -> Self {
         let loops = Loops::of(slices(loads), dead_band);
         let largest = loops.largest().map(|cycle| vec![cycle]);
         let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
@@ -253,29 +312,41 @@ impl Cycles {
     }
 }
 
-/// What goes up, part by part.
-fn columns(
+/// What goes up over what goes across, part by part; `lags` are those that are removed, of both outputs.
+fn curves(
     source: &Source,
     parts: &[&Part],
-    loads: &Columns,
     question: &LoopQuestion,
-) -> Result<Vec<(Option<Output>, Columns)>, LookError> {
-    let (column, _) = column_of(&source.calibration, question.axis)?;
+    lags: Option<[&OutputLag; 2]>,
+) -> Result<Vec<Curve>, LookError> {
+    let axis = question.axis;
+    let (column, _) = column_of(&source.calibration, axis)?;
     let all = |of: &dyn Fn(&Part) -> Option<Vec<f64>>| -> Result<Columns, LookError> {
         let found: Option<Columns> = parts.iter().map(|part| of(part)).collect();
         found.ok_or(LookError::NoChannel)
     };
+    let in_time = |at: usize| lags.and_then(|lags| lags[at].in_time.as_ref());
+    let as_measured = Arc::new(all(&|part| source.loads(part, axis))?);
+    let loads = |at: usize| match in_time(at) {
+        Some(lag) => all(&|part| source.late_loads(part, axis, lag)).map(Arc::new),
+        None => Ok(Arc::clone(&as_measured)),
+    };
     if let Up::Gauge(gauge) = question.up {
-        return Ok(vec![(None, all(&|part| source.gauge(part, gauge))?)]);
+        let values = all(&|part| source.gauge(part, gauge))?;
+        return Ok(vec![Curve { output: None, loads: loads(0)?, values }]);
     }
-    let outputs = Output::ALL.into_iter().map(|output| {
-        let mut columns = all(&|part| source.output(part, column, output))?;
+    let outputs = Output::ALL.into_iter().enumerate().map(|(at, output)| {
+        let loads = loads(at)?;
+        let mut values = match in_time(at) {
+            Some(lag) => all(&|part| source.refitted(part, output, lag))?,
+            None => all(&|part| source.output(part, column, output))?,
+        };
         if question.up == Up::Error {
-            for (values, loads) in columns.iter_mut().zip(loads) {
+            for (values, loads) in values.iter_mut().zip(&*loads) {
                 values.iter_mut().zip(loads).for_each(|(value, load)| *value -= load);
             }
         }
-        Ok((Some(output), columns))
+        Ok(Curve { output: Some(output), loads, values })
     });
     outputs.collect()
 }
@@ -288,13 +359,12 @@ fn check(source: &Source, parts: &[&Part], axis: Axis, columns: &Columns) -> Res
     Ok(())
 }
 
-fn slices(columns: &Columns) -> impl Iterator<Item = &[f64]> {
-    columns.iter().map(Vec::as_slice)
+fn range_of(columns: &Columns) -> MinMax {
+    slices(columns).flatten().collect()
 }
 
-fn range_of(columns: &Columns) -> (f64, f64) {
-    let ranges = slices(columns).map(range);
-    ranges.reduce(joined).unwrap_or((0.0, 0.0))
+fn slices(columns: &Columns) -> impl Iterator<Item = &[f64]> {
+    columns.iter().map(Vec::as_slice)
 }
 
 fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {

@@ -100,10 +100,12 @@ impl Viewer {
     /// [`LookError`] where there is nothing to show; what was remembered stays good.
     pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
         if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
+            let mut before = self.source.take();
             // Taken away first: two sets of loads need not fit in memory at once.
-            let before = self.source.take();
-            let extents = before.and_then(|own| own.into_extents_of(request));
-            self.source = Some(Source::of(request, extents));
+            if let Some(before) = &mut before {
+                before.forget_all();
+            }
+            self.source = Some(Source::of(request, before));
         }
         let source = self.source.as_mut().expect("was just made");
         let answer = Self::answer(source, request, progress);

@@ -1,10 +1,39 @@
 //! The figures of a loop, and of a dwell's drift, as tables.
 
 use crate::questions::errors::trace::Trace;
+use crate::questions::loops::source::OutputLag;
 use crate::questions::metrology::Basis;
 use crate::recording::Axis;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::holds::Drift;
+use crate::scoring::numbers::significant;
+
+/// Cycles whose rates differ by this factor tell lag from hysteresis.
+pub(crate) const RATES_APART: f64 = 2.0;
+
+/// Says how late the gauges are, and what that explains.
+pub(crate) fn lag_in_words(found: &OutputLag) -> String {
+    let lag = match &found.lag {
+        Ok(lag) => lag,
+        Err(reason) => return format!("Time lag not known: {reason}."),
+    };
+    let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
+    let samples = significant(lag.samples, 3);
+    if !lag.is_significant() {
+        return format!("No time lag: {late} ± {error} s ({samples} samples).");
+    }
+    let kind = match lag.kind_is_known {
+        true => lag.kind.name(),
+        false => "delay, or time constant of a low-pass",
+    };
+    let explains = found.widths.map(|widths| {
+        let [width, area] = [widths.explained_share(), widths.explained_area_share()]
+            .map(|share| significant(100.0 * share, 2));
+        format!(": {width} % of the mean width, {area} % of the area")
+    });
+    let explains = explains.unwrap_or_default();
+    format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")
+}
 
 /// What loops stand over, and what their figures are shares of.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,6 @@
 //! The samples behind a picture: recordings as the analysis uses them, with the loads that the calibration gives.
 
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -11,8 +12,9 @@ use crate::questions::loops::error::LookError;
 use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::query::LookRequest;
 use crate::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set};
-use crate::recording::{Axis, Recording, RecordingSet};
+use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::MANY_SAMPLES;
+use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lag_of, widths};
 use crate::scoring::loops::LoadExtent;
 
 /// An interval of one recording.
@@ -20,6 +22,25 @@ use crate::scoring::loops::LoadExtent;
 pub(crate) struct Part {
     pub(crate) recording: usize,
     pub(crate) samples: Range<usize>,
+}
+
+/// The lag of one output behind its reference.
+#[derive(Clone, Debug)]
+pub struct OutputLag {
+    /// The lag, or why it is not known.
+    pub lag: Result<Lag, NoLag>,
+    /// What the loop measures with and without it; `None` without a lag or without a loop.
+    pub widths: Option<Widths>,
+    /// Brings reference and output to one time; `None` without a lag.
+    pub(crate) in_time: Option<InTime>,
+}
+
+impl OutputLag {
+    /// Returns true where the lag explains more than a tenth of the loop's width.
+    pub fn is_worth_removing(&self) -> bool {
+        self.lag.as_ref().is_ok_and(Lag::is_significant)
+            && self.widths.is_some_and(|widths| widths.explained_share() > WORTH_REMOVING)
+    }
 }
 
 /// All recordings, with the loads of those that were asked for.
@@ -32,12 +53,16 @@ pub(crate) struct Source {
     applied: Vec<Option<AppliedLoads>>,
     /// Of every sample, so that what counts as a reversal does not change with the decimation.
     extents: Vec<LoadExtent>,
+    /// Those that were asked for, by the output's column.
+    lags: HashMap<(usize, Output), OutputLag>,
 }
 
 impl Source {
-    /// `extents` are those of the recordings, where they are known already.
-    pub(crate) fn of(request: &LookRequest, extents: Option<Vec<LoadExtent>>) -> Self {
+    /// Takes over from the source `before` what does not depend on the calibration that changed.
+    pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
         let axes = &request.calibration.axes;
+        let lags = before.as_ref().map(|own| own.lags_of(request)).unwrap_or_default();
+        let extents = before.and_then(|own| own.into_extents_of(request));
         let extents = extents.unwrap_or_else(|| extents_of_set(&request.recordings, axes));
         let recordings: Vec<_> = (request.recordings.entries().iter())
             .map(|entry| match request.decimation {
@@ -52,11 +77,84 @@ impl Source {
             applied: recordings.iter().map(|_| None).collect(),
             recordings,
             extents,
+            lags,
         }
     }
 
+    /// The lags of the conventional loads, if these are the same.
+    fn lags_of(&self, request: &LookRequest) -> HashMap<(usize, Output), OutputLag> {
+        let same = Arc::ptr_eq(&self.set, &request.recordings)
+            && self.decimation == request.decimation
+            && self.calibration.conventional == request.calibration.conventional;
+        let lags =
+            self.lags.iter().filter(|((_, output), _)| same && *output == Output::Conventional);
+        lags.map(|(which, lag)| (*which, lag.clone())).collect()
+    }
+
+    /// Measures the lag of an output, once: over the training recordings that have a reference for every axis, else over all
+    /// that have.
+    ///
+    /// # Errors
+    /// [`LookError`] where the calibration does not apply, or the work is cancelled.
+    pub(crate) fn lag(
+        &mut self,
+        column: usize,
+        output: Output,
+        dead_band: f64,
+        progress: &Progress,
+    ) -> Result<OutputLag, LookError> {
+        if let Some(known) = self.lags.get(&(column, output)) {
+            return Ok(known.clone());
+        }
+        let usable: Vec<usize> = (0..self.recordings.len())
+            .filter(|at| !self.recordings[*at].is_static())
+            .filter(|at| self.recordings[*at].axes() == self.calibration.axes)
+            .collect();
+        let is_training = |at: &usize| self.set.entries()[*at].role == Role::Train;
+        let training: Vec<usize> = usable.iter().copied().filter(is_training).collect();
+        let chosen = if training.is_empty() { usable } else { training };
+        self.apply(chosen.iter().copied(), progress)?;
+        let runs = chosen.iter().filter_map(|at| self.lag_run(*at, output));
+        let runs: Vec<LagRun<'_>> = runs.collect();
+        let lag = lag_of(&runs, column);
+        progress.check()?;
+        let known = lag.as_ref().ok();
+        let found = OutputLag {
+            widths: known.and_then(|lag| widths(lag, column, &runs, dead_band)),
+            in_time: known.map(|lag| InTime::of(lag, column, &runs)),
+            lag,
+        };
+        self.lags.insert((column, output), found.clone());
+        Ok(found)
+    }
+
+    fn lag_run(&self, at: usize, output: Output) -> Option<LagRun<'_>> {
+        let recording = &self.recordings[at];
+        Some(LagRun {
+            times: recording.times(),
+            gauges: recording.gauges(),
+            loads: recording.loads(),
+            outputs: output.of(self.applied[at].as_ref()?),
+        })
+    }
+
+    /// The reference of an axis as late as an output.
+    pub(crate) fn late_loads(&self, part: &Part, axis: Axis, lag: &InTime) -> Option<Vec<f64>> {
+        let whole = Part { samples: 0..usize::MAX, ..part.clone() };
+        let loads = self.loads(&whole, axis)?;
+        let late = lag.reference(self.recordings.get(part.recording)?.times(), &loads);
+        Some(late[part.samples.clone()].to_vec())
+    }
+
+    /// An output with its gains fitted to the late reference.
+    pub(crate) fn refitted(&self, part: &Part, output: Output, lag: &InTime) -> Option<Vec<f64>> {
+        let values = output.of(self.applied.get(part.recording)?.as_ref()?);
+        let width = self.calibration.axes.len();
+        Some(lag.output(&values[part.samples.start * width..part.samples.end * width]))
+    }
+
     /// What the loads do, if the request is about the same recordings and axes.
-    pub(crate) fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
+    fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
         let same = Arc::ptr_eq(&self.set, &request.recordings)
             && self.calibration.axes == request.calibration.axes;
         same.then_some(self.extents)
@@ -143,8 +241,13 @@ impl Source {
         let kept = kept.filter(|(_, applied)| applied.is_some());
         let n_samples: usize = kept.map(|(recording, _)| recording.n_samples()).sum();
         if n_samples > MANY_SAMPLES {
-            self.applied.fill_with(|| None);
+            self.forget_all();
         }
+    }
+
+    /// Lets go of all loads.
+    pub(crate) fn forget_all(&mut self) {
+        self.applied.fill_with(|| None);
     }
 
     pub(crate) fn recording(&self, at: usize) -> Option<&Arc<Recording>> {
@@ -179,12 +282,8 @@ impl Source {
     /// What the calibration gives for the axis in this column.
     pub(crate) fn output(&self, part: &Part, column_at: usize, output: Output) -> Option<Vec<f64>> {
         let applied = self.applied.get(part.recording)?.as_ref()?;
-        let values = match output {
-            Output::Conventional => &applied.conventional,
-            Output::Compensated => &applied.compensated,
-        };
         let width = self.calibration.axes.len();
-        Some(column(values, width, column_at, &part.samples))
+        Some(column(output.of(applied), width, column_at, &part.samples))
     }
 }
 

@@ -14,6 +14,8 @@ use crate::questions::request::Request;
 use crate::recording::Axis;
 use crate::recording::RecordingSet;
 use crate::recording::Role;
+use crate::recording::simulated;
+use crate::recording::simulated::{Late, PLAY_NEWTONS};
 use crate::recording::{Entry, Recording, Source as Origin};
 use crate::report::figure::DOTTED;
 use crate::scoring::loops::Frame;
@@ -80,7 +82,14 @@ fn behind(dead_band: f64, request: LookRequest) -> LookRequest {
 }
 
 fn loops(up: Up, span: Span) -> LoopQuestion {
-    LoopQuestion { axis: Axis::Fz, up, span, frame: None, pixels: [400.0, 300.0] }
+    LoopQuestion {
+        axis: Axis::Fz,
+        up,
+        span,
+        lag_removed: false,
+        frame: None,
+        pixels: [400.0, 300.0],
+    }
 }
 
 fn look(request: &LookRequest) -> Result<Look, LookError> {
@@ -423,5 +432,28 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
         let column = place(load(k), loads, n_across) as usize;
         let row = place(gauge(k), outputs, n_up) as usize;
         assert!(sampled(row * n_across + column), "sample {k} is missing");
+    }
+}
+
+/// Behind a low-pass without hysteresis nothing of the loop is left once the lag is removed; with play its width of 2 r is.
+#[test]
+fn without_its_lag_a_loop_is_as_wide_as_the_hysteresis() {
+    for (late, width) in
+        [(Late::Lag, 0.0), (Late::Both, 2.0 * PLAY_NEWTONS), (Late::Hysteresis, 2.0 * PLAY_NEWTONS)]
+    {
+        let recordings = set(simulated::late(7, late));
+        let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::All)));
+        let before = picture(&request);
+        let lag = before.lag.lag.as_ref().unwrap();
+        assert_eq!(before.lag.is_worth_removing(), late != Late::Hysteresis, "{late:?}: {lag:?}");
+        let by_rate = &before.curves[0].by_rate;
+        assert!(by_rate.last().unwrap()[0] > 2.0 * by_rate[0][0]);
+        for up in [Up::Error, Up::Load] {
+            let question = LoopQuestion { lag_removed: true, ..loops(up, Span::All) };
+            request.question = Question::Loops(question);
+            let after = picture(&request).curves[0].mean.clone().unwrap().mean_width;
+            let allowed = (0.1 * width).max(0.03);
+            assert!((after - width).abs() < allowed, "{late:?} {up:?}: {after}");
+        }
     }
 }

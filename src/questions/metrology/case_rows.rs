@@ -1,15 +1,25 @@
 //! The rows that load cases give without any order in time: nonlinearity and repeatability.
 
+use crate::min_max::MinMax;
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::AxisView;
+use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::load_cases;
 
 /// A line through fewer loads than this says nothing about linearity.
 const FEWEST_LOADS: usize = 3;
 
+/// The figures of one output.
+pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Result<Found>); 2] {
+    [
+        (Quantity::BestFitNonlinearity, nonlinearity(view, output)),
+        (Quantity::Repeatability, repeatability(view, output)),
+    ]
+}
+
 /// The largest deviation of the output's mean in a load case from the best straight line over the load.
-pub(crate) fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
+fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
     let cases = cases(view);
     let mean = |rows: &[usize], values: &[f64]| {
         rows.iter().map(|row| values[*row]).sum::<f64>() / rows.len() as f64
@@ -39,13 +49,11 @@ pub(crate) fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> 
 }
 
 /// The largest difference between the errors of an output in one load case.
-pub(crate) fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
+fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
     let run = &view.runs[0];
     let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];
     let spread = |rows: Vec<usize>| {
-        let errors = || rows.iter().map(error);
-        let high = errors().fold(f64::NEG_INFINITY, f64::max);
-        (rows.len() > 1).then(|| high - errors().fold(f64::INFINITY, f64::min))
+        (rows.len() > 1).then(|| rows.iter().map(error).collect::<MinMax>().span())
     };
     let spreads = cases(view).into_iter().filter_map(spread);
     let largest = spreads.reduce(f64::max);

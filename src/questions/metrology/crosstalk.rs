@@ -6,7 +6,9 @@ use rayon::prelude::*;
 
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{Columns, Measured, OUTPUTS};
+use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
+use crate::recording::Axis;
 
 /// Fewer samples than this are no interval but a load that passes by.
 const FEWEST_SAMPLES: usize = 10;
@@ -158,23 +160,29 @@ fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f
     full.map(|cell| cell.systematic().abs()).fold(0.0, f64::max)
 }
 
-/// Which of the two rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Response {
-    /// The response at full load, by the slope.
-    AtFullLoad,
-    /// The largest systematic deviation.
-    Largest,
+/// What `axis` reads while each other one alone is loaded.
+pub(crate) fn crosstalk_figures(
+    measured: &Measured<'_>,
+    alone: &[Alone],
+    axis: usize,
+    output: usize,
+) -> Vec<(Quantity, Result<Found>)> {
+    let of_axis = |(loaded, from): (usize, &Axis)| {
+        let slope = response(measured, alone, (loaded, axis), output);
+        let largest = slope.clone().map(|_| Found::everywhere(alone[loaded].largest[output][axis]));
+        let full = slope.map(|slope| Found::everywhere(slope * measured.full_scale[loaded]));
+        [(Quantity::Crosstalk(*from), full), (Quantity::CrosstalkDeviation(*from), largest)]
+    };
+    measured.axes.iter().enumerate().flat_map(of_axis).collect()
 }
 
-/// What `axis` reads while `loaded` alone is loaded (both columns of the table).
-pub(crate) fn crosstalk_figure(
+/// The slope of the error of `axis` over the load of `loaded`, which alone is loaded.
+fn response(
     measured: &Measured<'_>,
     alone: &[Alone],
     (loaded, axis): (usize, usize),
-    response: Response,
     output: usize,
-) -> Result<Found> {
+) -> Result<f64> {
     let (settings, loaded_axis) = (measured.settings, measured.axes[loaded]);
     if measured.axes.len() == 1 {
         return Err(Reason::OnlyAxis { axis: loaded_axis });
@@ -194,10 +202,5 @@ pub(crate) fn crosstalk_figure(
             alone_share: settings.alone_share,
         });
     }
-    let slope = found.slopes[output][axis];
-    let slope = slope.ok_or(Reason::NotLinear { axis: loaded_axis })?;
-    Ok(Found::everywhere(match response {
-        Response::AtFullLoad => slope * full_scale,
-        Response::Largest => found.largest[output][axis],
-    }))
+    found.slopes[output][axis].ok_or(Reason::NotLinear { axis: loaded_axis })
 }

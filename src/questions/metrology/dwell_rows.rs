@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{AxisRun, AxisView};
+use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::holds::{Drift, Hold};
 
@@ -28,13 +29,14 @@ impl<'a> DwellRows<'a> {
         }
     }
 
-    /// Zero return, creep, its time constant, creep recovery of one output.
-    pub(crate) fn figures(&self, output: usize) -> [Result<Found>; 4] {
-        [
-            self.zero_return(output),
-            self.drift(&self.loaded_hold, output).map(size),
-            self.drift(&self.loaded_hold, output).and_then(time_constant),
-            self.drift(&self.recovery, output).map(size),
+    /// The figures of one output.
+    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
+        let creep = self.drift(&self.loaded_hold, output);
+        vec![
+            (Quantity::ZeroReturn, self.zero_return(output)),
+            (Quantity::CreepTime, creep.clone().and_then(time_constant)),
+            (Quantity::Creep, creep.map(size)),
+            (Quantity::CreepRecovery, self.drift(&self.recovery, output).map(size)),
         ]
     }
 

@@ -22,6 +22,8 @@ pub struct Run<'a> {
     pub name: &'a str,
     /// Sample times.
     pub times: &'a [f64],
+    /// The gauge channels, row-major; they say what has hysteresis. May be empty.
+    pub gauges: &'a [f64],
     /// The axes whose reference load is known; empty without a reference.
     pub reference_axes: &'a [Axis],
     /// The load that was really applied.
@@ -40,6 +42,7 @@ impl<'a> Run<'a> {
         Self {
             name: recording.name(),
             times: recording.times(),
+            gauges: recording.gauges(),
             reference_axes: recording.axes(),
             reference: recording.loads(),
             conventional: &applied.conventional,
@@ -145,6 +148,11 @@ pub enum Note {
         .axis.symbol(), 100.0 * .share
     )]
     SmallCycle { axis: Axis, share: f64 },
+    #[error(
+        "{} of the conventional calibration comes {} s after the reference; this lag, and not hysteresis, makes {:.0} % of the mean width. If one clock is late, set its offset where the file is read; if the sensor is slow, a fixed lag or a look-back can make up for it, or a faster amplifier",
+        .axis.symbol(), significant(*.seconds, 3), 100.0 * .share
+    )]
+    Lag { axis: Axis, seconds: f64, share: f64 },
     #[error("{count} of {all} recordings have no reference load and take no part")]
     WithoutReference { count: usize, all: usize },
 }

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use crate::min_max::MinMax;
 use crate::questions::metrology::figures::{Basis, Place};
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{AxisRun, AxisView};
+use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 use crate::scoring::loops::{
@@ -42,35 +44,31 @@ impl<'a> LoopRows<'a> {
         Self { view, loops, largest, mean_cycles }
     }
 
-    /// Hysteresis, largest and mean width of the mean loop, terminal and best-fit nonlinearity, combined error,
-    /// repeatability of one output.
-    pub(crate) fn figures(&self, output: usize) -> [Result<Found>; 7] {
+    /// The figures of one output.
+    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
         let [largest_width, mean_width] = self.mean_loop(output);
-        [
-            self.hysteresis(output),
-            largest_width,
-            mean_width,
-            self.nonlinearity(output, Line::through_ends),
-            self.nonlinearity(output, Line::best_fit),
-            self.combined_error(output),
-            self.repeatability(output),
+        let [terminal, best_fit] =
+            [Line::through_ends, Line::best_fit].map(|line| self.nonlinearity(output, line));
+        vec![
+            (Quantity::Hysteresis, self.hysteresis(output)),
+            (Quantity::MeanLoopHysteresis, largest_width),
+            (Quantity::MeanWidth, mean_width),
+            (Quantity::TerminalNonlinearity, terminal),
+            (Quantity::BestFitNonlinearity, best_fit),
+            (Quantity::CombinedError, self.combined_error(output)),
+            (Quantity::Repeatability, self.repeatability(output)),
         ]
     }
 
     /// What the largest cycle spans, as a share of the whole range of the load; `None` without a cycle.
     pub(crate) fn share_of_range(&self) -> Option<f64> {
         let cycle = self.largest.as_ref().ok()?;
-        Some(self.share(cycle.low(), cycle.high()))
-    }
-
-    fn share(&self, from: f64, to: f64) -> f64 {
-        let (low, high) = self.view.range();
-        ((to - from) / (high - low)).clamp(0.0, 1.0)
+        Some(cycle.loads().share_of(self.view.range()))
     }
 
     /// A figure of so many cycles over these loads.
-    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: (f64, f64)) -> Found {
-        let range_share = self.share(loads.0, loads.1);
+    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Found {
+        let range_share = loads.share_of(self.view.range());
         Found { size, place, basis: Some(Basis::new(n_cycles, range_share)) }
     }
 
@@ -101,7 +99,7 @@ impl<'a> LoopRows<'a> {
     fn of_cycle(&self, size: f64, cycle: &Cycle) -> Found {
         let samples = cycle.first.samples.start..cycle.second.samples.end;
         let place = self.run(cycle.recording).place(samples);
-        self.found(size, Some(place), 1, (cycle.low(), cycle.high()))
+        self.found(size, Some(place), 1, cycle.loads())
     }
 
     /// The largest and the mean width of the mean loop.
@@ -140,7 +138,7 @@ impl<'a> LoopRows<'a> {
         let ends = curve.ends();
         let size = line.largest_deviation(curve.averages().iter().chain(ends.iter().flatten()));
         let place = self.run(recording).place(branch.samples.clone());
-        Ok(self.found(size, Some(place), 1, (branch.low, branch.high)))
+        Ok(self.found(size, Some(place), 1, branch.loads))
     }
 
     fn combined_error(&self, output: usize) -> Result<Found> {
@@ -148,8 +146,8 @@ impl<'a> LoopRows<'a> {
         let on = |branch| self.curve(cycle.recording, branch, output);
         let (rising, falling) = (on(cycle.rising()), on(cycle.falling()));
         let line = self.enough(&rising, Line::through_ends)?;
-        let common = cycle.low()..=cycle.high();
-        let falling = falling.averages().iter().filter(|(load, _)| common.contains(load));
+        let common = cycle.loads();
+        let falling = falling.averages().iter().filter(|(load, _)| common.contains(*load));
         let size = line.largest_deviation(rising.averages().iter().chain(falling));
         Ok(self.of_cycle(size, cycle))
     }
@@ -189,10 +187,8 @@ impl<'a> LoopRows<'a> {
                 let spread = |way| spread(way, run.loads, &run.outputs[output]);
                 let size = ways.iter().filter_map(|way| spread(way)).fold(0.0, f64::max);
                 let samples = samples_of(repeated);
-                let low = repeated.iter().map(|one| one.low).fold(f64::INFINITY, f64::min);
-                let high = repeated.iter().map(|one| one.high).fold(f64::NEG_INFINITY, f64::max);
-                let found =
-                    self.found(size, Some(run.place(samples)), repeated.len() / 2, (low, high));
+                let loads = repeated.iter().map(|one| one.loads).collect();
+                let found = self.found(size, Some(run.place(samples)), repeated.len() / 2, loads);
                 if worst.as_ref().is_none_or(|worst| found.size > worst.size) {
                     worst = Some(found);
                 }
@@ -239,7 +235,10 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
 /// each way at least.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
-        let apart = (a.low - b.low).abs().max((a.high - b.high).abs());
+        let apart = {
+            let [a, b] = [a.loads, b.loads];
+            (a.min - b.min).abs().max((a.max - b.max).abs())
+        };
         apart <= ALIKE * span && b.span() >= FULL_SHARE * span
     };
     let mut found = Vec::new();
@@ -267,20 +266,13 @@ fn samples_of(branches: &[Branch]) -> Range<usize> {
 /// have.
 fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
     let all = branches.iter();
-    let low = all.clone().map(|one| one.low).fold(f64::NEG_INFINITY, f64::max);
-    let high = all.clone().map(|one| one.high).fold(f64::INFINITY, f64::min);
-    if branches.len() < 2 || low >= high {
+    let common = MinMax::common(all.clone().map(|one| one.loads));
+    if branches.len() < 2 || common.span() == 0.0 {
         return None;
     }
     let curves: Vec<Curve> = all.map(|branch| Curve::of(branch, loads, outputs)).collect();
-    let apart = even_loads(low, high).map(|load| {
-        let outputs = curves.iter().map(|curve| curve.at(load));
-        let (least, greatest) = outputs
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), output| {
-                (least.min(output), greatest.max(output))
-            });
-        greatest - least
-    });
+    let apart = even_loads(common)
+        .map(|load| curves.iter().map(|curve| curve.at(load)).collect::<MinMax>().span());
     Some(apart.fold(0.0, f64::max))
 }
 

@@ -1,17 +1,19 @@
 //! The numbers behind the figures, one column per axis and recording.
 
+use crate::min_max::MinMax;
 use std::ops::Range;
 
 use rayon::prelude::*;
 
 use crate::questions::metrology::figures::{Place, Run};
+use crate::questions::metrology::lag_rows::{Lags, lags_of};
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{
     MetrologyError, MetrologySettings, Rules, check_per_axis,
 };
 use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
-use crate::scoring::loops::range;
+use crate::scoring::lag::LagRun;
 
 /// Conventional and compensated, in this order.
 pub(crate) const OUTPUTS: usize = 2;
@@ -27,6 +29,9 @@ pub(crate) struct Columns<'a> {
     pub(crate) times: &'a [f64],
     /// Per axis of the table; `None` where the run has no reference for it.
     pub(crate) loads: Vec<Option<Vec<f64>>>,
+    /// Row-major, where all axes of the table have a reference and samples have times.
+    reference: Option<&'a [f64]>,
+    gauges: &'a [f64],
     /// Per output, row-major; an axis becomes a column where it is measured, as those of all would double the memory.
     outputs: [&'a [f64]; OUTPUTS],
 }
@@ -57,6 +62,8 @@ impl<'a> Columns<'a> {
                 .iter()
                 .map(|axis| Some(column(run.reference, run.reference_axes.len(), position(axis)?)))
                 .collect(),
+            reference: (run.reference_axes == axes && !run.is_static).then_some(run.reference),
+            gauges: run.gauges,
             outputs: [run.conventional, run.compensated],
         })
     }
@@ -64,6 +71,12 @@ impl<'a> Columns<'a> {
     /// The reference of every axis of the table; `None` if one is missing.
     pub(crate) fn all_loads(&self) -> Option<Vec<&[f64]>> {
         self.loads.iter().map(Option::as_deref).collect()
+    }
+
+    /// The run as the lag of an output is measured; `None` without times or without a reference for every axis.
+    pub(crate) fn lag_run(&self, output: usize) -> Option<LagRun<'a>> {
+        let (loads, outputs) = (self.reference?, self.outputs[output]);
+        Some(LagRun { times: self.times, gauges: self.gauges, loads, outputs })
     }
 
     /// What an output gives on an axis of the table at a sample.
@@ -97,6 +110,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) dead_bands: Vec<f64>,
     /// Per run: where every axis that has a reference stands still.
     pub(crate) holds: Vec<Vec<Hold>>,
+    pub(crate) lags: Lags,
 }
 
 impl<'a> Measured<'a> {
@@ -120,7 +134,10 @@ impl<'a> Measured<'a> {
                 holds(run.times, &loads, &bands, settings.hold_secs)
             })
             .collect();
-        Ok(Self { axes, full_scale, settings, runs, dead_bands, holds })
+        let mut measured =
+            Self { axes, full_scale, settings, runs, dead_bands, holds, lags: Lags::default() };
+        measured.lags = lags_of(&measured);
+        Ok(measured)
     }
 
     /// Whether every axis of the run that has a reference is near zero in this hold.
@@ -165,11 +182,6 @@ impl<'a> Measured<'a> {
             runs,
         })
     }
-}
-
-/// The range that holds both.
-pub(crate) fn joined(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0.min(b.0), a.1.max(b.1))
 }
 
 /// Finite numbers, none so large that its square would not be.
@@ -221,9 +233,8 @@ impl AxisRun<'_> {
 
 impl AxisView<'_> {
     /// Least and greatest load in all runs.
-    pub(crate) fn range(&self) -> (f64, f64) {
-        let ranges = self.runs.iter().map(|run| range(run.loads));
-        ranges.reduce(joined).expect("there is at least one run")
+    pub(crate) fn range(&self) -> MinMax {
+        self.runs.iter().flat_map(|run| run.loads).collect()
     }
 
     /// From where this axis counts as loaded.

@@ -1,7 +1,9 @@
 //! Why a figure is not there, as a sentence that stands in its place.
 
+use crate::min_max::MinMax;
 use crate::recording::Axis;
 use crate::scoring::holds::NoTimeConstant;
+use crate::scoring::lag::NoLag;
 use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
 use crate::scoring::numbers::significant;
 
@@ -71,6 +73,10 @@ pub enum Reason {
         .axis.symbol(), short(100.0 * .share)
     )]
     NoRecovery { axis: Axis, share: f64 },
+    #[error("the time lag of {} is not known: {reason}", .axis.symbol())]
+    NoLag { axis: Axis, reason: NoLag },
+    #[error("the time lag explains {:.0} % of the mean width of {}: hysteresis is as it stands above", 100.0 * .share, .axis.symbol())]
+    LagExplainsLittle { axis: Axis, share: f64 },
     #[error(transparent)]
     NoTimeConstant(#[from] NoTimeConstant),
     #[error("{} is the loaded axis", .axis.symbol())]
@@ -115,6 +121,8 @@ impl Reason {
             Self::NoReturn { .. } => "no return",
             Self::NoRecovery { .. } => "no zero",
             Self::NoTimeConstant(_) => "no τ",
+            Self::NoLag { .. } => "not known",
+            Self::LagExplainsLittle { .. } => "no lag",
             Self::LoadedAxis { .. } => "·",
             Self::OnlyAxis { .. } => "only axis",
             Self::NeverAlone { .. } => "not alone",
@@ -129,11 +137,14 @@ impl Reason {
     }
 
     /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.
-    pub fn no_cycle(axis: Axis, loops: &Loops, range: (f64, f64), dead_band: f64) -> Self {
+    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, dead_band: f64) -> Self {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);
         match ways.next() {
-            None => Self::ConstantLoad { axis, low: range.0, high: range.1, dead_band },
+            None => {
+                let (low, high) = range.ends().unwrap_or_default();
+                Self::ConstantLoad { axis, low, high, dead_band }
+            }
             Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
             Some(_) => Self::NoCycle { axis },
         }

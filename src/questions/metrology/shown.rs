@@ -273,6 +273,7 @@ mod tests {
         let run = Run {
             name: "a",
             times: &times,
+            gauges: &[],
             reference_axes: &axes,
             reference: &reference,
             conventional: &off(1.0),

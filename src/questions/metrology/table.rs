@@ -2,21 +2,23 @@
 
 use rayon::prelude::*;
 
-use crate::questions::metrology::case_rows;
-use crate::questions::metrology::crosstalk::{Alone, Response, crosstalk_figure, intervals_alone};
+use crate::questions::metrology::case_rows::case_figures;
+use crate::questions::metrology::crosstalk::{Alone, crosstalk_figures, intervals_alone};
 use crate::questions::metrology::dwell_rows::DwellRows;
 use crate::questions::metrology::errors::error_figures;
 use crate::questions::metrology::figures::Value;
 use crate::questions::metrology::figures::{Cell, Figure, Metrology, Note, Row, Run};
 use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::lag_rows;
 use crate::questions::metrology::loop_rows::LoopRows;
 use crate::questions::metrology::measured;
-use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
+use crate::questions::metrology::measured::{Measured, OUTPUTS};
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
 use crate::recording::Axis;
 use crate::scoring::MANY_SAMPLES;
+use crate::scoring::lag::WORTH_REMOVING;
 
 /// A load this much beyond full scale is worth a note …
 pub(crate) const BEYOND: f64 = 1.2;
@@ -47,13 +49,13 @@ pub fn table_by(
         true => (0..axes.len()).map(of_axis).collect(),
         false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
     };
-    let rows = (Quantity::all(axes).into_iter().enumerate())
-        .map(|(row, quantity)| {
+    let rows = (Quantity::all(axes).into_iter())
+        .map(|quantity| {
             let cells = (0..axes.len()).map(|axis| {
-                let figures = by_axis[axis].outputs.each_ref();
+                let figures = by_axis[axis].figures(quantity);
                 let scale = full_scale[axis];
                 let [conventional, compensated] =
-                    figures.map(|all| finished(all[row].clone(), quantity, axes[axis], scale));
+                    figures.map(|found| finished(found, quantity, axes[axis], scale));
                 Cell {
                     axis: axes[axis],
                     unit: if quantity.is_time() { "s" } else { axes[axis].unit() },
@@ -75,91 +77,76 @@ pub fn table_by(
     })
 }
 
-/// All figures of one axis.
+/// The figures of one axis.
 pub(crate) struct AxisFigures {
-    /// In the order of [`Quantity::all`].
-    pub(crate) outputs: [Vec<Result<Found>>; OUTPUTS],
+    outputs: [Vec<(Quantity, Result<Found>)>; OUTPUTS],
+    /// Why there is none of the other quantities.
+    missing: Reason,
     /// What the largest cycle spans, as a share of the range.
-    pub(crate) cycle_share: Option<f64>,
+    cycle_share: Option<f64>,
+    /// The share of the conventional loop's mean width that its lag explains.
+    lag_share: Option<f64>,
 }
 
 impl AxisFigures {
     pub(crate) fn of(measured: &Measured<'_>, alone: &[Alone], axis: usize) -> Self {
-        let n_axes = measured.axes.len();
         let view = match measured.axis(axis) {
             Ok(view) => view,
-            Err(reason) => {
-                let n_rows = Quantity::all(measured.axes).len();
+            Err(missing) => {
                 return Self {
-                    outputs: std::array::from_fn(|_| vec![Err(reason.clone()); n_rows]),
+                    outputs: Default::default(),
+                    missing,
                     cycle_share: None,
+                    lag_share: None,
                 };
             }
         };
+        let missing = Reason::NoTimes { axis: view.axis };
+        let common = |output| {
+            let crosstalk = crosstalk_figures(measured, alone, axis, output);
+            crosstalk.into_iter().chain(error_figures(&view, output))
+        };
         if measured.runs.iter().any(|run| run.is_static) {
-            return Self::of_load_cases(measured, alone, axis, &view);
+            let figures = |output| common(output).chain(case_figures(&view, output)).collect();
+            let outputs = std::array::from_fn(figures);
+            return Self { outputs, missing, cycle_share: None, lag_share: None };
         }
         let [loops, halved, doubled] =
             [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.dead_band));
         let dwells = DwellRows::of(&view);
-        let figures = |output| {
-            let all = [&halved, &doubled].map(|other| other.figures(output));
+        let of_lag: [_; OUTPUTS] =
+            std::array::from_fn(|output| lag_rows::figures(&view, axis, output));
+        let figures = |output: usize| {
+            let others = [&halved, &doubled].map(|other| other.figures(output));
             let mut of_loops = loops.figures(output);
-            for (at, found) in of_loops.iter_mut().enumerate() {
+            for (quantity, found) in &mut of_loops {
                 if let Ok(Found { basis: Some(basis), .. }) = found {
-                    let [halved, doubled] =
-                        [0, 1].map(|other| all[other][at].as_ref().ok().map(|found| found.size));
-                    (basis.dead_band_halved, basis.dead_band_doubled) = (halved, doubled);
+                    let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.size);
+                    [basis.dead_band_halved, basis.dead_band_doubled] = others.each_ref().map(size);
                 }
             }
-            let crosstalk = [Response::AtFullLoad, Response::Largest].into_iter();
-            let crosstalk = crosstalk.flat_map(|response| {
-                let axes = (0..n_axes).map(move |loaded| (loaded, axis));
-                axes.map(move |axes| crosstalk_figure(measured, alone, axes, response, output))
-            });
-            (of_loops.into_iter())
+            let of_lag = [Quantity::TimeLag, Quantity::HysteresisWithoutLag]
+                .into_iter()
+                .zip(of_lag[output].0.clone());
+            (of_loops.into_iter().chain(of_lag))
                 .chain(dwells.figures(output))
-                .chain(crosstalk)
-                .chain(error_figures(&view, output))
+                .chain(common(output))
                 .collect()
         };
-        Self { outputs: std::array::from_fn(figures), cycle_share: loops.share_of_range() }
+        let outputs = std::array::from_fn(figures);
+        Self { outputs, missing, cycle_share: loops.share_of_range(), lag_share: of_lag[0].1 }
+    }
+
+    /// The figure of each output.
+    fn figures(&self, quantity: Quantity) -> [Result<Found>; OUTPUTS] {
+        let found = |all: &Vec<_>| figure(all, quantity).cloned();
+        let missing = || Err(self.missing.clone());
+        self.outputs.each_ref().map(|all| found(all).unwrap_or_else(missing))
     }
 }
 
-impl AxisFigures {
-    /// Of rows without times: what takes no order of samples, and the reason in place of the others.
-    pub(crate) fn of_load_cases(
-        measured: &Measured<'_>,
-        alone: &[Alone],
-        axis: usize,
-        view: &AxisView<'_>,
-    ) -> Self {
-        let crosstalk =
-            |axes, response, output| crosstalk_figure(measured, alone, axes, response, output);
-        let figures = |output| {
-            let rows = Quantity::all(measured.axes).into_iter();
-            let mut errors = error_figures(view, output).into_iter();
-            let figure = |quantity| match quantity {
-                Quantity::BestFitNonlinearity => case_rows::nonlinearity(view, output),
-                Quantity::Repeatability => case_rows::repeatability(view, output),
-                Quantity::Crosstalk(from) | Quantity::CrosstalkDeviation(from) => {
-                    let loaded = measured.axes.iter().position(|own| *own == from);
-                    let response = match quantity {
-                        Quantity::Crosstalk(_) => Response::AtFullLoad,
-                        _ => Response::Largest,
-                    };
-                    crosstalk((loaded.unwrap_or(0), axis), response, output)
-                }
-                Quantity::Rmse | Quantity::LargestError | Quantity::Error95 => {
-                    errors.next().unwrap_or(Err(Reason::NoTimes { axis: view.axis }))
-                }
-                _ => Err(Reason::NoTimes { axis: view.axis }),
-            };
-            rows.map(figure).collect()
-        };
-        Self { outputs: std::array::from_fn(figures), cycle_share: None }
-    }
+fn figure(all: &[(Quantity, Result<Found>)], quantity: Quantity) -> Option<&Result<Found>> {
+    all.iter().find(|(own, _)| *own == quantity).map(|(_, found)| found)
 }
 
 /// The rows of all load cases as one run, in which the order says nothing.
@@ -195,6 +182,7 @@ impl<'a> LoadCases<'a> {
         Run {
             name: "all load cases",
             times: &self.times,
+            gauges: &[],
             reference_axes: self.axes,
             reference: &self.reference,
             conventional: &self.conventional,
@@ -231,7 +219,11 @@ pub(crate) fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Not
     let of_axes = (by_axis.iter().enumerate()).flat_map(|(at, figures)| {
         let small = figures.cycle_share.filter(|share| *share < SMALL);
         let small = small.map(|share| Note::SmallCycle { axis: measured.axes[at], share });
-        full_scale_note(measured, at).into_iter().chain(small)
+        let lag = figures.lag_share.filter(|share| *share > WORTH_REMOVING);
+        let lag = lag.zip(measured.lags[0][at].as_ref().ok());
+        let axis = measured.axes[at];
+        let lag = lag.map(|(share, lag)| Note::Lag { axis, seconds: lag.seconds, share });
+        full_scale_note(measured, at).into_iter().chain(small).chain(lag)
     });
     missing.into_iter().chain(of_axes).collect()
 }

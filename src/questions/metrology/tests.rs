@@ -2,6 +2,8 @@
 
 use crate::questions::metrology::*;
 use crate::recording::Axis;
+use crate::recording::simulated;
+use crate::recording::simulated::{LAG_SECS, Late, PLAY_NEWTONS};
 use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::loops::LoadExtent;
 
@@ -28,6 +30,7 @@ impl One {
         Run {
             name: "one",
             times: &self.times,
+            gauges: &[],
             reference_axes: &[Axis::Fz],
             reference: &self.load,
             conventional: &self.conventional,
@@ -281,6 +284,7 @@ fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
     let run = Run {
         name: "two",
         times: &times,
+        gauges: &[],
         reference_axes: &axes,
         reference: &reference,
         conventional: &conventional,
@@ -370,7 +374,7 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
     let load = held();
     let json = serde_json::to_value(One::new(load.clone(), load).table(10.0)).unwrap();
     let rows = json["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 16);
+    assert_eq!(rows.len(), 18);
     for row in rows {
         assert!(
             row["id"].is_string() && row["definition"].is_string() && row["source"].is_string()
@@ -437,6 +441,7 @@ fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     let run = Run {
         name: "bench",
         times: &times,
+        gauges: &[],
         reference_axes: &[Axis::Fx, Axis::Fy],
         reference: &reference,
         conventional: &output,
@@ -525,4 +530,44 @@ fn what_does_not_fit_together_is_refused() {
     let short = Run { compensated: &one.compensated[1..], ..one.run() };
     let refused = of(short, &[1.0]);
     assert!(matches!(refused, Err(MetrologyError::Shape { expected: 10, actual: 9, .. })));
+}
+
+/// A low-pass of 30 ms is a lag and no hysteresis; play is hysteresis and no lag.
+#[test]
+fn a_lag_and_hysteresis_have_rows_of_their_own() {
+    for (late, tau) in [(Late::Lag, LAG_SECS), (Late::Both, LAG_SECS), (Late::Hysteresis, 0.0)] {
+        let recordings = simulated::late(7, late);
+        let outputs: Vec<Vec<f64>> = (recordings.iter())
+            .map(|own| own.gauges().iter().step_by(2).map(|gauge| gauge / 0.08).collect())
+            .collect();
+        let runs: Vec<Run<'_>> = (recordings.iter().zip(&outputs))
+            .map(|(own, outputs)| Run {
+                name: own.name(),
+                times: own.times(),
+                gauges: own.gauges(),
+                reference_axes: own.axes(),
+                reference: own.loads(),
+                conventional: outputs,
+                compensated: outputs,
+                is_static: false,
+            })
+            .collect();
+        let table = table_of(&runs, &[Axis::Fz], &[10.0]);
+        let lag = value(&fz(&table, Quantity::TimeLag).conventional);
+        assert!((lag - tau).abs() < 0.001, "{late:?}: {lag}");
+        let has_note = table.notes.iter().any(|note| matches!(note, Note::Lag { .. }));
+        assert_eq!(has_note, late != Late::Hysteresis);
+        let without = &fz(&table, Quantity::HysteresisWithoutLag).conventional;
+        match late {
+            Late::Hysteresis => {
+                assert!(matches!(without, Err(Reason::LagExplainsLittle { .. })), "{without:?}")
+            }
+            _ => {
+                let play = if late == Late::Both { 2.0 * PLAY_NEWTONS } else { 0.0 };
+                let left = value(without);
+                assert!((left - play).abs() < (0.1 * play).max(0.05), "{late:?}: {left}");
+                assert!(value(&fz(&table, Quantity::Hysteresis).conventional) > left + 0.5);
+            }
+        }
+    }
 }

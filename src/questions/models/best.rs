@@ -1,8 +1,9 @@
-//! Finding the model to calibrate with: sensible candidates in the order of their cost, each scored by nested
-//! cross-validation, and the simplest that is within one standard error of the best.
+//! Finding the model to calibrate with: candidates that follow from the list of blocks, each scored on recordings that it has
+//! not seen, and the one rule of choice ([`ErrorBlocks`]) over them.
 //!
 //! Guarantees: for each fold everything is done again without it, as it would be if its recordings had never been made: the
-//! conventional calibration, thresholds, the values of blocks, ridge, what learns. Recordings in the test role take no part.
+//! conventional calibration, thresholds, the values of blocks, ridge, what learns. What is left out is predicted from a cold
+//! start. Recordings in the test role take no part.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,94 +11,41 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::calibration::{
-    Calibration, FitSettings, Quality, Regressor, RidgeChoice, Scores, SettingsError,
+    Calibration, ErrorBlocks, FitSettings, Learner, Refusal, Regressor, RidgeChoice, Scores,
+    weighed,
 };
-use crate::features::{
-    Auxiliary, BLOCKS, Block, Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial,
-    Thresholds,
-};
+use crate::features::{Blocks, FeatureSettings, Thresholds};
 use crate::progress::Progress;
-use crate::questions::dataset::Datasets;
 use crate::questions::error::AnalysisError;
+use crate::questions::models::folds::{Folds, n_samples};
+use crate::questions::models::recipes::{self, Recipe};
+use crate::questions::models::side::{Effort, Side};
 use crate::questions::models::table::{Mark, Model, ModelRow, model_table, weights};
-use crate::questions::models::training::train_unscored;
-use crate::questions::request::Request;
-use crate::questions::thresholds::study::Study;
-use crate::questions::thresholds::{Measure, ScoreSet, ThresholdGrid, paired};
-use crate::recording::{Entry, RECORDING, RecordingSet, Role};
+use crate::questions::thresholds::ScoreSet;
+use crate::recording::{RecordingSet, Role};
 use crate::report::Table;
 use crate::scoring::numbers::significant;
 
-/// More folds than this are put together: each costs a whole search.
-const MAX_FOLDS: usize = 5;
-/// How much wider one standard error is that is known from 2, 3, 4, 5 folds only: Student's t at the share that lies within one
-/// standard deviation of a normal distribution.
-const OF_FOLDS: [f64; MAX_FOLDS - 1] = [1.837, 1.321, 1.197, 1.142];
-/// With fewer groups than can be left out, each recording is cut into so many.
-const SEGMENTS: usize = 4;
-/// Values of F_th and of t_th that are tried.
-const GRID: usize = 12;
 /// More training samples than this are thinned out while models are compared.
 const ENOUGH_SAMPLES: usize = 60_000;
-/// Epochs of a network while models are compared.
-const EPOCHS: usize = 60;
-/// The degree of a polynomial.
-const DEGREE: f64 = 2.0;
-
-/// A way to calibrate, its numbers still open: they are chosen from the training recordings.
-#[derive(Clone, Copy, Debug)]
-pub struct Recipe {
-    /// What people call it.
-    pub name: &'static str,
-    /// Whether there is a look-back.
-    look_back: bool,
-    /// Other blocks.
-    blocks: &'static [&'static dyn Block],
-    regressor: Regressor,
-}
-
-const fn linear(
-    name: &'static str,
-    look_back: bool,
-    blocks: &'static [&'static dyn Block],
-) -> Recipe {
-    Recipe { name, look_back, blocks, regressor: Regressor::Linear }
-}
-
-const fn learned(
-    name: &'static str,
-    blocks: &'static [&'static dyn Block],
-    regressor: Regressor,
-) -> Recipe {
-    Recipe { name, look_back: false, blocks, regressor }
-}
-
-/// What is tried, cheap ones first.
-pub const RECIPES: &[Recipe] = &[
-    linear("Conventional", false, &[]),
-    linear("Polynomial", false, &[&Polynomial]),
-    linear("Look-back", true, &[]),
-    linear("Lag", false, &[&FixedLag]),
-    linear("Creep", false, &[&Creep]),
-    linear("Play", false, &[&Play]),
-    linear("Look-back + polynomial", true, &[&Polynomial]),
-    linear("Creep + polynomial", false, &[&Creep, &Polynomial]),
-    linear("Play + polynomial", false, &[&Play, &Polynomial]),
-    linear("Play + creep", false, &[&Play, &Creep]),
-    linear("Play + creep + polynomial", false, &[&Play, &Creep, &Polynomial]),
-    linear("Everything", true, &[&FixedLag, &Creep, &Play, &Polynomial]),
-    learned("Linear + kernel", &[], Regressor::HybridKernel),
-    learned("Linear + kernel on play", &[&Play], Regressor::HybridKernel),
-    learned("Linear + kernel on play and creep", &[&Play, &Creep], Regressor::HybridKernel),
-    learned("Linear + network on play and creep", &[&Play, &Creep], Regressor::HybridNetwork),
-];
-
-/// Tried, too, where the recordings have auxiliary channels; from there on all candidates take them, and leave away what does not help.
-const AUXILIARY: Recipe = linear("Auxiliary channels", false, &[&Auxiliary]);
-/// How a gauge may follow them (s): at once, and more and more slowly.
-const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
-/// A lag must bring the squared error below this share of that without one.
-const LAG_HELPS: f64 = 0.9;
+/// Training of all that learns, to see which can win.
+const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, hidden: &[32, 32] };
+/// Training of those that can.
+const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, hidden: &[64, 64] };
+/// What learns can win if its error after a short training is below this multiple of the lowest.
+const CAN_WIN: f64 = 1.3;
+/// The best of each learner is trained longer if it can be taken and its error is below this multiple of the lowest.
+const NEARLY_BEST: f64 = 1.05;
+/// No more of them are trained fully.
+const MOST_TRAINED: usize = 4;
+/// How many times more landmarks the best kernel gets in the end, and how many times longer the best network is trained.
+const FURTHER: [(Learner, usize); 2] = [(Learner::Kernel, 2), (Learner::Network, 4)];
+/// A block of errors is so many times longer than the time over which they are correlated.
+const TIMES_CORRELATED: usize = 4;
+/// No recording is cut into more blocks.
+const MOST_BLOCKS: usize = 50;
+/// The smallest proposed model errs at most by this share more than the most accurate one.
+pub const WITHIN: f64 = 0.05;
 
 /// What is asked.
 #[derive(Clone, Debug)]
@@ -108,38 +56,42 @@ pub struct Search {
     pub settings: FitSettings,
     /// No candidate is begun after so long.
     pub time_limit: Duration,
+    /// How much larger the error of the smallest model may be than that of the most accurate one, as a share.
+    pub within: f64,
 }
 
 /// A candidate that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// What it is.
-    pub name: &'static str,
+    /// Its name.
+    pub name: String,
     /// The blocks in words; empty without any.
     pub blocks: String,
     /// How the load is made of them.
     pub regressor: Regressor,
-    /// Its settings, with the numbers that all training recordings ask for, and how it came out over all folds. Recordings in
-    /// the test role have no say in the choice.
+    /// Its settings, with the numbers that all training recordings ask for, and its errors over all folds. Recordings in the test
+    /// role have no say in the choice.
     #[serde(flatten)]
     pub model: Model,
     /// The root of its mean squared error, each axis relative to the conventional calibration: 1 is no better.
     pub relative: f64,
-    /// Whether it is within one standard error of the best.
-    pub is_good: bool,
-    /// Whether it is proposed: the first of the good ones.
+    /// Whether it is the most accurate, which is proposed.
     pub is_proposed: bool,
-    /// Squared errors, `n_folds × n_axes`.
+    /// Whether it is the smallest that is nearly as accurate.
+    pub is_smallest: bool,
+    /// Why it cannot be taken; `None` where it can.
+    pub refused: Option<String>,
+    /// Summed squared errors, `n_blocks × n_axes`.
     #[serde(skip)]
     squares: Vec<f64>,
 }
 
 impl Tried {
-    /// Whether it is the one to take.
+    /// Returns what it is in the choice.
     pub fn mark(&self) -> Mark {
-        match (self.is_proposed, self.is_good) {
+        match (self.is_proposed, self.is_smallest) {
             (true, _) => Mark::Proposed,
-            (false, true) => Mark::Good,
+            (false, true) => Mark::Smallest,
             (false, false) => Mark::None,
         }
     }
@@ -148,7 +100,7 @@ impl Tried {
     fn row(&self) -> ModelRow<'_> {
         ModelRow {
             mark: self.mark().cell(),
-            name: self.name,
+            name: &self.name,
             data: "",
             settings: &self.model.settings,
             state: Ok(&self.model),
@@ -159,96 +111,141 @@ impl Tried {
 /// How a search came out, or how far it is.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Best {
-    /// What was tried, in the order of cost.
+    /// The candidates that were tried, in their order.
     pub tried: Vec<Tried>,
-    /// What could not be tried, and why.
-    pub failed: Vec<(&'static str, String)>,
-    /// How many candidates the time did not allow.
+    /// Candidates that could not be tried, each with the reason.
+    pub failed: Vec<(String, String)>,
+    /// Networks and kernels that a short training ruled out, each with its relative error there.
+    pub ruled_out: Vec<(String, f64)>,
+    /// Number of candidates that the time did not allow.
     pub n_left: usize,
-    /// How many folds were left out in turn.
+    /// Number of folds that were left out in turn.
     pub n_folds: usize,
-    /// What a fold is, in words.
+    /// Description of a fold.
     pub folds: String,
-    /// Of each recording every so many-th sample was used.
+    /// Decimation of the recordings while models were compared.
     pub decimation: usize,
+    /// How much larger the error of the smallest model may be, as a share.
+    pub within: f64,
+    /// The blocks over which errors are compared.
+    #[serde(skip)]
+    cut: Cut,
 }
 
 impl Best {
-    /// What is proposed; `None` while nothing is tried.
+    /// Returns the most accurate candidate; `None` while nothing is tried.
     pub fn proposed(&self) -> Option<&Tried> {
         self.tried.iter().find(|tried| tried.is_proposed)
     }
 
-    /// Why the proposed one is proposed, in a sentence; `None` while nothing is tried.
-    pub fn why(&self) -> Option<String> {
-        let proposed = self.proposed()?;
-        let lowest = self.lowest()?;
-        let percent = |own: &Tried| format!("{} %", significant(100.0 * own.relative, 3));
-        let of_all = format!("of the conventional error ({})", self.folds);
-        Some(match lowest.name == proposed.name {
-            true => format!(
-                "Proposed: {}. Of {} tried it has the lowest error, {} {of_all}, and nothing cheaper is within one standard error of it",
-                proposed.name,
-                self.tried.len(),
-                percent(proposed)
-            ),
-            false => format!(
-                "Proposed: {}. Its error, {} {of_all}, is within one standard error of the lowest, {} of {}, and nothing cheaper is",
-                proposed.name,
-                percent(proposed),
-                percent(lowest),
-                lowest.name
-            ),
-        })
+    /// Returns the smallest candidate that is nearly as accurate; `None` while nothing is tried.
+    pub fn smallest(&self) -> Option<&Tried> {
+        self.tried.iter().find(|tried| tried.is_smallest)
     }
 
-    /// What else there is to know of the search, a sentence each.
+    /// Returns why the proposed one is proposed, and which is the smallest, a sentence each.
+    pub fn why(&self) -> Vec<String> {
+        let (Some(proposed), Some(smallest)) = (self.proposed(), self.smallest()) else {
+            return Vec::new();
+        };
+        let percent = |own: &Tried| format!("{} %", significant(100.0 * own.relative, 3));
+        let cost = |own: &Tried| {
+            let cost = &own.model.cost;
+            format!("{} parameters, {} bytes", cost.coefficients, cost.bytes)
+        };
+        if proposed.name == self.tried[0].name {
+            return vec![format!(
+                "Proposed: {}. None of the {} others is surely better (90 % confidence over {} blocks of left-out samples) without \
+                 harm to a group",
+                proposed.name,
+                self.tried.len() - 1,
+                self.cut.blocks.samples.len()
+            )];
+        }
+        let first = format!(
+            "Proposed: {}, the most accurate: {} of the conventional error ({}); {}",
+            proposed.name,
+            percent(proposed),
+            self.folds,
+            cost(proposed)
+        );
+        let within = significant(100.0 * self.within, 2);
+        let second = match smallest.name == proposed.name {
+            true => format!("It is also the smallest within {within} %"),
+            false => format!(
+                "Smallest within {within} % of it: {}, {} of the conventional error; {}",
+                smallest.name,
+                percent(smallest),
+                cost(smallest)
+            ),
+        };
+        vec![first, second]
+    }
+
+    /// Returns what else there is to know of the search, a sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
+        let lowest = self.proposed().map_or(1.0, |own| own.relative);
+        // Only what looks better than the proposal needs its reason.
+        let refused = self.tried.iter().filter(|own| own.relative < lowest);
+        remarks.extend(refused.filter_map(|own| {
+            let why = own.refused.as_ref()?;
+            Some(format!("{} is not proposed: {why}", own.name))
+        }));
         if self.n_left > 0 {
             let n = self.n_left;
             remarks.push(format!("The time did not allow {n} more; a longer limit does"));
         }
         let failed = self.failed.iter();
         remarks.extend(failed.map(|(name, why)| format!("{name} could not be tried: {why}")));
+        if !self.ruled_out.is_empty() {
+            let (n, at) = (self.ruled_out.len(), significant(100.0 * self.least_ruled_out(), 3));
+            remarks.push(format!(
+                "A short training ruled out {n} networks and kernels, the best of them with {at} % of the conventional error"
+            ));
+        }
         remarks
     }
 
-    /// Takes one more, and says anew which are good.
-    fn push(&mut self, mut tried: Tried, fold_samples: &[u64]) {
+    fn least_ruled_out(&self) -> f64 {
+        self.ruled_out.iter().map(|(_, relative)| *relative).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Adds a candidate, and chooses anew.
+    fn push(&mut self, mut tried: Tried) {
         // The first is always the conventional calibration.
-        let conventional = self.tried.first().unwrap_or(&tried);
-        let reference = conventional.squares.clone();
+        let conventional = self.tried.first().unwrap_or(&tried).clone();
         tried.model.conventional = conventional.model.scores.clone();
         tried.model.left_out.clone_from(&self.folds);
+        let rmse = tried.model.conventional.cv_rmse.as_deref();
+        let weights = weights(rmse.unwrap_or_default());
+        let of = |own: &Tried| weighed(&own.squares, &weights);
+        let (own, reference) = (of(&tried), of(&conventional));
         // Where nothing has an error there is nothing to be better at.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
-        let conventional = tried.model.conventional.cv_rmse.as_deref();
-        let weights = weights(conventional.unwrap_or_default());
-        let against =
-            |own: &Tried, other: &[f64]| paired(&own.squares, other, fold_samples, &weights);
-        let spread = against(&tried, &reference).map_or(0.0, |found| found.standard_error);
-        tried.model.spread = Some(spread);
+        tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
         self.tried.push(tried);
-        let best = self.lowest().map(|best| best.squares.clone());
-        let best = best.unwrap_or_default();
-        let few = OF_FOLDS[fold_samples.len().clamp(2, MAX_FOLDS) - 2];
-        for own in &mut self.tried {
-            own.is_good = against(own, &best)
-                .is_none_or(|found| found.difference <= few * found.standard_error);
-        }
-        let first = self.tried.iter().position(|own| own.is_good);
-        for (at, own) in self.tried.iter_mut().enumerate() {
-            own.is_proposed = Some(at) == first;
+        let mut order: Vec<usize> = (0..self.tried.len()).collect();
+        order[1..].sort_by_key(|at| {
+            let cost = &self.tried[*at].model.cost;
+            (cost.bytes, cost.coefficients)
+        });
+        let squares: Vec<Vec<f64>> = order.iter().map(|at| of(&self.tried[*at])).collect();
+        let choice = self.cut.blocks.choose(order.len(), self.within, |at| &squares[at]);
+        for (position, (at, refused)) in order.into_iter().zip(choice.refused).enumerate() {
+            let own = &mut self.tried[at];
+            own.is_proposed = position == choice.accurate;
+            own.is_smallest = position == choice.smallest;
+            own.refused = refused.map(|refused| self.cut.words(refused));
         }
     }
 
-    fn lowest(&self) -> Option<&Tried> {
-        let by_error = |a: &&Tried, b: &&Tried| a.relative.total_cmp(&b.relative);
-        self.tried.iter().min_by(by_error)
+    /// Returns the lowest relative error.
+    fn lowest(&self) -> f64 {
+        self.tried.iter().map(|own| own.relative).fold(f64::INFINITY, f64::min)
     }
 
-    /// One row per candidate: its errors on these samples, what it costs, and whether it is good.
+    /// One row per candidate: its errors on these samples, what it costs, and its place in the choice.
     pub fn table(&self, set: ScoreSet) -> Table {
         let axes = (self.tried.first()).map_or(&[][..], |tried| &tried.model.axes);
         let folds = match set {
@@ -257,147 +254,348 @@ impl Best {
         };
         Table {
             title: format!("RMSE, {}{folds}", set.label()),
-            note: "→ proposed: the first within one standard error of the best; = within it, too"
-                .to_owned(),
+            note: format!(
+                "→ proposed: the most accurate; = the smallest within {} % of it",
+                significant(100.0 * self.within, 2)
+            ),
             ..model_table(axes, &[set], self.tried.iter().map(Tried::row))
         }
     }
 }
 
-/// Tries the candidates, and shows what is known after each.
+/// How the left-out recordings are cut into the blocks over which errors are compared.
+#[derive(Clone, Debug, Default)]
+struct Cut {
+    blocks: ErrorBlocks,
+    /// For each fold and each recording that is left out, its number of blocks.
+    of_recordings: Vec<Vec<usize>>,
+    /// The names of the groups.
+    groups: Vec<String>,
+}
+
+impl Cut {
+    /// Cuts by the conventional calibration's errors: blocks are longer than the time over which these are correlated.
+    fn of(folds: &Folds, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Self {
+        let length = TIMES_CORRELATED * correlated(errors, n_axes);
+        let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
+        let mut cut = Self { groups: folds.parts.clone(), ..Self::default() };
+        for (fold, errors) in folds.folds.iter().zip(errors) {
+            let of_recordings = fold.parts.iter().zip(errors).map(|(part, own)| {
+                let n = own.len() / n_axes;
+                let count = (n / length).clamp(fewest, MOST_BLOCKS).min(n.max(1));
+                let ends = (0..=count).map(|at| at * n / count);
+                let lengths = ends.clone().zip(ends.skip(1)).map(|(start, end)| end - start);
+                cut.blocks.samples.extend(lengths.map(|length| length as f64));
+                cut.blocks.groups.extend(std::iter::repeat_n(*part, count));
+                count
+            });
+            let of_recordings = of_recordings.collect();
+            cut.of_recordings.push(of_recordings);
+        }
+        cut
+    }
+
+    /// Sums squared errors over each block, `n_blocks × n_axes`.
+    fn squares(&self, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Vec<f64> {
+        let mut squares = Vec::new();
+        for (counts, errors) in self.of_recordings.iter().zip(errors) {
+            for (&count, own) in counts.iter().zip(errors) {
+                let n = own.len() / n_axes;
+                for at in 0..count {
+                    let block = &own[at * n / count * n_axes..(at + 1) * n / count * n_axes];
+                    let of_axis = |axis| block.iter().skip(axis).step_by(n_axes);
+                    squares.extend(
+                        (0..n_axes).map(|axis| of_axis(axis).map(|own| own * own).sum::<f64>()),
+                    );
+                }
+            }
+        }
+        squares
+    }
+
+    fn words(&self, refused: Refusal) -> String {
+        match refused {
+            Refusal::NotBetter => {
+                "its error is not below the conventional one with 90 % confidence".to_owned()
+            }
+            Refusal::Harms { group, ratio } => {
+                let ratio = significant(ratio, 2);
+                format!("unstable: {ratio} times the conventional error on {}", self.groups[group])
+            }
+        }
+    }
+}
+
+/// Returns the number of samples after which errors are no longer correlated: their autocorrelation around zero is below 1/e. An
+/// offset that stays for a whole recording makes it as long as the recording.
+fn correlated(errors: &[Vec<Vec<f64>>], n_axes: usize) -> usize {
+    let all = || errors.iter().flatten();
+    let longest = all().map(|own| own.len() / n_axes).max().unwrap_or(1);
+    let mut lag = 1;
+    while lag < longest {
+        let mut sum = 0.0;
+        for axis in 0..n_axes {
+            let (mut products, mut squares) = (0.0, 0.0);
+            for own in all() {
+                let of_axis = || own.iter().skip(axis).step_by(n_axes);
+                products += of_axis().zip(of_axis().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+                squares += of_axis()
+                    .take((own.len() / n_axes).saturating_sub(lag))
+                    .map(|a| a * a)
+                    .sum::<f64>();
+            }
+            sum += if squares > 0.0 { products / squares } else { 0.0 };
+        }
+        if sum < n_axes as f64 / std::f64::consts::E {
+            break;
+        }
+        lag *= 2;
+    }
+    lag
+}
+
+/// Tries the candidates, and shows the result after each.
 ///
 /// # Errors
-/// [`AnalysisError`] where there is nothing to calibrate, or somebody asked to stop.
+/// [`AnalysisError`] where there is nothing to calibrate, or the search is cancelled.
 pub fn find_best(
     search: &Search,
     progress: &Progress,
     show: &(dyn Fn(&Best) + Sync),
 ) -> Result<Best, AnalysisError> {
-    let start = Instant::now();
     search.settings.validate()?;
-    let (folds, what) = folds(&search.recordings)?;
-    let n_samples = |set: &RecordingSet, role| -> usize {
-        let own = set.entries().iter().filter(|entry| entry.role == role);
-        own.map(|entry| entry.recording.n_samples()).sum()
-    };
-    let n_train = n_samples(&search.recordings, Role::Train);
-    let asked = search.settings.decimation;
-    let thinned = asked.max(n_train.div_ceil(ENOUGH_SAMPLES));
-    let common = FitSettings {
-        features: FeatureSettings {
-            distance: search.settings.features.distance,
-            ..FeatureSettings::present()
-        },
-        regressor: Regressor::Linear,
-        ridge: RidgeChoice::ByBlock,
-        decimation: thinned,
-        ..search.settings.clone()
-    };
-    let mut best =
-        Best { n_folds: folds.len(), folds: what, decimation: thinned, ..Best::default() };
-    let mut whole = Side::new(Arc::clone(&search.recordings), &common);
-    whole.settle_auxiliary(progress)?;
-    let mut folds: Vec<Side> = (folds.into_iter())
-        .map(|set| Side { auxiliary: whole.auxiliary.clone(), ..Side::new(Arc::new(set), &common) })
-        .collect();
-    let (first, others) = RECIPES.split_at(1);
-    let with_auxiliary = (!whole.auxiliary.is_empty()).then_some(&AUXILIARY);
-    let recipes: Vec<&Recipe> = first.iter().chain(with_auxiliary).chain(others).collect();
-    progress.add_total((recipes.len() * (folds.len() + 1)) as u64);
-    for (at, &recipe) in recipes.iter().enumerate() {
-        progress.check()?;
-        if at > 0 && start.elapsed() > search.time_limit {
-            best.n_left = recipes.len() - at;
+    let mut running = Running::new(search, progress)?;
+    let linear = recipes::linear(!running.whole.auxiliary.is_empty());
+    let mut learned = recipes::learned();
+    let n_candidates = linear.len() + learned.len();
+    progress.add_total((n_candidates + MOST_TRAINED + FURTHER.len()) as u64);
+    let mut short = Vec::new();
+    let n_linear = linear.len();
+    for (at, recipe) in linear.into_iter().enumerate() {
+        if at > 0 && running.is_out_of_time() {
+            running.best.n_left = n_linear - at + learned.len();
+            return Ok(running.best);
+        }
+        running.try_fully(&recipe)?;
+        show(&running.best);
+    }
+    while !learned.is_empty() {
+        if running.is_out_of_time() {
+            running.best.n_left = learned.len();
             break;
         }
+        let recipe = learned.remove(0);
         let since = Instant::now();
-        match try_one(recipe, asked, &mut whole, &mut folds, progress) {
-            Ok((mut tried, fold_samples)) => {
-                let seconds = since.elapsed().as_secs_f64();
+        match running.errors(&recipe, SHORT) {
+            Ok(errors) => {
+                let relative = running.relative(&errors);
+                log::debug!(
+                    "{}, short: {relative:.3}, {:.2} s",
+                    recipe.name,
+                    since.elapsed().as_secs_f64()
+                );
+                short.push((relative, recipe));
+            }
+            Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(error) => running.best.failed.push((recipe.name, error.to_string())),
+        }
+        progress.advance(1);
+    }
+    short.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let least = short.first().map_or(f64::INFINITY, |(relative, _)| *relative);
+    let reach = CAN_WIN * least.min(running.best.lowest());
+    let n_trained = short.iter().take_while(|(relative, _)| *relative < reach).count();
+    let passed = short.split_off(n_trained.min(MOST_TRAINED));
+    running.best.ruled_out = passed.into_iter().map(|(own, recipe)| (recipe.name, own)).collect();
+    for (at, (_, recipe)) in short.iter().enumerate() {
+        if running.is_out_of_time() {
+            running.best.n_left += short.len() - at;
+            break;
+        }
+        running.try_fully(recipe)?;
+        show(&running.best);
+    }
+    for (learner, times) in FURTHER {
+        let Some(recipe) = running.best_of(learner, &short) else { continue };
+        match running.is_out_of_time() {
+            true => running.best.n_left += 1,
+            false => running.try_fully(&recipe.longer(times))?,
+        }
+    }
+    show(&running.best);
+    Ok(running.best)
+}
+
+/// A search that runs.
+struct Running<'a> {
+    search: &'a Search,
+    progress: &'a Progress,
+    start: Instant,
+    folds: Folds,
+    /// All training recordings.
+    whole: Side,
+    /// The folds' own.
+    sides: Vec<Side>,
+    n_axes: usize,
+    best: Best,
+}
+
+impl<'a> Running<'a> {
+    fn new(search: &'a Search, progress: &'a Progress) -> Result<Self, AnalysisError> {
+        let start = Instant::now();
+        let folds = Folds::of(&search.recordings)?;
+        let n_train = n_samples(&search.recordings, Role::Train);
+        let thinned = search.settings.decimation.max(n_train.div_ceil(ENOUGH_SAMPLES));
+        let common = FitSettings {
+            features: FeatureSettings {
+                distance: search.settings.features.distance,
+                ..FeatureSettings::present()
+            },
+            regressor: Regressor::Linear,
+            ridge: RidgeChoice::ByBlock,
+            decimation: thinned,
+            ..search.settings.clone()
+        };
+        let mut whole = Side::new(Arc::clone(&folds.whole), &common);
+        whole.settle_auxiliary(progress)?;
+        let side = |set: &Arc<RecordingSet>| {
+            let mut side = Side::new(Arc::clone(set), &common);
+            side.auxiliary.clone_from(&whole.auxiliary);
+            side
+        };
+        let best = Best {
+            n_folds: folds.n_left_out,
+            folds: folds.what.clone(),
+            decimation: thinned,
+            within: search.within,
+            ..Best::default()
+        };
+        Ok(Self {
+            search,
+            progress,
+            start,
+            sides: folds.folds.iter().map(|fold| side(&fold.set)).collect(),
+            folds,
+            whole,
+            n_axes: search.recordings.layout().axes.len(),
+            best,
+        })
+    }
+
+    fn is_out_of_time(&self) -> bool {
+        self.start.elapsed() > self.search.time_limit
+    }
+
+    /// Fits a candidate to each fold, and returns the errors of each recording that is left out.
+    fn errors(
+        &mut self,
+        recipe: &Recipe,
+        effort: Effort,
+    ) -> Result<Vec<Vec<Vec<f64>>>, AnalysisError> {
+        let progress = self.progress;
+        progress.check()?;
+        let run = |side: &mut Side| {
+            let settings = side.settle(recipe, effort, progress)?;
+            side.errors(settings, effort.rows, progress)
+        };
+        // Each has a thread of its own: a fold takes long, and what a window asks for waits for the threads that all share.
+        let run = &run;
+        std::thread::scope(|scope| {
+            let begun: Vec<_> =
+                self.sides.iter_mut().map(|side| scope.spawn(move || run(side))).collect();
+            let ended = begun.into_iter().map(|fold| match fold.join() {
+                Ok(fitted) => fitted,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            ended.collect()
+        })
+    }
+
+    /// Returns the recipe with the lowest error of a learner, where it can still win.
+    fn best_of<'r>(&self, learner: Learner, trained: &'r [(f64, Recipe)]) -> Option<&'r Recipe> {
+        let reach = NEARLY_BEST * self.best.lowest();
+        let own = trained.iter().filter(|(_, own)| own.regressor.learner() == Some(learner));
+        let found = own.filter_map(|(_, recipe)| {
+            let tried = self.best.tried.iter().find(|tried| tried.name == recipe.name)?;
+            (tried.relative < reach && tried.refused.is_none()).then_some((tried.relative, recipe))
+        });
+        found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, recipe)| recipe)
+    }
+
+    /// Returns the root of the mean squared error relative to the conventional calibration.
+    fn relative(&self, errors: &[Vec<Vec<f64>>]) -> f64 {
+        let conventional = &self.best.tried[0].model.scores;
+        let weights = weights(conventional.cv_rmse.as_deref().unwrap_or_default());
+        let squares = weighed(&self.best.cut.squares(errors, self.n_axes), &weights);
+        let n: f64 = self.best.cut.blocks.samples.iter().sum();
+        (squares.iter().sum::<f64>() / n).sqrt()
+    }
+
+    /// Tries a candidate with full training, and takes it into the choice.
+    fn try_fully(&mut self, recipe: &Recipe) -> Result<(), AnalysisError> {
+        let since = Instant::now();
+        match self.tried(recipe) {
+            Ok(mut tried) => {
                 let is_same = |own: &Tried| own.model.settings == tried.model.settings;
                 // What is left of it once nothing useless is in it may have been tried before.
-                if !best.tried.iter().any(is_same) {
-                    tried.model.seconds = Some(seconds);
-                    best.push(tried, &fold_samples);
+                if !self.best.tried.iter().any(is_same) {
+                    let secs = since.elapsed().as_secs_f64();
+                    log::debug!("{}: {secs:.2} s", tried.name);
+                    tried.model.seconds = Some(secs);
+                    self.best.push(tried);
                 }
             }
             Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
             // Nothing can be compared without the first.
-            Err(error) if at == 0 => return Err(error),
-            Err(error) => best.failed.push((recipe.name, error.to_string())),
+            Err(error) if self.best.tried.is_empty() => return Err(error),
+            Err(error) => self.best.failed.push((recipe.name.clone(), error.to_string())),
         }
-        show(&best);
+        self.progress.advance(1);
+        Ok(())
     }
-    Ok(best)
+
+    fn tried(&mut self, recipe: &Recipe) -> Result<Tried, AnalysisError> {
+        let n_axes = self.n_axes;
+        let errors = self.errors(recipe, FULL)?;
+        if self.best.tried.is_empty() {
+            self.best.cut = Cut::of(&self.folds, &errors, n_axes);
+        }
+        let squares = self.best.cut.squares(&errors, n_axes);
+        let mut settings = self.whole.settle(recipe, FULL, self.progress)?;
+        let calibration = self.whole.fit(settings.clone(), FULL.rows, self.progress)?;
+        settings.decimation = self.search.settings.decimation;
+        leave_away(&mut settings.features, &calibration);
+        let n: f64 = self.best.cut.blocks.samples.iter().sum();
+        let of_axis = |axis: usize| squares.iter().skip(axis).step_by(n_axes);
+        let cv_rmse = (0..n_axes).map(|axis| (of_axis(axis).sum::<f64>() / n.max(1.0)).sqrt());
+        let quality = &calibration.quality.compensated;
+        let scores = Scores { cv_rmse: Some(cv_rmse.collect()), ..quality.clone() };
+        Ok(Tried {
+            name: recipe.name.clone(),
+            blocks: settings.features.describe(),
+            regressor: recipe.regressor,
+            model: Model {
+                scores,
+                cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
+                trained: None,
+                ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
+            },
+            relative: 1.0,
+            is_proposed: false,
+            is_smallest: false,
+            refused: None,
+            squares,
+        })
+    }
 }
 
-fn try_one(
-    recipe: &Recipe,
-    decimation: usize,
-    whole: &mut Side,
-    folds: &mut [Side],
-    progress: &Progress,
-) -> Result<(Tried, Vec<u64>), AnalysisError> {
-    let run = |side: &mut Side| {
-        let settings = side.settle(recipe, progress)?;
-        let calibration = side.fit(settings.clone(), progress)?;
-        progress.advance(1);
-        Ok::<_, AnalysisError>((settings, calibration))
-    };
-    // Each has a thread of its own: a fold takes long, and what a window asks for waits for the threads that all share.
-    let run = &run;
-    let fitted: Vec<(FitSettings, Calibration)> = std::thread::scope(|scope| {
-        let begun: Vec<_> = (folds.iter_mut()).map(|side| scope.spawn(move || run(side))).collect();
-        let ended = begun.into_iter().map(|fold| match fold.join() {
-            Ok(fitted) => fitted,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        ended.collect::<Result<_, _>>()
-    })?;
-    let n_axes = fitted[0].1.axes.len();
-    let mut squares = Vec::new();
-    let mut fold_samples = Vec::new();
-    for (_, calibration) in &fitted {
-        let Quality { n_test, compensated, .. } = &calibration.quality;
-        let rmse = compensated.test_rmse.as_ref();
-        let rmse = rmse.ok_or(AnalysisError::NoTraining)?;
-        squares.extend(rmse.iter().map(|rmse| rmse * rmse * *n_test as f64));
-        fold_samples.push(*n_test);
-    }
-    let (mut settings, calibration) = run(whole)?;
-    settings.decimation = decimation;
-    leave_away(&mut settings.features, &calibration);
-    let n: u64 = fold_samples.iter().sum();
-    let cv_rmse = (0..n_axes).map(|axis| {
-        let own: f64 = squares.iter().skip(axis).step_by(n_axes).sum();
-        (own / n.max(1) as f64).sqrt()
+/// Returns the standard deviation over the folds of the RMSE of one axis.
+fn spread(errors: &[Vec<Vec<f64>>], axis: usize, n_axes: usize) -> f64 {
+    let rmse = errors.iter().map(|fold| {
+        let of_axis = || fold.iter().flat_map(|own| own.iter().skip(axis).step_by(n_axes));
+        let n = of_axis().count().max(1) as f64;
+        (of_axis().map(|own| own * own).sum::<f64>() / n).sqrt()
     });
-    let quality = &calibration.quality.compensated;
-    let scores = Scores { cv_rmse: Some(cv_rmse.collect()), ..quality.clone() };
-    let spread = |axis: usize| spread(&squares, &fold_samples, axis);
-    let tried = Tried {
-        name: recipe.name,
-        blocks: settings.features.describe(),
-        regressor: recipe.regressor,
-        model: Model {
-            scores,
-            cv_spread: (0..n_axes).map(spread).collect(),
-            trained: None,
-            ..Model::fitted(settings, &Arc::new(calibration), &whole.recordings)
-        },
-        relative: 1.0,
-        is_good: false,
-        is_proposed: false,
-        squares,
-    };
-    Ok((tried, fold_samples))
-}
-
-/// The standard deviation over the folds of the RMSE of one axis.
-fn spread(squares: &[f64], fold_samples: &[u64], axis: usize) -> f64 {
-    let n_axes = squares.len() / fold_samples.len().max(1);
-    let own = squares.iter().skip(axis).step_by(n_axes.max(1));
-    let rmse = own.zip(fold_samples).map(|(square, n)| (square / (*n).max(1) as f64).sqrt());
     let rmse: Vec<f64> = rmse.collect();
     let mean = rmse.iter().sum::<f64>() / rmse.len().max(1) as f64;
     let variance = rmse.iter().map(|rmse| (rmse - mean).powi(2)).sum::<f64>();
@@ -431,204 +629,12 @@ fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     *features = kept;
 }
 
-/// Recordings to calibrate on and to score, with what was chosen from the former.
-struct Side {
-    recordings: Arc<RecordingSet>,
-    settings: FitSettings,
-    datasets: Datasets,
-    /// What the thresholds of a look-back are to be.
-    look_back: Option<FeatureSettings>,
-    /// The values of blocks that were looked for.
-    values: Vec<(&'static dyn Block, Vec<f64>)>,
-    /// Those of the auxiliary channels; empty where there are none.
-    auxiliary: Vec<f64>,
-}
-
-impl Side {
-    fn new(recordings: Arc<RecordingSet>, settings: &FitSettings) -> Self {
-        Self {
-            recordings,
-            settings: settings.clone(),
-            datasets: Datasets::default(),
-            look_back: None,
-            values: Vec::new(),
-            auxiliary: Vec::new(),
-        }
-    }
-
-    /// Finds with which lags the auxiliary channels do best, if there are any.
-    fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
-        let (mut at_once, mut least) = (None, f64::INFINITY);
-        for lags in AUXILIARY_LAGS {
-            let mut settings = self.settings.clone();
-            settings.features.blocks.set(&Auxiliary, lags.to_vec());
-            let calibration = self.fit(settings, progress)?;
-            if calibration.features.auxiliary.is_empty() {
-                return Ok(());
-            }
-            let scores = &calibration.quality.compensated;
-            let errors = scores.cv_rmse.as_ref().or(scores.train_rmse.as_ref());
-            let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
-            let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
-            let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
-            let helps = at_once.is_none_or(|at_once| square < LAG_HELPS * at_once);
-            if helps && square < least {
-                self.auxiliary = lags.to_vec();
-                least = square;
-            }
-            at_once = at_once.or(Some(square));
-        }
-        Ok(())
-    }
-
-    /// The settings of a recipe with the numbers that the training recordings ask for.
-    fn settle(
-        &mut self,
-        recipe: &Recipe,
-        progress: &Progress,
-    ) -> Result<FitSettings, AnalysisError> {
-        let mut features = match recipe.look_back {
-            true => self.thresholds(progress)?,
-            false => self.settings.features.clone(),
-        };
-        for &block in BLOCKS {
-            if recipe.blocks.contains(&block) && block != (&Auxiliary as &dyn Block) {
-                features.blocks.set(block, self.values(block, progress)?);
-            }
-        }
-        // The first is the conventional calibration.
-        if !self.auxiliary.is_empty() && recipe.name != RECIPES[0].name {
-            features.blocks.set(&Auxiliary, self.auxiliary.clone());
-        }
-        let n_gauges = self.recordings.layout().gauge_names.len();
-        features.check_columns(n_gauges).map_err(SettingsError::from)?;
-        let mut settings =
-            FitSettings { features, regressor: recipe.regressor, ..self.settings.clone() };
-        settings.network.epochs = settings.network.epochs.min(EPOCHS);
-        Ok(settings)
-    }
-
-    /// A look-back with the thresholds of the lowest left-out error.
-    fn thresholds(&mut self, progress: &Progress) -> Result<FeatureSettings, AnalysisError> {
-        if self.look_back.is_none() {
-            let study = self.study(progress)?;
-            let grid = ThresholdGrid::covering(study.largest_distance(), GRID, GRID)?;
-            let map = study.threshold_map(&grid, &progress.part(), &|_| {})?;
-            let suggestion = map.suggestion(Measure::FullScale)?;
-            self.look_back = Some(FeatureSettings {
-                look_backs: vec![suggestion.thresholds],
-                ..self.settings.features.clone()
-            });
-        }
-        Ok(self.look_back.clone().unwrap_or_default())
-    }
-
-    /// The list of a block; its default where no list helps by itself.
-    fn values(
-        &mut self,
-        block: &'static dyn Block,
-        progress: &Progress,
-    ) -> Result<Vec<f64>, AnalysisError> {
-        if block.search().is_none() {
-            return Ok(match block.setting().choices() {
-                Some(_) => vec![DEGREE],
-                None => block.setting().default.to_vec(),
-            });
-        }
-        if let Some((_, values)) = self.values.iter().find(|(own, _)| *own == block) {
-            return Ok(values.clone());
-        }
-        let study = self.study(progress)?;
-        let found = study.suggest_block(block, Measure::FullScale, &progress.part())?;
-        let values = match found.values.is_empty() {
-            true => block.setting().default.to_vec(),
-            false => found.values,
-        };
-        self.values.push((block, values.clone()));
-        Ok(values)
-    }
-
-    fn study(&self, progress: &Progress) -> Result<Study, AnalysisError> {
-        let settings = FitSettings { ridge: RidgeChoice::Auto, ..self.settings.clone() };
-        Study::prepare(&self.datasets, Arc::clone(&self.recordings), settings, progress)
-    }
-
-    fn fit(
-        &self,
-        settings: FitSettings,
-        progress: &Progress,
-    ) -> Result<Calibration, AnalysisError> {
-        let request = Request {
-            datasets: self.datasets.clone(),
-            ..Request::fit(Arc::clone(&self.recordings), settings)
-        };
-        train_unscored(&request, &progress.part())
-    }
-}
-
-/// The training recordings with each fold in the test role in turn, and what a fold is.
-fn folds(recordings: &RecordingSet) -> Result<(Vec<RecordingSet>, String), AnalysisError> {
-    let groups = recordings.groups();
-    let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
-        .filter(|(_, entry)| entry.role == Role::Train)
-        .map(|(at, entry)| (groups.said(at, entry), groups.of[at]))
-        .collect();
-    if training.is_empty() {
-        return Err(AnalysisError::NoTraining);
-    }
-    let of_training: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
-    let mut numbers = of_training.clone();
-    numbers.sort_unstable();
-    numbers.dedup();
-    let n_groups = numbers.len();
-    // Two are enough: a segment begins without a past, which blocks with a long memory pay for.
-    let (of_fold, n_folds, what) = if n_groups > 1 {
-        let n_folds = n_groups.min(MAX_FOLDS);
-        let of_fold = training.iter().map(|(entry, group)| {
-            let number = numbers.binary_search(group).unwrap_or_default();
-            (number % n_folds, entry.clone())
-        });
-        let noun = match groups.by == RECORDING {
-            true => "recordings".to_owned(),
-            false => format!("groups by {}", groups.by),
-        };
-        let what = match n_groups == n_folds {
-            true => format!("nested: {n_folds} {noun}, each left out in turn"),
-            false => format!("nested: {n_groups} {noun} in {n_folds} folds"),
-        };
-        (of_fold.collect::<Vec<_>>(), n_folds, what)
-    } else {
-        let cut = training.iter().flat_map(|(entry, _)| {
-            let segments = entry.recording.segments(SEGMENTS).into_iter().enumerate();
-            segments.map(|(fold, segment)| {
-                let mut own = entry.clone();
-                own.recording = Arc::new(segment);
-                (fold, own)
-            })
-        });
-        let what =
-            format!("nested, by {SEGMENTS} segments of the recordings: there is but one group");
-        (cut.collect(), SEGMENTS, what)
-    };
-    let without = |fold: usize| -> Result<RecordingSet, AnalysisError> {
-        let mut set = RecordingSet::default();
-        for (own, entry) in &of_fold {
-            let mut entry = entry.clone();
-            if *own == fold {
-                entry.role = Role::Test;
-            }
-            set.push(entry).expect("they were together before");
-        }
-        Ok(set)
-    };
-    let sets = (0..n_folds).map(without).collect::<Result<_, _>>()?;
-    Ok((sets, what))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Axis, simulated};
+    use crate::features::Auxiliary;
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry};
 
     /// A sensor whose zero follows a temperature slowly.
     #[test]
@@ -664,10 +670,15 @@ mod tests {
             recordings: Arc::new(set),
             settings: FitSettings::default(),
             time_limit: Duration::from_millis(1),
+            within: WITHIN,
         };
         let best = find_best(&search, &Progress::default(), &|_| {}).unwrap();
         assert_eq!(best.tried[0].name, "Conventional");
-        assert_eq!(best.n_left, RECIPES.len(), "the time allowed one");
+        assert_eq!(
+            best.n_left,
+            recipes::linear(true).len() + recipes::learned().len() - 1,
+            "the time allowed one"
+        );
         let patient = Search { time_limit: Duration::from_secs(3), ..search };
         let best = find_best(&patient, &Progress::default(), &|_| {}).unwrap();
         let own = &best.tried[1];
@@ -677,99 +688,22 @@ mod tests {
         assert!(best.proposed().unwrap().relative < 0.2);
     }
 
-    fn of_lengths(n: usize) -> RecordingSet {
-        let mut set = RecordingSet::default();
-        for entry in simulated::recordings(1).entries().iter().take(n) {
-            set.push(Entry::new(entry.recording.decimated(20), Role::Train)).unwrap();
-        }
-        let tested = simulated::recordings(1).entries()[89].recording.decimated(20);
-        set.push(Entry::new(tested, Role::Test)).unwrap();
-        set
-    }
-
-    /// Each training sample is left out once, and is trained on in every other fold; nothing of the test is anywhere.
+    /// Errors that stay for ten samples, and errors that change from sample to sample.
     #[test]
-    fn folds_are_made_of_the_training_recordings() {
-        for n in [1, 2, 3, 7] {
-            let set = of_lengths(n);
-            let (folds, _) = folds(&set).unwrap();
-            let samples = |set: &RecordingSet, role| -> usize {
-                let own = set.entries().iter().filter(|entry| entry.role == role);
-                own.map(|entry| entry.recording.n_samples()).sum()
-            };
-            let all = samples(&set, Role::Train);
-            let left_out: usize = folds.iter().map(|fold| samples(fold, Role::Test)).sum();
-            assert_eq!(left_out, all, "{n} recordings");
-            for fold in &folds {
-                let (own, others) = (samples(fold, Role::Test), samples(fold, Role::Train));
-                assert!(own > 0 && own + others == all, "{n} recordings");
-            }
-        }
-        assert!(matches!(folds(&RecordingSet::default()), Err(AnalysisError::NoTraining)));
+    fn blocks_are_longer_than_errors_are_correlated() {
+        let mut random = Random::new(3, &[]);
+        let quick: Vec<f64> = (0..4000).map(|_| random.normal()).collect();
+        assert_eq!(correlated(&[vec![quick.clone()]], 1), 1);
+        let slow: Vec<f64> = (0..4000).map(|k| quick[k / 10]).collect();
+        assert_eq!(correlated(&[vec![slow]], 1), 8);
+        assert!(correlated(&[vec![vec![1.0; 4000]]], 1) >= 4000, "an offset");
     }
 
-    /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.
-    #[test]
-    fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
-        let all = simulated::recordings(1);
-        let mut set = RecordingSet::default();
-        for at in [0, 1, 15, 16, 30, 31] {
-            let recording = all.entries()[at].recording.decimated(20);
-            set.push(Entry::new(recording, Role::Train)).unwrap();
-        }
-        let (folds, what) = folds(&set).unwrap();
-        assert_eq!(what, "nested: 3 groups by path, each left out in turn");
-        for (fold, path) in folds.iter().zip(["path 1", "path 2", "path 3"]) {
-            for entry in fold.entries() {
-                let is_own = entry.group.as_deref() == Some(path);
-                assert_eq!(entry.role == Role::Test, is_own);
-            }
-            let groups = fold.groups();
-            assert_eq!(groups.by, "group");
-        }
-    }
-
-    fn tried(name: &'static str, squares: &[f64]) -> Tried {
-        let sum: f64 = squares.iter().sum();
-        Tried {
-            name,
-            blocks: String::new(),
-            regressor: Regressor::Linear,
-            model: Model {
-                axes: vec![Axis::Fz],
-                scores: Scores { cv_rmse: Some(vec![(sum / 40.0).sqrt()]), ..Scores::default() },
-                ..Model::default()
-            },
-            relative: 0.0,
-            is_good: false,
-            is_proposed: false,
-            squares: squares.to_vec(),
-        }
-    }
-
-    /// Mean squares 10, 1, 0.9: the last is best, but not by more than the folds disagree.
-    #[test]
-    fn the_first_within_one_standard_error_is_proposed() {
-        let mut best = Best::default();
-        let samples = [10; 4];
-        best.push(tried("conventional", &[100.0; 4]), &samples);
-        assert_eq!(best.proposed().unwrap().name, "conventional");
-        best.push(tried("play", &[12.0, 8.0, 10.0, 10.0]), &samples);
-        assert_eq!(best.proposed().unwrap().name, "play");
-        best.push(tried("everything", &[6.0, 12.0, 9.0, 9.0]), &samples);
-        assert_eq!(best.proposed().unwrap().name, "play");
-        assert!((best.tried[2].relative - 0.09_f64.sqrt()).abs() < 1e-12);
-        best.push(tried("better", &[5.0; 4]), &samples);
-        assert_eq!(best.proposed().unwrap().name, "better");
-        assert!(!best.tried[1].is_good);
-    }
-
-    /// Folds of 4 and 9 samples with RMSE 1 and 3 on the first axis, 2 and 2 on the second.
+    /// Two folds with errors 1 and 3 on the first axis, 2 and 2 on the second.
     #[test]
     fn the_spread_is_that_of_the_folds_errors() {
-        let squares = [4.0, 16.0, 81.0, 36.0];
-        assert!((spread(&squares, &[4, 9], 0) - 2.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(spread(&squares, &[4, 9], 1), 0.0);
-        assert_eq!(spread(&squares[..2], &[4], 0), 0.0);
+        let errors = [vec![[1.0, 2.0].repeat(4)], vec![[3.0, -2.0].repeat(9)]];
+        assert!((spread(&errors, 0, 2) - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(spread(&errors, 1, 2), 0.0);
     }
 }

@@ -121,10 +121,11 @@ pub(crate) struct Fitted {
     pub held_out: Vec<Moments>,
 }
 
-/// Everything that is fitted, on the training recordings of `data`.
+/// Fits the training recordings of `data`; a network or a kernel learns from every `row_step`-th sample.
 pub(crate) fn fit_all(
     data: &Dataset,
     settings: &FitSettings,
+    row_step: usize,
     progress: &Progress,
     on_epoch: &mut dyn FnMut(EpochReport),
 ) -> Result<Fitted, AnalysisError> {
@@ -151,6 +152,7 @@ pub(crate) fn fit_all(
             (Some(map), Learner::Network) => Target::LeftOver(map),
         };
         let mut rows = TrainingRows::new(data, &past, &design, target);
+        rows.step = row_step;
         rows.holds_out = settings.network.early_stopping;
         calibration.learned = Some(match learner {
             Learner::Kernel => {
@@ -200,6 +202,8 @@ struct TrainingRows<'a> {
     target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
+    /// Every how many-th sample of a recording is learned from.
+    step: usize,
     /// Whether some of them say when a network was best, and are not learned from.
     holds_out: bool,
 }
@@ -239,12 +243,13 @@ impl<'a> TrainingRows<'a> {
             target,
             n_axes: runs.first().map_or(0, |run| run.recording.axes().len()),
             runs,
+            step: 1,
             holds_out: false,
         }
     }
 
     fn n_samples_in_all(&self) -> usize {
-        self.runs.iter().map(|run| run.recording.n_samples()).sum()
+        (0..self.runs.len()).map(|run| self.n_samples(run)).sum()
     }
 
     /// Whether a network does not learn from sample `at` (over all) of a run, so that it can say when it was best: whole
@@ -316,7 +321,7 @@ impl Rows for TrainingRows<'_> {
     }
 
     fn n_samples(&self, run: usize) -> usize {
-        self.runs[run].recording.n_samples()
+        self.runs[run].recording.n_samples().div_ceil(self.step)
     }
 
     fn widths(&self) -> (usize, usize) {
@@ -344,6 +349,9 @@ impl Rows for TrainingRows<'_> {
                 targets.clear();
                 for k in start..(start + BLOCK).min(piece.samples.end) {
                     from.raw_row(&mut stream, |at| past[at][k], k, &mut raw);
+                    if k % self.step != 0 {
+                        continue;
+                    }
                     learned_inputs(self.design, &raw, &mut inputs);
                     let of_sample = k * self.n_axes..(k + 1) * self.n_axes;
                     match &self.target {
@@ -358,12 +366,14 @@ impl Rows for TrainingRows<'_> {
                     let loads = recording.loads()[of_sample].iter();
                     targets.extend(loads.zip(&known).map(|(load, known)| load - known));
                 }
-                take(RowBlock {
-                    fold: piece.fold % MAX_PARTS,
-                    inputs: &inputs,
-                    linear: &linear,
-                    targets: &targets,
-                });
+                if !targets.is_empty() {
+                    take(RowBlock {
+                        fold: piece.fold % MAX_PARTS,
+                        inputs: &inputs,
+                        linear: &linear,
+                        targets: &targets,
+                    });
+                }
             }
         }
     }

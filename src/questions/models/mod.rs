@@ -3,6 +3,9 @@
 pub mod asked;
 pub(crate) mod best;
 pub(crate) mod comparison;
+mod folds;
 pub(crate) mod learning;
+mod recipes;
+mod side;
 pub(crate) mod table;
 pub(crate) mod training;

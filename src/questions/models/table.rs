@@ -44,7 +44,7 @@ pub struct Model {
     pub scores: Scores,
     /// The standard deviation of the cross-validated RMSE over the folds, per axis; empty where the folds are not known.
     pub cv_spread: Vec<f64>,
-    /// The standard error of its mean squared error's difference to the conventional one, over the folds, on the scale of
+    /// The standard error of its mean squared error's difference to the conventional one, over blocks of left-out samples, on the scale of
     /// [`relative`](Self::relative); `None` where the folds are not known.
     pub spread: Option<f64>,
     /// What was left out in turn, in words; may be empty.
@@ -142,9 +142,9 @@ pub enum Mark {
     /// It is not, or nobody has asked.
     #[default]
     None,
-    /// It is within one standard error of the best.
-    Good,
-    /// It is the cheapest of these.
+    /// It is the smallest that is nearly as accurate as the most accurate one.
+    Smallest,
+    /// It is the most accurate.
     Proposed,
 }
 
@@ -152,8 +152,8 @@ impl Mark {
     /// What stands before the model.
     pub fn cell(self) -> Cell {
         match self {
-            Self::Proposed => Cell::words("→").about("Proposed"),
-            Self::Good => Cell::words("=").about("Within one standard error of the best"),
+            Self::Proposed => Cell::words("→").about("Proposed: the most accurate"),
+            Self::Smallest => Cell::words("=").about("The smallest that is nearly as accurate"),
             Self::None => Cell::words(""),
         }
     }
@@ -202,7 +202,7 @@ pub fn model_table<'a>(
     };
     Table::of(rows)
         .column(Column::words(""), |row| row.mark.clone())
-        .about("→: proposed, the cheapest within one standard error of the best; =: within it, too; others: made of other recordings")
+        .about("→: proposed, the most accurate; =: the smallest that is nearly as accurate; others: made of other recordings")
         .words("model", |row| row.name)
         .about("What it is called")
         .columns(
@@ -218,7 +218,7 @@ pub fn model_table<'a>(
         )
         .columns(
             has_spread.then(|| Column::numbers("±").unit("%").about(
-                "Standard error of its mean squared error's difference to the conventional one, over the folds",
+                "Standard error of its mean squared error's difference to the conventional one, over blocks of left-out samples",
             )),
             Column::clone,
             |row, _| Cell::digits(percent(model(row).and_then(|model| model.spread)), 2),

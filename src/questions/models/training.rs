@@ -47,23 +47,26 @@ pub fn train_and_score(
     progress: &Progress,
     on_step: &mut dyn FnMut(TrainingStep),
 ) -> Result<Scored, AnalysisError> {
-    fit_and_score(request, true, progress, on_step)
+    fit_and_score(request, true, 1, progress, on_step)
 }
 
-/// [`train`] without cross-validation of a network, kernel or hybrid: for whoever leaves something out already.
+/// [`train`] without cross-validation, where the caller leaves something out already; a network or a kernel learns from every
+/// `row_step`-th sample.
 ///
 /// # Errors
 /// [`AnalysisError`] where the request cannot be met.
 pub(crate) fn train_unscored(
     request: &Request,
+    row_step: usize,
     progress: &Progress,
 ) -> Result<Calibration, AnalysisError> {
-    fit_and_score(request, false, progress, &mut |_| {}).map(|scored| scored.calibration)
+    fit_and_score(request, false, row_step, progress, &mut |_| {}).map(|scored| scored.calibration)
 }
 
 fn fit_and_score(
     request: &Request,
     scores: bool,
+    row_step: usize,
     progress: &Progress,
     on_step: &mut dyn FnMut(TrainingStep),
 ) -> Result<Scored, AnalysisError> {
@@ -75,7 +78,7 @@ fn fit_and_score(
         false => 0,
     };
     progress.add_total(steps);
-    let fitted = fit_all(&data, settings, progress, &mut |report| {
+    let fitted = fit_all(&data, settings, row_step, progress, &mut |report| {
         on_step(TrainingStep::Epoch(report));
     })?;
     let Fitted { past, mut calibration, linear, held_out } = fitted;

@@ -4,6 +4,7 @@
 
 use crate::calibration::{CrossValidation, FactoryScores, Scores};
 use crate::features::{Distance, Thresholds};
+use crate::min_max::MinMax;
 use crate::questions::thresholds::grid::ThresholdGrid;
 use crate::questions::thresholds::measure::{Measure, MeasureScale};
 use crate::questions::thresholds::scorer::PointScores;
@@ -214,8 +215,7 @@ impl ThresholdMap {
     /// hardly any past sample can be many times worse than all others. `None` where no number has come.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
         let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
-        let least = known.iter().copied().reduce(f64::min)?;
-        let greatest = known.iter().copied().fold(least, f64::max);
+        let (least, greatest) = known.iter().collect::<MinMax>().ends()?;
         let most = quantile(&mut known, SHADED_SHARE)?;
         Some((least, if most > least { most } else { greatest }))
     }

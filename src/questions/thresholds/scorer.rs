@@ -23,6 +23,8 @@ pub struct Scorer {
     /// The training sums, and those of each part and of the test recordings; the look-back is zero in all of them.
     train: NormalEquations,
     parts: Vec<NormalEquations>,
+    /// What fits without a part are scored on, where that differs from it.
+    cold: Option<Vec<NormalEquations>>,
     /// The training recordings, where an automatic ridge leaves them out whole rather than the parts.
     recordings: Option<Vec<NormalEquations>>,
     test: NormalEquations,
@@ -42,6 +44,7 @@ impl Scorer {
         design: &Design,
         conventional: &LinearMap,
         parts: Vec<NormalEquations>,
+        cold: Option<Vec<NormalEquations>>,
         test: NormalEquations,
         ridge: RidgeChoice,
     ) -> Self {
@@ -52,13 +55,14 @@ impl Scorer {
         let terms = Terms { used: &present, kinds: &kinds, known: &known };
         // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
         let none = vec![0.0; train.n_features() * train.n_targets()];
-        let left_out = LeftOut { total: &train, parts: &parts, terms };
+        let left_out = LeftOut::of(&train, &parts, terms).scored_on(cold.as_deref());
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
         let conventional = point_scores(&train, &test, &none, squares);
         Self {
             conventional_rank: fit(&train, terms, Ridge::None).rank,
             train,
             parts,
+            cold,
             recordings: None,
             test,
             kinds,
@@ -79,6 +83,11 @@ impl Scorer {
         &self.conventional
     }
 
+    /// Whether fits without a part are scored on other sums than the part's.
+    pub fn is_scored_cold(&self) -> bool {
+        self.cold.is_some()
+    }
+
     /// Test samples.
     pub fn n_test(&self) -> u64 {
         self.test.n_samples()
@@ -92,18 +101,20 @@ impl Scorer {
     /// The scores at every t_th in turn.
     ///
     /// **Shapes** `aged_parts` holds what each piece of the training recordings adds to which part and which recording,
-    /// `aged_test` what the test recordings add; `n_classes` is the number of t_th.
+    /// `aged_cold` what it adds to what the part is scored on, `aged_test` what the test recordings add; `n_classes` is the number
+    /// of t_th.
     ///
     /// # Errors
     /// [`Cancelled`] if somebody asked for it.
     pub fn row(
         &self,
         aged_parts: &[(usize, usize, AgedSums)],
+        aged_cold: &[(usize, AgedSums)],
         aged_test: &[AgedSums],
         n_classes: usize,
         progress: &Progress,
     ) -> Result<Vec<PointScores>, Cancelled> {
-        let Self { mut train, mut parts, mut recordings, mut test, .. } = self.clone();
+        let Self { mut train, mut parts, mut cold, mut recordings, mut test, .. } = self.clone();
         (0..n_classes)
             .map(|class| {
                 progress.check()?;
@@ -114,10 +125,16 @@ impl Scorer {
                     aged.add_class_to(class, &mut parts[*part]);
                     aged.add_class_to(class, &mut train);
                 }
+                for (part, aged) in aged_cold {
+                    if let Some(cold) = &mut cold {
+                        aged.add_class_to(class, &mut cold[*part]);
+                    }
+                }
                 for aged in aged_test {
                     aged.add_class_to(class, &mut test);
                 }
-                Ok(self.point(&train, &parts, recordings.as_deref(), &test))
+                let parts = [&parts, cold.as_ref().unwrap_or(&parts)];
+                Ok(self.point(&train, parts, recordings.as_deref(), &test))
             })
             .collect()
     }
@@ -125,7 +142,7 @@ impl Scorer {
     fn point(
         &self,
         train: &NormalEquations,
-        parts: &[NormalEquations],
+        [parts, scored]: [&Vec<NormalEquations>; 2],
         recordings: Option<&[NormalEquations]>,
         test: &NormalEquations,
     ) -> PointScores {
@@ -135,10 +152,10 @@ impl Scorer {
             return self.conventional.clone();
         }
         let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
-        let left_out = LeftOut { total: train, parts, terms };
+        let left_out = LeftOut::of(train, parts, terms).scored_on(Some(scored));
         let (strengths, squares) = match (self.ridge, recordings) {
             (RidgeChoice::Auto | RidgeChoice::ByBlock, Some(recordings)) => {
-                let whole = LeftOut { parts: recordings, ..left_out };
+                let whole = LeftOut::of(train, recordings, terms);
                 let (strengths, _) = whole.with_ridge(self.ridge);
                 let squares = left_out.squares_by_target(&left_out.terms.of_targets(&strengths));
                 (strengths, (parts.len() > 1).then_some(squares))

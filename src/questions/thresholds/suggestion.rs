@@ -2,15 +2,14 @@
 
 use serde::Serialize;
 
-use crate::calibration::{CrossValidation, Paired};
+use crate::calibration::{CrossValidation, ErrorBlocks, weighed};
 use crate::features::Thresholds;
 use crate::questions::thresholds::map::ScoreSet;
 use crate::questions::thresholds::map::ThresholdMap;
 use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::paired::paired;
 use crate::questions::thresholds::scorer::PointScores;
 
-/// The values of one threshold within one standard error of the best.
+/// Values of one threshold that the left-out parts do not tell from the best with a confidence of 90 %.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
     /// The least of them.
@@ -25,9 +24,9 @@ pub struct FlatRange {
 
 /// The minimum of the cross-validation error over the map.
 ///
-/// A neighbour is within one standard error if its pooled mean squared error over the left-out parts exceeds the minimum's by no more
-/// than one standard error of the [paired](paired()) difference, the other threshold being kept. A range is the run of such
-/// neighbours around the minimum. The test recordings take no part.
+/// A neighbour is as good if the minimum's error is not below its error with a confidence of 90 %
+/// (see [`ErrorBlocks::is_below`]), the other threshold being kept. A range is the run of such neighbours around the minimum. The test
+/// recordings take no part.
 ///
 /// The minimum of a map flatters itself: as many pairs were tried as the map has. The ranges say how little depends on it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,11 +39,11 @@ pub struct Suggestion {
     pub left_out: f64,
     /// The measure of the conventional calibration.
     pub conventional: f64,
-    /// Whether the conventional calibration is worse by more than one standard error.
+    /// Whether the conventional calibration is worse with a confidence of 90 %.
     pub beats_conventional: bool,
-    /// F_th within one standard error, at this t_th.
+    /// F_th that is as good, at this t_th.
     pub f_th_range: FlatRange,
-    /// t_th within one standard error, at this F_th (s).
+    /// t_th that is as good, at this F_th (s).
     pub t_th_range: FlatRange,
     /// Parts that were left out in turn.
     pub n_parts: usize,
@@ -78,20 +77,21 @@ impl Suggestion {
             .ok_or(NoSuggestion::NothingLeftOut)?;
         let (at, left_out) = map.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
         let best = map.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
-        let excess = |point: &PointScores| -> Result<Paired, NoSuggestion> {
-            let (one, other) = (&point.left_out_squares, &best.left_out_squares);
-            paired(one, other, &map.part_samples, &weights).ok_or(NoSuggestion::NothingLeftOut)
+        let parts = ErrorBlocks::of_parts(&map.part_samples);
+        if parts.samples.iter().filter(|n| **n > 0.0).count() < 2 {
+            return Err(NoSuggestion::NothingLeftOut);
+        }
+        let lowest = weighed(&best.left_out_squares, &weights);
+        let is_worse = |point: &PointScores| {
+            parts.is_below(&lowest, &weighed(&point.left_out_squares, &weights), 1.0)
         };
-        let is_flat = |f_at: usize, t_at: usize| {
-            let point = map.point(f_at, t_at)?;
-            Some(excess(point).is_ok_and(|paired| paired.is_within_one_standard_error()))
-        };
+        let is_flat = |f_at: usize, t_at: usize| Some(!is_worse(map.point(f_at, t_at)?));
         Ok(Self {
             thresholds: map.thresholds(at.0, at.1),
             at,
             left_out,
             conventional,
-            beats_conventional: !excess(&map.conventional)?.is_within_one_standard_error(),
+            beats_conventional: is_worse(&map.conventional),
             f_th_range: flat_range(map.grid.f_ths(), at.0, |f_at| is_flat(f_at, at.1)),
             t_th_range: flat_range(map.grid.t_ths_secs(), at.1, |t_at| is_flat(at.0, t_at)),
             n_parts: map.part_samples.len(),

@@ -8,11 +8,16 @@
 
 mod arm;
 mod bench;
+mod lag;
 #[cfg(test)]
 mod mean_hysteresis;
 mod sensor;
 
 use rayon::prelude::*;
+
+#[cfg(test)]
+pub(crate) use self::lag::{LAG_SECS, PLAY_NEWTONS};
+pub use self::lag::{Late, late};
 
 use self::arm::{MOUNTS_M, Path};
 use crate::random::Random;

@@ -1,5 +1,6 @@
 //! One channel, and what the others say of it: where it is clipped, stuck or dropped out, and where it jumps.
 
+use crate::min_max::MinMax;
 use std::ops::Range;
 
 use crate::recording::{GaugeRange, Recording, median};
@@ -53,7 +54,7 @@ impl Own {
     pub fn of(recording: &Recording, channel: Channel) -> Self {
         let n = recording.n_samples();
         let value = |k: usize| channel.of(recording, k);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let MinMax { min: low, max: high } = (0..n).map(value).collect();
         let mut resolution = f64::INFINITY;
         let least = match recording.is_static() {
             true => STUCK_CASES,
@@ -66,7 +67,6 @@ impl Own {
                 flat.extend((k - start >= least).then_some(start..k));
                 start = k;
             }
-            (low, high) = (low.min(own), high.max(own));
             let step = if k > 0 { (own - value(k - 1)).abs() } else { 0.0 };
             if step > 0.0 {
                 resolution = resolution.min(step);
@@ -244,6 +244,7 @@ impl Watched<'_> {
         found: &mut Vec<Fault>,
     ) -> (Option<f64>, Option<f64>) {
         let Channel::Gauge(gauge) = self.own.channel else {
+            self.clipped_load(found);
             return (None, None);
         };
         let entered = entered.and_then(|range| range.of(gauge));
@@ -267,6 +268,20 @@ impl Watched<'_> {
         match entered {
             Some((low, high)) => (Some(low), Some(high)),
             None => [limits.0, limits.1].map(|limit| limit.map(|limit| limit + tared_by)).into(),
+        }
+    }
+
+    /// Finds where the reference could not show more: it stands at its extreme, and the gauges go on by far more than they are off.
+    fn clipped_load(&self, found: &mut Vec<Fault>) {
+        let (Channel::Load(_), Some(expected)) = (self.own.channel, self.expected) else { return };
+        for (extreme, outward) in [(self.own.low, -1.0), (self.own.high, 1.0)] {
+            let at = (0..self.n()).filter(|k| self.value(*k) == extreme);
+            let farther = at.map(|k| outward * (expected.at(self.recording, k) - extreme));
+            let is_far = median(farther).is_some_and(|own| own > 3.0 * expected.sigma);
+            if is_far && self.is_clipped(extreme) {
+                let is_at = (0..self.n()).map(|k| self.value(k) == extreme);
+                push_runs(is_at, FaultKind::Saturated, self.own.channel, found);
+            }
         }
     }
 
@@ -312,7 +327,10 @@ impl Watched<'_> {
         let every = run.len().div_ceil(256).max(1);
         let off = run.clone().step_by(every);
         let off = median(off.map(|k| (value - expected.at(self.recording, k)).abs()));
-        let least = (ELSEWHERE.0 * self.own.span).max(ELSEWHERE.1 * expected.sigma);
+        // A converter that goes to and fro by a step or two drops nothing.
+        let least = (ELSEWHERE.0 * self.own.span)
+            .max(ELSEWHERE.1 * expected.sigma)
+            .max(4.0 * self.own.resolution.min(self.own.high - self.own.low));
         let inside = [run.start.checked_sub(1), Some(run.end)];
         let mut beside = (inside.into_iter().flatten())
             .filter(|k| *k < self.n())

@@ -1,7 +1,7 @@
 //! A ridge of its own for each block: which blocks predict left-out parts better, and how strongly each is to be shrunk.
 //!
 //! How: forward. The block that helps most is taken with the strength that does best, then the best one beside it, as long as
-//! the left-out error falls. Of all choices on that way the simplest within one standard error of the best is taken, so that
+//! the left-out error falls. Of all choices on that way the simplest that is nearly as good as the best is taken, so that
 //! a block is only there where the parts agree that it helps.
 
 use std::collections::HashMap;
@@ -117,7 +117,7 @@ impl Tried<'_> {
         self.squares[levels].iter().skip(target).step_by(q).sum()
     }
 
-    /// Of all that was tried the simplest one that is no worse than the best by more than one standard error: the fewest
+    /// Of all that was tried the simplest one that is nearly as good as the best: the fewest
     /// columns, then the strongest ridge.
     fn simplest_good(&self, target: usize) -> &Levels {
         let q = self.left_out.total.n_targets();
@@ -176,12 +176,12 @@ mod tests {
     fn a_block_is_there_for_the_axis_that_it_helps() {
         let parts = parts(8);
         let total = total(&parts);
-        let left_out = LeftOut { total: &total, parts: &parts, terms: TERMS };
+        let left_out = LeftOut::of(&total, &parts, TERMS);
         let blocks = [vec![1, 2], vec![3]];
         let chosen = left_out.by_block(&blocks).unwrap();
         assert!(chosen[0][0].is_some() && chosen[0][1].is_none(), "{chosen:?}");
         assert!(chosen[1][0].is_none() && chosen[1][1].is_some(), "{chosen:?}");
-        let alone = LeftOut { parts: &parts[..1], ..left_out };
+        let alone = LeftOut::of(&total, &parts[..1], TERMS);
         assert_eq!(alone.by_block(&blocks), None);
     }
 
@@ -190,7 +190,7 @@ mod tests {
     fn shares_are_those_of_fits_to_the_other_parts() {
         let parts = parts(5);
         let total = total(&parts);
-        let left_out = LeftOut { total: &total, parts: &parts, terms: TERMS };
+        let left_out = LeftOut::of(&total, &parts, TERMS);
         let shares = shares_of_blocks(4, &[vec![1, 2], vec![3]], &[Some(0.3), None]);
         let squares = left_out.squares_with(&shares);
         for at in 0..parts.len() {

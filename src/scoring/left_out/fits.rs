@@ -22,11 +22,23 @@ pub struct LeftOut<'a> {
     pub total: &'a NormalEquations,
     /// What is left out in turn; parts without samples say nothing and do not belong here.
     pub parts: &'a [NormalEquations],
+    /// What each fit is scored on: the same samples, with a memory that may begin anew in each part.
+    pub scored: &'a [NormalEquations],
     /// What is fitted.
     pub terms: Terms<'a>,
 }
 
-impl LeftOut<'_> {
+impl<'a> LeftOut<'a> {
+    /// Returns the fits that leave each part out, scored on that part.
+    pub fn of(total: &'a NormalEquations, parts: &'a [NormalEquations], terms: Terms<'a>) -> Self {
+        Self { total, parts, scored: parts, terms }
+    }
+
+    /// Scores the fits on these sums of the same parts, where there are some.
+    pub fn scored_on(self, scored: Option<&'a [NormalEquations]>) -> Self {
+        Self { scored: scored.unwrap_or(self.scored), ..self }
+    }
+
     /// The coefficients of the fits to all parts but one, each in turn.
     pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
@@ -55,9 +67,8 @@ impl LeftOut<'_> {
 
     /// The strength of the ridge for each target, and [`Self::squares_by_target`] with it; none with fewer than two parts.
     ///
-    /// An automatic ridge is the strongest one that does no worse than the best within one standard error over the parts:
-    /// the error of the difference to the best, part by part, of the sums of squares. So where the parts disagree about
-    /// what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing can
+    /// An automatic ridge is the strongest one whose error over the parts is nearly the lowest, if that is below the
+    /// conventional calibration's with 90 % confidence. So where the parts disagree about what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing can
     /// be compared, and all strengths are zero. Scores with strengths chosen by them are slightly too good: one number
     /// per axis was fitted to all parts. One strength for all blocks, too, where each may have its own
     /// ([`Self::by_block`] chooses these).
@@ -123,12 +134,13 @@ impl LeftOut<'_> {
         let mut is_sure = vec![false; self.parts.len()];
         let at_least = if used.len() < MANY_COLUMNS { usize::MAX } else { 1 };
         (self.parts.par_chunks(LANES).with_min_len(at_least))
+            .zip(self.scored.par_chunks(LANES))
             .zip(squares.par_chunks_mut(LANES * q))
             .zip(is_sure.par_chunks_mut(LANES))
             .for_each_init(
                 || Work::new(used.len(), q),
-                |work, ((parts, squares), is_sure)| {
-                    work.fit(left_out.total, left_out.terms, parts, shares);
+                |work, (((parts, scored), squares), is_sure)| {
+                    work.fit(left_out.total, left_out.terms, [parts, scored], shares);
                     for (lane, (squares, is_sure)) in squares.chunks_mut(q).zip(is_sure).enumerate()
                     {
                         *is_sure = work.answer(lane, squares);
@@ -140,7 +152,7 @@ impl LeftOut<'_> {
             |at| !is_sure[at],
             |at, rest| {
                 let found = fit(rest, left_out.terms, Ridge::Shares(shares));
-                self.parts[at].squared_residuals(&found.coefficients)
+                self.scored[at].squared_residuals(&found.coefficients)
             },
         );
         for (at, careful) in careful {
@@ -229,7 +241,7 @@ mod tests {
             _ => ColumnKind::Appended,
         };
         let terms = Terms { used, kinds: &(0..p).map(shrunk).collect::<Vec<_>>(), known: &[] };
-        let left_out = LeftOut { total: &total, parts: &parts, terms };
+        let left_out = LeftOut::of(&total, &parts, terms);
         let one_by_one = NormalEquations::each_without(
             &parts,
             |_| true,
@@ -282,11 +294,8 @@ mod tests {
         let parts = [part(1.0), part(0.0), part(0.0)];
         let mut total = NormalEquations::new(2, 1);
         parts.iter().for_each(|part| total.add(part));
-        let left_out = LeftOut {
-            total: &total,
-            parts: &parts,
-            terms: Terms { used: &[0, 1], kinds: &[ColumnKind::Gauge; 2], known: &[] },
-        };
+        let terms = Terms { used: &[0, 1], kinds: &[ColumnKind::Gauge; 2], known: &[] };
+        let left_out = LeftOut::of(&total, &parts, terms);
         assert!((left_out.squares(0.0)[0] - 125.0).abs() < 1e-9, "five errors of 5");
     }
 
@@ -305,7 +314,7 @@ mod tests {
         let mut total = parts[0].clone();
         total.add(&parts[1]);
         let terms = Terms { used: &[0], kinds: &[ColumnKind::Offset], known: &[] };
-        let left_out = |parts| LeftOut { total: &total, parts, terms };
+        let left_out = |parts| LeftOut::of(&total, parts, terms);
         let rmse = left_out(&parts);
         let rmse = rmse.rmse(&[0.0], || rmse.squares(0.0)).unwrap();
         assert!((rmse[0] - 3.0).abs() < 1e-12);
@@ -331,7 +340,7 @@ mod tests {
             let mut total = NormalEquations::new(1, 1);
             parts.iter().for_each(|part| total.add(part));
             let terms = Terms { used: &[0], kinds: &[ColumnKind::Appended], known: &[] };
-            let left_out = LeftOut { total: &total, parts: &parts, terms };
+            let left_out = LeftOut::of(&total, &parts, terms);
             left_out.with_ridge(RidgeChoice::Auto).0[0]
         };
         assert_eq!(strength(0.0), 1e9);
@@ -434,7 +443,7 @@ mod tests {
             kinds.push(ColumnKind::Offset);
             let used: Vec<usize> = (0..p).collect();
             let terms = Terms { used: &used, kinds: &kinds, known: &known };
-            let left_out = LeftOut { total: &total, parts: &parts, terms };
+            let left_out = LeftOut::of(&total, &parts, terms);
             let in_order: Vec<usize> = std::iter::once(p - 1).chain(0..p - 1).collect();
             for (at, square) in left_out.squares(0.0).into_iter().enumerate() {
                 let others = samples.iter().enumerate().filter(|(other, _)| *other != at);
@@ -458,7 +467,7 @@ mod tests {
         let used: Vec<usize> = (0..60).collect();
         let figure = |kinds: &[ColumnKind], strength: f64| {
             let terms = Terms { used: &used, kinds, known: &[] };
-            let left_out = LeftOut { total: &total, parts: &parts, terms };
+            let left_out = LeftOut::of(&total, &parts, terms);
             left_out.rmse(&[strength; 2], || left_out.squares(strength))
         };
         let appended = [&[ColumnKind::Gauge; 5][..], &[ColumnKind::Appended; 55]].concat();

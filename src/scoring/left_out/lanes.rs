@@ -67,15 +67,15 @@ impl Work {
         }
     }
 
-    /// Fits all parts but one, for each of up to [`LANES`] parts.
+    /// Fits all parts but one, for each of up to [`LANES`] parts; each fit is scored on the second sums of its part.
     pub fn fit(
         &mut self,
         total: &NormalEquations,
         terms: Terms<'_>,
-        parts: &[NormalEquations],
+        [parts, scored]: [&[NormalEquations]; 2],
         shares: &[f64],
     ) {
-        pulp::Arch::new().dispatch(Group { total, terms, parts, shares, work: self });
+        pulp::Arch::new().dispatch(Group { total, terms, parts, scored, shares, work: self });
     }
 
     /// Writes the sums of squared errors on one part; whether they are to be trusted.
@@ -97,6 +97,7 @@ struct Group<'a> {
     total: &'a NormalEquations,
     terms: Terms<'a>,
     parts: &'a [NormalEquations],
+    scored: &'a [NormalEquations],
     /// Of each column's squared length, what the ridge adds to it.
     shares: &'a [f64],
     work: &'a mut Work,
@@ -112,7 +113,7 @@ impl pulp::WithSimd for Group<'_> {
         for target in 0..self.work.q {
             self.work.substitute_back(target);
             let own = |part: &NormalEquations| part.target_square(target);
-            let square = gathered(self.parts, own);
+            let square = gathered(self.scored, own);
             self.work.squares[target] = self.work.squares_on_part(target, square);
         }
     }
@@ -129,14 +130,21 @@ impl Group<'_> {
     #[inline(always)]
     fn gather(&mut self) {
         let total = self.total;
+        let is_same = std::ptr::eq(self.parts, self.scored);
+        let (parts, scored) = (self.parts, self.scored);
+        let scored_part = |part: Lanes, own: &dyn Fn(&NormalEquations) -> f64| match is_same {
+            true => part,
+            false => gathered(scored, own),
+        };
         let used = self.terms.used;
         let work = &mut *self.work;
         work.least_remains = [f64::INFINITY; LANES];
         for (i, &column) in used.iter().enumerate() {
             let penalty = self.shares[column];
             let all = total.feature_product(column, column);
-            let part = gathered(self.parts, |part| part.feature_product(column, column));
-            work.part[row_start(i) + i] = part;
+            let own = |part: &NormalEquations| part.feature_product(column, column);
+            let part = gathered(parts, own);
+            work.part[row_start(i) + i] = scored_part(part, &own);
             let mut present = [0.0; LANES];
             for lane in 0..LANES {
                 let remains = (all - part[lane]) / all;
@@ -151,9 +159,10 @@ impl Group<'_> {
             work.factor[row_start(i) + i] = present;
             for (j, &other) in used[..i].iter().enumerate() {
                 let all = total.feature_product(column, other);
-                let part = gathered(self.parts, |part| part.feature_product(column, other));
+                let own = |part: &NormalEquations| part.feature_product(column, other);
+                let part = gathered(parts, own);
                 let at = row_start(i) + j;
-                work.part[at] = part;
+                work.part[at] = scored_part(part, &own);
                 for lane in 0..LANES {
                     let scale = work.inverse_length[i][lane] * work.inverse_length[j][lane];
                     work.factor[at][lane] = (all - part[lane]) * scale;
@@ -163,9 +172,10 @@ impl Group<'_> {
         for target in 0..work.q {
             for (j, &column) in used.iter().enumerate() {
                 let all = total.target_product(column, target);
-                let part = gathered(self.parts, |part| part.target_product(column, target));
+                let own = |part: &NormalEquations| part.target_product(column, target);
+                let part = gathered(parts, own);
                 let at = row_start(work.m) + target * work.m + j;
-                work.part[at] = part;
+                work.part[at] = scored_part(part, &own);
                 for lane in 0..LANES {
                     work.factor[at][lane] = (all - part[lane]) * work.inverse_length[j][lane];
                 }

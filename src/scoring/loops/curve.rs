@@ -38,7 +38,7 @@ impl Curve {
             if load > loads[highest] {
                 highest = k;
             }
-            let cell = (((load - branch.low) * per_load) as usize).min(CELLS - 1);
+            let cell = (((load - branch.loads.min) * per_load) as usize).min(CELLS - 1);
             let (count, sum_of_loads, sum_of_outputs) = &mut cells[cell];
             *count += 1.0;
             *sum_of_loads += load;

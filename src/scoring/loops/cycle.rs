@@ -1,5 +1,6 @@
 //! Cycles, and how far apart their two branches lie at equal load.
 
+use crate::min_max::MinMax;
 use crate::scoring::loops::curve::Curve;
 use crate::scoring::loops::turns::Branch;
 
@@ -28,33 +29,26 @@ impl Cycle {
         if self.first.rising { &self.second } else { &self.first }
     }
 
-    /// The least load that both branches have.
-    pub fn low(&self) -> f64 {
-        self.first.low.max(self.second.low)
-    }
-
-    /// The greatest load that both branches have.
-    pub fn high(&self) -> f64 {
-        self.first.high.min(self.second.high)
+    /// The loads that both branches have.
+    pub fn loads(&self) -> MinMax {
+        MinMax::common([self.first.loads, self.second.loads].into_iter())
     }
 
     /// The width of the range of loads that both branches have.
     pub fn span(&self) -> f64 {
-        self.high() - self.low()
+        self.loads().span()
     }
 }
 
 /// One output along both branches of a cycle, at the same loads.
 ///
-/// **Shapes** [`LOADS`] values a branch, at loads in even steps from `low` to `high`.
+/// **Shapes** [`LOADS`] values a branch, at loads in even steps over `range`.
 ///
 /// **Units** loads and outputs in their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// The least common load.
-    pub low: f64,
-    /// The greatest common load.
-    pub high: f64,
+    /// The loads that both branches have.
+    pub range: MinMax,
     /// The output while the load rises.
     pub rising: Vec<f64>,
     /// The output while the load falls.
@@ -67,21 +61,20 @@ impl Loop {
     /// # Panics
     /// If the cycle is not one of these loads, or there are not as many outputs as loads.
     pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
-        let (low, high) = (cycle.low(), cycle.high());
+        let range = cycle.loads();
         let on = |branch: &Branch| {
             let curve = Curve::of(branch, loads, outputs);
-            even_loads(low, high).map(|load| curve.at(load)).collect()
+            even_loads(range).map(|load| curve.at(load)).collect()
         };
-        Self { low, high, rising: on(cycle.rising()), falling: on(cycle.falling()) }
+        Self { range, rising: on(cycle.rising()), falling: on(cycle.falling()) }
     }
 
     /// The mean of several loops over the loads that all of them have; `None` where there is no such load.
     pub fn mean(loops: &[Self]) -> Option<Self> {
-        let low = loops.iter().map(|one| one.low).fold(f64::NEG_INFINITY, f64::max);
-        let high = loops.iter().map(|one| one.high).fold(f64::INFINITY, f64::min);
-        let usable = low < high && (high - low).is_finite();
+        let range = MinMax::common(loops.iter().map(|one| one.range));
+        let usable = range.span() > 0.0 && range.span().is_finite();
         let mean = |branch: fn(&Self) -> &[f64]| -> Vec<f64> {
-            even_loads(low, high)
+            even_loads(range)
                 .map(|load| {
                     let sum: f64 = loops.iter().map(|one| one.at(branch(one), load)).sum();
                     sum / loops.len() as f64
@@ -89,8 +82,7 @@ impl Loop {
                 .collect()
         };
         usable.then(|| Self {
-            low,
-            high,
+            range,
             rising: mean(|one| &one.rising),
             falling: mean(|one| &one.falling),
         })
@@ -99,14 +91,14 @@ impl Loop {
     /// A branch of this loop at a load within its range.
     fn at(&self, branch: &[f64], load: f64) -> f64 {
         let steps = (LOADS - 1) as f64;
-        let position = ((load - self.low) / (self.high - self.low) * steps).clamp(0.0, steps);
+        let position = ((load - self.range.min) / self.range.span() * steps).clamp(0.0, steps);
         let below = (position as usize).min(LOADS - 2);
         branch[below] + (branch[below + 1] - branch[below]) * (position - below as f64)
     }
 
     /// The loads at which the branches are compared, rising.
     pub fn loads(&self) -> impl Iterator<Item = f64> + use<> {
-        even_loads(self.low, self.high)
+        even_loads(self.range)
     }
 
     /// The loop's width at each of these loads: falling less rising, so positive where the output lags behind.
@@ -131,22 +123,22 @@ impl Loop {
     ///
     /// **Units** that of the output times that of the load.
     pub fn area(&self) -> f64 {
-        self.mean_width() * (self.high - self.low)
+        self.mean_width() * self.range.span()
     }
 
     /// Returns the integral of the width with its sign over the load: positive where the output lags behind, negative where it leads.
     ///
     /// **Units** that of the output times that of the load.
     pub fn work(&self) -> f64 {
-        mean_by_trapezoids(self.widths()) * (self.high - self.low)
+        mean_by_trapezoids(self.widths()) * self.range.span()
     }
 }
 
 /// [`LOADS`] loads in even steps.
-pub(crate) fn even_loads(low: f64, high: f64) -> impl Iterator<Item = f64> {
+pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     (0..LOADS).map(move |step| {
         let share = step as f64 / (LOADS - 1) as f64;
-        low * (1.0 - share) + high * share
+        range.min * (1.0 - share) + range.max * share
     })
 }
 
@@ -230,10 +222,9 @@ mod tests {
     #[test]
     fn branches_that_cross_enclose_an_area_and_do_no_work() {
         let one = Loop {
-            low: -1.0,
-            high: 1.0,
+            range: MinMax { min: -1.0, max: 1.0 },
             rising: vec![0.0; LOADS],
-            falling: even_loads(-1.0, 1.0).collect(),
+            falling: even_loads(MinMax { min: -1.0, max: 1.0 }).collect(),
         };
         assert!((one.area() - 1.0).abs() < 1e-4, "{}", one.area());
         assert!(one.work().abs() < 1e-12);
@@ -243,13 +234,12 @@ mod tests {
     #[test]
     fn loops_are_averaged_over_the_loads_they_share() {
         let flat = |low: f64, width: f64| Loop {
-            low,
-            high: low + 10.0,
+            range: MinMax { min: low, max: low + 10.0 },
             rising: vec![0.0; LOADS],
             falling: vec![width; LOADS],
         };
         let mean = Loop::mean(&[flat(0.0, 1.0), flat(2.0, 3.0)]).unwrap();
-        assert_eq!((mean.low, mean.high), (2.0, 10.0));
+        assert_eq!(mean.range.ends(), Some((2.0, 10.0)));
         assert!((mean.area() - 16.0).abs() < 1e-12);
         assert_eq!(Loop::mean(&[flat(0.0, 1.0), flat(20.0, 3.0)]), None);
         assert_eq!(Loop::mean(&[]), None);

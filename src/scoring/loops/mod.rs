@@ -27,13 +27,15 @@ use std::cmp::Ordering;
 
 use rainflow::Counted;
 
+use crate::min_max::MinMax;
+
 pub(crate) use curve::Curve;
 pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
 pub(crate) use cycle::even_loads;
 pub(crate) use outline::Stroke;
 pub use outline::{Density, Frame, Outline, outline};
-pub(crate) use turns::{Branch, NOISE_FACTOR, range};
+pub(crate) use turns::{Branch, NOISE_FACTOR};
 pub use turns::{LoadExtent, branches, default_dead_band};
 
 /// A cycle is full if it covers at least this share of the largest one's range.
@@ -123,20 +125,19 @@ impl Loops {
         let Some(largest) = self.largest() else {
             return Vec::new();
         };
-        let whole = (largest.low(), largest.high());
         let full = self.cycles.iter();
-        full.filter(|cycle| covers((cycle.low(), cycle.high()), whole)).cloned().collect()
+        full.filter(|cycle| covers(cycle.loads(), largest.loads())).cloned().collect()
     }
 
     /// The full cycles, where they are enough for a mean loop: `range` holds the least and the greatest of all loads.
     ///
     /// # Errors
     /// [`TooFew`] where fewer than [`FEWEST_CYCLES`] are full, or where they share no more than [`MOST`] of the range.
-    pub fn mean_cycles(&self, range: (f64, f64)) -> Result<Vec<Cycle>, TooFew> {
+    pub fn mean_cycles(&self, range: MinMax) -> Result<Vec<Cycle>, TooFew> {
         let full = self.full_cycles();
-        let (low, high) = common_loads(&full);
+        let common = common_loads(&full);
         let count = full.len();
-        let share = ((high - low) / (range.1 - range.0)).clamp(0.0, 1.0);
+        let share = common.share_of(range);
         match count >= FEWEST_CYCLES && share > MOST {
             true => Ok(full),
             false if count == 0 => Err(TooFew { count, share: 0.0 }),
@@ -155,15 +156,13 @@ impl Loops {
 }
 
 /// The loads that all of these cycles have.
-pub(crate) fn common_loads(cycles: &[Cycle]) -> (f64, f64) {
-    cycles.iter().fold((f64::NEG_INFINITY, f64::INFINITY), |(low, high), cycle| {
-        (low.max(cycle.low()), high.min(cycle.high()))
-    })
+pub(crate) fn common_loads(cycles: &[Cycle]) -> MinMax {
+    MinMax::common(cycles.iter().map(Cycle::loads))
 }
 
 /// Whether one range of loads covers most of another.
-fn covers(own: (f64, f64), whole: (f64, f64)) -> bool {
-    own.1.min(whole.1) - own.0.max(whole.0) >= FULL_SHARE * (whole.1 - whole.0)
+fn covers(own: MinMax, whole: MinMax) -> bool {
+    MinMax::common([own, whole].into_iter()).span() >= FULL_SHARE * whole.span()
 }
 
 #[cfg(test)]
@@ -177,7 +176,7 @@ mod tests {
     fn the_largest_cycle_has_the_widest_common_range() {
         let loops = Loops::of([&SMALL[..], &LARGE], 0.5);
         let largest = loops.largest().unwrap();
-        assert_eq!((largest.recording, largest.low(), largest.high()), (1, -1.0, 9.0));
+        assert_eq!((largest.recording, largest.loads().ends()), (1, Some((-1.0, 9.0))));
         assert!(!largest.first.rising);
         assert_eq!(largest.rising().samples, 2..4);
         assert_eq!(largest.falling().samples, 1..3);
@@ -200,14 +199,14 @@ mod tests {
     fn a_mean_loop_needs_three_cycles_over_most_of_the_loads() {
         let repeated: Vec<f64> = [0.0, 9.0].repeat(3).into_iter().chain([0.0]).collect();
         let loops = Loops::of([&repeated[..]], 0.5);
-        assert_eq!(loops.mean_cycles((0.0, 9.0)).unwrap().len(), 3);
-        let narrow = loops.mean_cycles((-9.0, 9.0)).unwrap_err();
+        assert_eq!(loops.mean_cycles(MinMax { min: 0.0, max: 9.0 }).unwrap().len(), 3);
+        let narrow = loops.mean_cycles(MinMax { min: -9.0, max: 9.0 }).unwrap_err();
         assert_eq!((narrow.count, narrow.share), (3, 0.5));
         let twice = Loops::of([&repeated[..5]], 0.5);
-        assert_eq!(twice.mean_cycles((0.0, 9.0)).unwrap_err().count, 2);
+        assert_eq!(twice.mean_cycles(MinMax { min: 0.0, max: 9.0 }).unwrap_err().count, 2);
         let none = Loops::of([&[0.0, 9.0][..]], 0.5);
         let expected = TooFew { count: 0, share: 0.0 };
-        assert_eq!(none.mean_cycles((0.0, 9.0)), Err(expected));
+        assert_eq!(none.mean_cycles(MinMax { min: 0.0, max: 9.0 }), Err(expected));
     }
 
     /// Five large cycles with noise of every size on them: as many, and as wide, whatever counts as a reversal.

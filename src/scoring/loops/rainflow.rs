@@ -3,6 +3,7 @@
 //! Guarantees: the counts of ASTM E1049 5.4.4, residue included; a large cycle is the same whether small ones within it
 //! count as reversals or not; about two visits of each sample.
 
+use crate::min_max::MinMax;
 use crate::scoring::loops::turns::Branch;
 
 /// The cycles of one recording that close, and the half cycles that are left over.
@@ -43,8 +44,7 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
             residue.push(Branch {
                 samples: before.samples.start..after.samples.end,
                 rising: before.rising,
-                low: before.low.min(after.low),
-                high: before.high.max(after.high),
+                loads: before.loads.joined(after.loads),
                 nested,
             });
             let mut second = Branch {
@@ -53,8 +53,7 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
                 nested: after.nested,
                 ..own
             };
-            let reached = loads[back];
-            (second.low, second.high) = (second.low.min(reached), second.high.max(reached));
+            second.loads = second.loads.with(loads[back]);
             counted.closed.push([own, second]);
         }
     }
@@ -64,8 +63,8 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
 /// The first sample of the later branch at which the load is back where the earlier one began.
 fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     let is_back = |k: &usize| match after.rising {
-        true => loads[*k] >= own.high,
-        false => loads[*k] <= own.low,
+        true => loads[*k] >= own.loads.max,
+        false => loads[*k] <= own.loads.min,
     };
     let last = after.samples.end - 1;
     after.kept().find(is_back).unwrap_or(last)
@@ -74,10 +73,8 @@ fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
 /// Neighbours that are taken together as cycles, each at most once: where pairs start, so that the sum of the squares of
 /// their common ranges is the greatest.
 pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
-    let common = |at: usize| {
-        let [first, second] = [&residue[at], &residue[at + 1]];
-        first.high.min(second.high) - first.low.max(second.low)
-    };
+    let common =
+        |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
     // Of the first so many: the greatest sum, and whether the last two of them are a pair.
     let mut best = vec![(0.0, false); residue.len() + 1];
     for n in 2..=residue.len() {
@@ -183,7 +180,7 @@ mod tests {
         assert_eq!((dip[0].samples.clone(), dip[1].samples.clone()), (2..4, 3..6));
         let [up, down] = &found.residue[..] else { panic!("up and down: {found:?}") };
         assert_eq!(up.kept().collect::<Vec<_>>(), [0, 1, 2, 5, 6]);
-        assert_eq!((up.low, up.high, up.rising), (0.0, 10.0, true));
+        assert_eq!((up.loads.ends(), up.rising), (Some((0.0, 10.0)), true));
         assert_eq!(down.samples, 6..9);
         assert_eq!(pairs(&found.residue), [0]);
     }
@@ -198,8 +195,8 @@ mod tests {
             let found = counted(&loads);
             assert_eq!(found.closed.len(), 19);
             for [first, second] in &found.closed {
-                let common = first.high.min(second.high) - first.low.max(second.low);
-                assert_eq!(common, first.span());
+                let common = MinMax::common([first.loads, second.loads].into_iter());
+                assert_eq!(common.span(), first.span());
                 assert_eq!(second.samples.start, first.samples.end - 1);
             }
             assert_eq!(counts_of(&loads), slowly(&loads));

@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use crate::min_max::MinMax;
 use crate::scoring::quantile::quantile;
 
 /// The noise's standard deviation times this is a default dead band: white noise of a quarter of a million samples
@@ -24,10 +25,8 @@ pub struct Branch {
     pub samples: Range<usize>,
     /// Whether the load rises in it.
     pub rising: bool,
-    /// The least load in it.
-    pub low: f64,
-    /// The greatest load in it.
-    pub high: f64,
+    /// The least and the greatest load in it.
+    pub loads: MinMax,
     /// Cycles of their own on its way, in the order of time: these samples belong to them.
     pub nested: Vec<Range<usize>>,
 }
@@ -43,7 +42,7 @@ impl Branch {
 
     /// From the least load to the greatest.
     pub fn span(&self) -> f64 {
-        self.high - self.low
+        self.loads.span()
     }
 }
 
@@ -62,8 +61,8 @@ pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
     ends.windows(2)
         .map(|ends| {
             let samples = ends[0]..ends[1] + 1;
-            let (low, high) = range(&loads[samples.clone()]);
-            let branch = Branch { samples, rising, low, high, nested: Vec::new() };
+            let loads = loads[samples.clone()].iter().collect();
+            let branch = Branch { samples, rising, loads, nested: Vec::new() };
             rising = !rising;
             branch
         })
@@ -109,16 +108,14 @@ fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
 pub struct LoadExtent {
     /// The standard deviation of the noise of the noisiest recording.
     pub noise: f64,
-    /// The least load of all.
-    pub low: f64,
-    /// The greatest load of all.
-    pub high: f64,
+    /// The least and the greatest load of all.
+    pub loads: MinMax,
 }
 
 impl Default for LoadExtent {
     /// Of no recording.
     fn default() -> Self {
-        Self { noise: 0.0, low: f64::INFINITY, high: f64::NEG_INFINITY }
+        Self { noise: 0.0, loads: MinMax::NONE }
     }
 }
 
@@ -132,27 +129,22 @@ impl LoadExtent {
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
         let mut extent = Self::default();
         for loads in recordings {
-            extent.noise = extent.noise.max(noise_of(loads));
-            let (low, high) = range(loads);
-            (extent.low, extent.high) = (extent.low.min(low), extent.high.max(high));
+            let own = Self { noise: noise_of(loads), loads: loads.iter().collect() };
+            extent = extent.with(own);
         }
         extent
     }
 
     /// That of these recordings and of others together.
     pub fn with(self, other: Self) -> Self {
-        Self {
-            noise: self.noise.max(other.noise),
-            low: self.low.min(other.low),
-            high: self.high.max(other.high),
-        }
+        Self { noise: self.noise.max(other.noise), loads: self.loads.joined(other.loads) }
     }
 
     /// The dead band where nobody has chosen one: ten times the noise, and at least 5 % of the range of the load.
     ///
     /// **Units** that of the loads.
     pub fn dead_band(&self) -> f64 {
-        (NOISE_FACTOR * self.noise).max(MIN_SHARE * (self.high - self.low).max(0.0))
+        (NOISE_FACTOR * self.noise).max(MIN_SHARE * self.loads.span())
     }
 }
 
@@ -172,13 +164,6 @@ fn noise_of(loads: &[f64]) -> f64 {
         .map(|x| (x[0] + x[4] - 4.0 * (x[1] + x[3]) + 6.0 * x[2]).abs())
         .collect();
     quantile(&mut sizes, 0.5).unwrap_or(0.0) / (70.0_f64.sqrt() * MEDIAN_OF_NORMAL)
-}
-
-/// Least and greatest of the values; without values, +∞ and −∞.
-pub(crate) fn range(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-        (low.min(value), high.max(value))
-    })
 }
 
 #[cfg(test)]
@@ -209,7 +194,7 @@ mod tests {
     #[test]
     fn branches_know_their_range() {
         let found = branches(&[1.0, 0.9, 4.0, -2.0], 0.5);
-        let ranges: Vec<_> = found.iter().map(|b| (b.low, b.high, b.span())).collect();
+        let ranges: Vec<_> = found.iter().map(|b| (b.loads.min, b.loads.max, b.span())).collect();
         assert_eq!(ranges, [(0.9, 4.0, 3.1), (-2.0, 4.0, 6.0)]);
     }
 

@@ -5,6 +5,7 @@ use egui::{RichText, TextEdit};
 use super::{ImportFields, send};
 use crate::engine::{ImportCommand, Importing};
 use crate::import::inspect::Inspection;
+use crate::recording::Axis;
 use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::significant;
@@ -76,7 +77,7 @@ fn would_load(inspection: &Inspection) -> String {
     let check = &inspection.check;
     let samples: usize = check.recordings.iter().map(|recording| recording.n_samples).sum();
     let rate = check.recordings.first().and_then(|recording| recording.rate_hz);
-    let axes: Vec<&str> = check.axes.iter().map(|axis| axis.symbol()).collect();
+    let axes = Axis::symbols(&check.axes);
     format!(
         "Would load {}{} recording{}, {samples} samples{}, gauges {}, {}",
         if check.is_sample { "from the start of the file " } else { "" },

@@ -3,7 +3,7 @@
 use super::{LoopsPane, linked, trace_of};
 use crate::engine::Engine;
 use crate::questions::loops::{FiguresOf, Inks, LoopPlot, LoopView, Span, Up};
-use crate::questions::loops::{LoopMeasures, LoopScale, loop_figures};
+use crate::questions::loops::{LoopMeasures, LoopScale, lag_in_words, loop_figures};
 use crate::questions::metrology::Reason;
 use crate::report::figure::Figure;
 use crate::ui::command::Command;
@@ -71,12 +71,14 @@ pub(super) fn show(
         if let Some(missing) = shared.as_ref().and_then(|own| own.missing()) {
             ui.weak(missing);
         }
+        lag(ui, pane, picture);
         figures(ui, &view);
         if !view.found().is_empty() {
             let widths = view.widths(&colors);
             let print = view.widths(&Inks::PRINT);
             let mut zoom = None; // always all of it
             plots::plot(ui, "loop widths", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
+            by_rate(ui, &view, out);
         }
     });
     if let Some(shared) = shared
@@ -85,6 +87,41 @@ pub(super) fn show(
         // Its cycle alone, wherever it is looked at.
         pane.span = Span::Visible;
         time.show_samples(samples);
+    }
+}
+
+/// How late the gauges are, and the switch that takes it out.
+fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
+    let words = lag_in_words(&picture.lag);
+    let is_known = picture.lag.lag.is_ok();
+    match picture.lag.is_worth_removing() && !pane.lag_removed {
+        true => ui.warn(words),
+        false => ui.weak(words),
+    };
+    let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
+    ui.add_enabled(is_known || picture.question.lag_removed, switch).on_hover_text(
+        "Makes the reference as late as the gauges, by the same delay or the same low-pass, and fits the gains of both outputs anew. \
+         What is left is hysteresis; the filter of an amplifier is not. Each output by its own lag",
+    );
+}
+
+/// A width that grows with the rate is lag; one that stays is hysteresis.
+fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
+    const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width that grows in proportion to the rate is lag, \
+                         one that stays is hysteresis";
+    match view.widths_by_rate(&inks(ui.visuals())) {
+        Some(widths) => {
+            let print = view.widths_by_rate(&Inks::PRINT).unwrap_or_default();
+            let mut zoom = None; // always all of it
+            plots::plot(ui, "widths by rate", WIDTHS_HEIGHT, [&widths, &print], &mut zoom, out);
+            ui.weak("Width over rate").on_hover_text(ABOUT);
+        }
+        None => {
+            ui.weak(
+                "The full cycles have about the same rate, so their widths alone do not tell lag from hysteresis.",
+            )
+            .on_hover_text(ABOUT);
+        }
     }
 }
 

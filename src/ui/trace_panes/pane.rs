@@ -1,5 +1,6 @@
 //! One axis: the pane with its traces, and the one with their errors under it.
 
+use crate::min_max::MinMax;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -16,7 +17,7 @@ use crate::ui::command::Command;
 use crate::ui::palette;
 use crate::ui::palette::Trace;
 use crate::ui::plots;
-use crate::ui::plots::{Asked, VALUE_AXIS_WIDTH, ZOOM_PER_POINT};
+use crate::ui::plots::{Asked, VALUE_AXIS_WIDTH};
 use crate::ui::time_view::{Kind, TimeView, all_of, within};
 use crate::ui::trace_panes::drawn::{DrawnLines, TraceLine, piece};
 use crate::ui::trace_panes::overlay;
@@ -204,12 +205,9 @@ fn shown_series<'a>(
 /// The range of the visible values with a margin; of errors always with zero in it.
 fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Kind) -> (f64, f64) {
     let zero = (kind == Kind::Error).then_some((0.0, 0.0));
-    let range = shown
-        .iter()
-        .filter_map(|(_, series)| series.min_max(samples.clone()))
-        .chain(zero)
-        .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-    let (low, high) = range.unwrap_or((-1.0, 1.0));
+    let all = shown.iter().filter_map(|(_, series)| series.min_max(samples.clone())).chain(zero);
+    let range: MinMax = all.flat_map(|(low, high)| [low, high]).collect();
+    let (low, high) = range.ends().unwrap_or((-1.0, 1.0));
     let margin = if high > low { 0.06 * (high - low) } else { 0.1 * high.abs().max(1e-3) };
     (low - margin, high + margin)
 }
@@ -407,14 +405,9 @@ fn follow_gestures(
     if (now.min()[1], now.max()[1]) != (set.min()[1], set.max()[1]) {
         panes.shown.values.insert(key, (now.min()[1], now.max()[1]));
     }
-    if let Some(pointer) = response.response.hover_pos() {
-        let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
-        if wheel != 0.0 {
-            let at = response.transform.value_from_position(pointer).x;
-            let factor = (-ZOOM_PER_POINT * wheel).exp();
-            let zoomed = (at + (now.min()[0] - at) * factor, at + (now.max()[0] - at) * factor);
-            panes.shown.time = Some(within(&traces.times, zoomed));
-        }
+    if let Some(([at, _], factor)) = plots::wheel_zoom(ui, response) {
+        let zoomed = (at + (now.min()[0] - at) * factor, at + (now.max()[0] - at) * factor);
+        panes.shown.time = Some(within(&traces.times, zoomed));
     }
 }
 

@@ -5,18 +5,22 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use crate::calibration::{Terms, past_samples};
+use crate::calibration::{ErrorBlocks, NEARLY, Terms, past_samples, weighed};
 use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::Sums;
 use crate::questions::thresholds::measure::Measure;
-use crate::questions::thresholds::paired::paired;
 use crate::questions::thresholds::study::parts::check_parts;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::recording::{Recording, Role};
 use crate::scoring::left_out::LeftOut;
+
+/// Shortest time that is tried, in steps of the recordings.
+const SHORTEST_TIME: f64 = 0.25;
+/// Largest share of a group's samples in which the state of a proposed radius may be unknown.
+const MOST_UNKNOWN: f64 = 0.1;
 
 /// A block whose values nobody knows beforehand: one with a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
@@ -31,7 +35,7 @@ pub struct BlockSuggestion {
     /// Which block.
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
-    /// The list, rising; empty if none predicts left-out parts better than no such block, beyond one standard error.
+    /// The list, rising; empty if none predicts left-out parts better than no such block, with 90 % confidence.
     pub values: Vec<f64>,
     /// The cross-validation measure with it.
     pub left_out: f64,
@@ -53,22 +57,28 @@ struct Bench {
     own: Vec<Vec<usize>>,
     weights: Vec<f64>,
     ridge: crate::calibration::RidgeChoice,
-    part_samples: Vec<u64>,
+    parts: ErrorBlocks,
 }
 
-/// A choice with the squared errors of the left-out parts.
+/// A choice of candidates.
 #[derive(Clone)]
 struct Tried {
     chosen: Vec<usize>,
+    /// Summed squared errors of each left-out part, all axes weighed together.
     squares: Vec<f64>,
-    mean_square: f64,
+}
+
+impl Tried {
+    fn sum(&self) -> f64 {
+        self.squares.iter().sum()
+    }
 }
 
 impl Study {
     /// The list for a block that left-out parts are predicted best with, the others staying as the settings say.
     ///
-    /// Lists are made of the block's candidates as its [`Lists`] say; standard errors are of [`paired`] differences. A block
-    /// without a search has no candidates.
+    /// Lists are made of the block's candidates as its [`Lists`] say, and compared by [`ErrorBlocks`]. A block without a search has
+    /// no candidates.
     ///
     /// # Errors
     /// [`AnalysisError`] where nothing can be left out, no axis counts, or somebody asked to stop.
@@ -96,14 +106,17 @@ impl Study {
         Ok(BlockSuggestion {
             block,
             values: best.chosen.iter().map(|at| candidates[*at]).collect(),
-            left_out: best.mean_square.sqrt(),
-            left_out_without: without.mean_square.sqrt(),
+            left_out: bench.measure(&best),
+            left_out_without: bench.measure(&without),
             n_tried,
         })
     }
 
-    /// What these recordings can show, and as many as there is room for columns.
-    fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
+    /// Returns the candidates of a block that these recordings can show, thinned to as many as there is room for columns.
+    ///
+    /// Times reach from a quarter of the shortest step (gauges between samples are interpolated) to the longest recording. Radii
+    /// are known in nine of ten samples of every group.
+    pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
             let training = || {
@@ -114,7 +127,11 @@ impl Study {
             let step = training().filter_map(Recording::rate_hz).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
             let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
-            candidates.retain(|secs| *secs >= shortest && *secs <= longest);
+            candidates.retain(|secs| *secs >= SHORTEST_TIME * shortest && *secs <= longest);
+        }
+        if candidates.iter().any(|value| block.travel(*value) > 0.0) {
+            let travels = Travels::of(self);
+            candidates.retain(|value| travels.unknown(block.travel(*value)) <= MOST_UNKNOWN);
         }
         let n_gauges = self.blank.gauges.len();
         let fits = |candidates: &[f64]| {
@@ -134,7 +151,60 @@ fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) 
     FeatureSettings { blocks: features.blocks.clone().with(block, values), ..features.clone() }
 }
 
+/// How far each gauge has moved up to each sample of a group, and how much it moves there.
+struct Travels {
+    /// For each group the gauges' travels (σ), one list for each recording and gauge, each with its weight.
+    groups: Vec<Vec<(Vec<f32>, f64)>>,
+}
+
+impl Travels {
+    /// Follows every gauge of the training recordings.
+    fn of(study: &Study) -> Self {
+        let data = &study.data;
+        let n_groups = data.groups.of.iter().max().map_or(0, |last| last + 1);
+        let mut groups = vec![Vec::new(); n_groups];
+        let training = data.entries.iter().zip(&data.groups.of);
+        for (entry, group) in training.filter(|(entry, _)| entry.role == Role::Train) {
+            let recording = &entry.recording;
+            for (gauge, deviation) in study.blank.gauge_scale.deviation.iter().enumerate() {
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                let (mut sum, mut squares) = (0.0, 0.0);
+                let travel = (0..recording.n_samples()).map(|k| {
+                    let own = recording.gauges_at(k)[gauge] / deviation.max(f64::MIN_POSITIVE);
+                    (low, high) = (low.min(own), high.max(own));
+                    (sum, squares) = (sum + own, squares + own * own);
+                    (high - low) as f32
+                });
+                let travel: Vec<f32> = travel.collect();
+                let moved = squares - sum * sum / travel.len().max(1) as f64;
+                groups[*group].push((travel, moved.max(0.0)));
+            }
+        }
+        Self { groups }
+    }
+
+    /// Returns the largest share of a group's samples before gauges have moved as far as this (σ). A gauge counts by how much it
+    /// moves in the group.
+    fn unknown(&self, travel: f64) -> f64 {
+        let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
+            let (mut unknown, mut all) = (0.0, 0.0);
+            for (travels, moved) in gauges {
+                let before = travels.partition_point(|own| f64::from(*own) < travel);
+                unknown += moved * before as f64 / travels.len().max(1) as f64;
+                all += moved;
+            }
+            if all > 0.0 { unknown / all } else { 0.0 }
+        };
+        self.groups.iter().map(of_group).fold(0.0, f64::max)
+    }
+}
+
 impl Bench {
+    /// Returns the root of the mean squared error of the left-out parts.
+    fn measure(&self, tried: &Tried) -> f64 {
+        (tried.sum() / self.sums.train.n_samples().max(1) as f64).sqrt()
+    }
+
     fn prepare(
         study: &Study,
         block: HistoryBlock,
@@ -167,7 +237,7 @@ impl Bench {
             own,
             weights,
             ridge: study.settings.ridge,
-            part_samples,
+            parts: ErrorBlocks::of_parts(&part_samples),
             kinds,
             known: data.map.standardised(&design),
         })
@@ -177,16 +247,12 @@ impl Bench {
         let own = chosen.iter().flat_map(|at| &self.own[*at]);
         let train = &self.sums.train;
         let used: Vec<usize> = self.others.iter().chain(own).copied().collect();
-        let left_out = LeftOut {
-            total: train,
-            parts: &self.sums.parts,
-            terms: Terms { used: &used, kinds: &self.kinds, known: &self.known },
-        };
+        let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
+        let left_out =
+            LeftOut::of(train, &self.sums.parts, terms).scored_on(self.sums.cold.as_deref());
         let (_, squares) = left_out.with_ridge(self.ridge);
         let squares = squares.ok_or(NoSuggestion::NothingLeftOut)?;
-        let weights = self.weights.iter().cycle();
-        let sum: f64 = squares.iter().zip(weights).map(|(square, w)| w * square).sum();
-        Ok(Tried { chosen, squares, mean_square: sum / train.n_samples().max(1) as f64 })
+        Ok(Tried { chosen, squares: weighed(&squares, &self.weights) })
     }
 
     fn try_all(
@@ -204,31 +270,23 @@ impl Bench {
         tried.collect()
     }
 
-    /// Whether `one` is worse than `other` by more than luck.
-    fn is_worse(&self, one: &Tried, other: &Tried) -> bool {
-        paired(&one.squares, &other.squares, &self.part_samples, &self.weights)
-            .is_some_and(|paired| !paired.is_within_one_standard_error())
-    }
-
+    /// Tries all lists; of those that are nearly as good as the best the shortest is taken, or none where none is surely better
+    /// than no list.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
         without: &Tried,
         progress: &Progress,
     ) -> Result<(Tried, usize), AnalysisError> {
-        let tried = self.try_all(lists, progress)?;
+        let mut tried = self.try_all(lists, progress)?;
         let n_tried = tried.len();
-        let least = |a: &&Tried, b: &&Tried| a.mean_square.total_cmp(&b.mean_square);
-        let Some(best) = tried.iter().min_by(least) else {
-            return Ok((without.clone(), 0));
-        };
-        let good = tried.iter().filter(|one| !self.is_worse(one, best));
-        let shortest = good.min_by(|a, b| {
+        tried.sort_by(|a, b| {
             let lengths = a.chosen.len().cmp(&b.chosen.len());
-            lengths.then(a.mean_square.total_cmp(&b.mean_square))
+            lengths.then(a.sum().total_cmp(&b.sum()))
         });
-        let taken = shortest.filter(|taken| self.is_worse(without, taken));
-        Ok((taken.unwrap_or(without).clone(), n_tried))
+        tried.insert(0, without.clone());
+        let found = self.parts.choose(tried.len(), NEARLY, |at| &tried[at].squares);
+        Ok((tried.swap_remove(found.smallest), n_tried))
     }
 
     fn one_after_another(
@@ -251,9 +309,11 @@ impl Bench {
                 .collect();
             let tried = self.try_all(lists, progress)?;
             n_tried += tried.len();
-            let best = (tried.into_iter()).min_by(|a, b| a.mean_square.total_cmp(&b.mean_square));
+            let best = (tried.into_iter()).min_by(|a, b| a.sum().total_cmp(&b.sum()));
             match best {
-                Some(best) if self.is_worse(&taken, &best) => taken = best,
+                Some(best) if self.parts.is_below(&best.squares, &taken.squares, 1.0) => {
+                    taken = best;
+                }
                 _ => break,
             }
         }

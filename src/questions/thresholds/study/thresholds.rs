@@ -148,10 +148,10 @@ impl<'a> Rows<'a> {
                 std::iter::once(own).chain(further.iter().cloned()).collect()
             })
             .collect();
-        let Sums { parts, test, of_recordings, .. } =
+        let Sums { parts, cold, test, of_recordings, .. } =
             data.sums(&design, &unmoved, n_axes, progress);
         progress.check()?;
-        let scorer = Scorer::new(&design, &data.map, parts, test, study.settings.ridge)
+        let scorer = Scorer::new(&design, &data.map, parts, cold, test, study.settings.ridge)
             .with_ridge_by(data.recordings_left_out(&of_recordings));
         check_parts(&scorer.part_samples(), design.kinds().into_iter(), study.settings.ridge)?;
         Ok(Self { study, grid, design, pieces, further, scorer })
@@ -161,11 +161,11 @@ impl<'a> Rows<'a> {
         let data = &self.study.data;
         let t_ths_secs = self.grid.t_ths_secs();
         let thresholds = Thresholds { f_th, t_th_secs: self.grid.longest_secs() };
-        let aged: Vec<Vec<AgedSums>> = (data.entries.par_iter().enumerate())
+        let aged: Vec<[Vec<AgedSums>; 2]> = (data.entries.par_iter().enumerate())
             .map(|(at, entry)| {
                 progress.check()?;
                 if !takes_part(entry) {
-                    return Ok(Vec::new());
+                    return Ok([Vec::new(), Vec::new()]);
                 }
                 let past = self.study.paths[at].past_samples_until(
                     entry.recording.times(),
@@ -175,15 +175,22 @@ impl<'a> Rows<'a> {
                 progress.check()?;
                 let ages = ThresholdAges { past: &past, further: &self.further[at], t_ths_secs };
                 let loads = data.present_loads(at);
-                let aged = aged_sums(&self.design, loads, ages, &self.pieces[at], progress);
+                let pieces = &self.pieces[at];
+                let aged = aged_sums(&self.design, loads, ages, pieces, false, progress);
+                let cold = match self.scorer.is_scored_cold() && entry.role == Role::Train {
+                    true => aged_sums(&self.design, loads, ages, pieces, true, progress),
+                    false => Vec::new(),
+                };
                 progress.check()?;
-                Ok(aged)
+                Ok([aged, cold])
             })
             .collect::<Result<_, Cancelled>>()?;
-        let (mut parts, mut test, mut n_training) = (Vec::new(), Vec::new(), 0);
-        for ((entry, pieces), aged) in data.entries.iter().zip(&self.pieces).zip(aged) {
+        let (mut parts, mut all_cold) = (Vec::new(), Vec::new());
+        let (mut test, mut n_training) = (Vec::new(), 0);
+        for ((entry, pieces), [aged, cold]) in data.entries.iter().zip(&self.pieces).zip(aged) {
             match entry.role {
                 Role::Train => {
+                    all_cold.extend(pieces.iter().map(|piece| piece.fold).zip(cold));
                     let pieces = pieces.iter().zip(aged);
                     parts.extend(pieces.map(|(piece, aged)| (piece.fold, n_training, aged)));
                     n_training += 1;
@@ -192,7 +199,7 @@ impl<'a> Rows<'a> {
                 Role::Off => {}
             }
         }
-        self.scorer.row(&parts, &test, t_ths_secs.len(), progress)
+        self.scorer.row(&parts, &all_cold, &test, t_ths_secs.len(), progress)
     }
 }
 

@@ -1,0 +1,408 @@
+//! The one rule of choice: which of several fits predicts left-out samples best, and which is the smallest that is nearly as
+//! good. It serves models, ridge strengths, thresholds, radii and time constants.
+//!
+//! Guarantees: two fits are compared block by block, on the same left-out samples, so that what makes a block hard for both
+//! cancels. The lowest and the highest tenth of the differences (at least one of five blocks or more) do not count, so one
+//! wild block neither makes nor hides a difference. Nothing is taken that is not below the conventional calibration with a
+//! confidence of 90 %, or that is worse than 1.1 times the conventional error in a group.
+
+/// Largest error of a group that a fit may have, relative to the conventional calibration's.
+const HARM: f64 = 1.1;
+/// Share of the differences that is left aside at each end.
+const TRIMMED: f64 = 0.1;
+/// Fewest blocks of which one is left aside at each end.
+const FEWEST_TRIMMED: usize = 5;
+/// Fewest blocks of a group by which its own scatter is known.
+const FEWEST_OF_GROUP: usize = 3;
+/// The smaller of two settings of one model is taken where its error exceeds the lowest by less than this share.
+pub(crate) const NEARLY: f64 = 0.01;
+/// Fits whose errors differ by a smaller share are equal; rounding must not decide.
+const TIE: f64 = 1e-9;
+
+/// The left-out samples, cut into contiguous blocks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Blocks {
+    /// Samples of each block.
+    pub samples: Vec<f64>,
+    /// Group of each block.
+    pub groups: Vec<usize>,
+}
+
+/// Adds the squared errors of all axes, each times its weight: one number for each block of `squares`, `n_blocks × n_axes`.
+pub(crate) fn weighed(squares: &[f64], weights: &[f64]) -> Vec<f64> {
+    let of_block = |own: &[f64]| own.iter().zip(weights).map(|(own, weight)| own * weight).sum();
+    squares.chunks_exact(weights.len().max(1)).map(of_block).collect()
+}
+
+/// How the mean squared errors of two fits differ over the same blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// First fit's pooled mean squared error less the second's.
+    pub difference: f64,
+    /// The same without the lowest and highest differences.
+    pub trimmed: f64,
+    /// Standard error of the trimmed difference.
+    pub standard_error: f64,
+    /// Blocks that count.
+    counted: usize,
+}
+
+impl Comparison {
+    /// Returns whether the first error is below the second with a confidence of 90 %: the trimmed difference by Student's t,
+    /// and the pooled one, too.
+    ///
+    /// Two blocks scatter too little for that; there both must agree.
+    fn is_below(&self) -> bool {
+        let needed = match self.counted {
+            0 | 1 => return false,
+            2 => 1.0 + TIE,
+            n => t_of_90_percent(n - 1),
+        };
+        self.difference < 0.0 && self.trimmed < -needed * self.standard_error
+    }
+}
+
+/// Returns the value that Student's t stays below with a probability of 90 %.
+fn t_of_90_percent(freedom: usize) -> f64 {
+    match freedom {
+        0 => f64::INFINITY,
+        1 => 3.077_683_537,
+        2 => 1.885_618_083,
+        n => {
+            // Cornish and Fisher's series around the normal quantile; its error is below 0.003 from three degrees on.
+            let (z, n) = (1.281_551_566_f64, n as f64);
+            let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
+            z + (z3 + z) / (4.0 * n)
+                + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
+                + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * n.powi(3))
+        }
+    }
+}
+
+/// Why a fit cannot be taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// Its error is not below the conventional calibration's with a confidence of 90 %.
+    NotBetter,
+    /// Its error in a group, relative to the conventional calibration's there.
+    Harms {
+        /// The group.
+        group: usize,
+        /// Error relative to the conventional calibration's.
+        ratio: f64,
+    },
+}
+
+/// What a comparison of fits comes to; positions are those of the fits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The fit with the lowest error of those that can be taken.
+    pub accurate: usize,
+    /// The smallest fit that is nearly as good.
+    pub smallest: usize,
+    /// Why each fit cannot be taken; `None` where it can.
+    pub refused: Vec<Option<Refusal>>,
+}
+
+impl Blocks {
+    /// Returns blocks of which each is a group of its own.
+    pub fn of_parts(samples: &[u64]) -> Self {
+        let samples: Vec<f64> = samples.iter().map(|n| *n as f64).collect();
+        Self { groups: (0..samples.len()).collect(), samples }
+    }
+
+    /// Compares the summed squared errors of two fits, block by block.
+    pub fn compare(&self, one: &[f64], other: &[f64]) -> Comparison {
+        let mut blocks: Vec<(f64, f64)> = (one.iter().zip(other).zip(&self.samples))
+            .filter(|(_, n)| **n > 0.0)
+            .map(|((one, other), n)| ((one - other) / n, *n))
+            .collect();
+        blocks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mean = |blocks: &[(f64, f64)]| {
+            let all: f64 = blocks.iter().map(|(_, n)| n).sum();
+            blocks.iter().map(|(own, n)| own * n).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+        };
+        let n = blocks.len();
+        let aside = match n < FEWEST_TRIMMED {
+            true => 0,
+            false => ((TRIMMED * n as f64) as usize).max(1),
+        };
+        let difference = mean(&blocks);
+        let trimmed = mean(&blocks[aside..n - aside]);
+        // Winsorised variance (Yuen 1974), each block counting by its share of the samples.
+        let ends = (n > 0).then(|| (blocks[aside].0, blocks[n - 1 - aside].0));
+        let (low, high) = ends.unwrap_or_default();
+        blocks.iter_mut().for_each(|(own, _)| *own = own.clamp(low, high));
+        let centre = mean(&blocks);
+        let all: f64 = blocks.iter().map(|(_, n)| n).sum();
+        let squares = blocks.iter().map(|(own, n)| (n / all * (own - centre)).powi(2));
+        let kept = (n - 2 * aside) as f64 / n.max(1) as f64;
+        let correction = n as f64 / n.saturating_sub(1).max(1) as f64;
+        Comparison {
+            difference,
+            trimmed,
+            standard_error: (correction * squares.sum::<f64>()).sqrt() / kept.max(f64::EPSILON),
+            counted: n - 2 * aside,
+        }
+    }
+
+    /// Returns whether one fit's error is below `factor` times another's with a confidence of 90 %.
+    pub fn is_below(&self, one: &[f64], other: &[f64], factor: f64) -> bool {
+        let other: Vec<f64> = other.iter().map(|own| factor * factor * (1.0 - TIE) * own).collect();
+        one.iter().all(|own| own.is_finite()) && self.compare(one, &other).is_below()
+    }
+
+    /// Returns the group in which a fit errs most relative to the conventional calibration, where that is beyond what is
+    /// allowed.
+    ///
+    /// A group of several blocks must be beyond it with a confidence of 90 %. A smaller group is judged against the mean
+    /// conventional error where its own is lower: a fit may be worse than an error that is small by luck.
+    fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
+        let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
+        let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);
+        let harms = (0..n_groups).filter_map(|group| {
+            let of = |values: &[f64]| -> Vec<f64> {
+                let all = values.iter().zip(&self.groups);
+                all.filter(|(_, of)| **of == group).map(|(value, _)| *value).collect()
+            };
+            let (own, conventional) = (of(own), of(conventional));
+            let samples = of(&self.samples);
+            let sum = |values: &[f64]| values.iter().sum::<f64>();
+            let n = sum(&samples);
+            let blocks = Self { groups: vec![0; samples.len()], samples };
+            let harms = match own.len() < FEWEST_OF_GROUP {
+                true => sum(&own) > HARM * HARM * sum(&conventional).max(pooled * n),
+                false => blocks.is_below(&conventional, &own, 1.0 / HARM),
+            };
+            let ratio = (sum(&own) / sum(&conventional)).sqrt();
+            harms.then_some(Refusal::Harms { group, ratio })
+        });
+        harms.max_by(|a, b| match (a, b) {
+            (Refusal::Harms { ratio: a, .. }, Refusal::Harms { ratio: b, .. }) => a.total_cmp(b),
+            _ => std::cmp::Ordering::Equal,
+        })
+    }
+
+    /// Chooses among `n` fits, the conventional calibration first and then from the smallest to the largest.
+    /// `squares(at)` are the summed squared errors of each block, all axes weighed together.
+    ///
+    /// The smallest is the first whose error exceeds the lowest by less than the share `within`, with a confidence of 90 %.
+    pub fn choose<'a>(
+        &self,
+        n: usize,
+        within: f64,
+        squares: impl Fn(usize) -> &'a [f64],
+    ) -> Choice {
+        let refusal = |at: usize| match at {
+            0 => None,
+            _ if !self.is_below(squares(at), squares(0), 1.0) => {
+                self.harm(squares(at), squares(0)).or(Some(Refusal::NotBetter))
+            }
+            _ => self.harm(squares(at), squares(0)),
+        };
+        let refused: Vec<Option<Refusal>> = (0..n).map(refusal).collect();
+        let mut eligible: Vec<usize> = (0..n).filter(|at| refused[*at].is_none()).collect();
+        let smallest_first = eligible.clone();
+        let sum = |at: usize| squares(at).iter().sum::<f64>();
+        eligible.sort_by(|a, b| sum(*a).total_cmp(&sum(*b)));
+        let is_beaten = |at: &usize| {
+            eligible.iter().any(|other| {
+                let found = self.compare(squares(*other), squares(*at));
+                Comparison { difference: found.trimmed, ..found }.is_below()
+            })
+        };
+        let lowest = eligible.iter().find(|at| !is_beaten(at)).or(eligible.first());
+        let accurate = lowest.copied().unwrap_or(0);
+        let nearly = |at: &usize| {
+            *at == accurate
+                || sum(*at) <= sum(accurate) * (1.0 + TIE)
+                || self.is_below(squares(*at), squares(accurate), 1.0 + within)
+        };
+        let smallest = smallest_first.into_iter().find(nearly).unwrap_or(accurate);
+        Choice { accurate, smallest, refused }
+    }
+}
+
+/// Chooses a setting of one model: the position of the last of `n_tried`, which is the simplest, whose error over the parts is
+/// nearly the lowest. `square(at, part)` is the sum of squares of a part.
+///
+/// The last one takes the place of the conventional calibration: the others must be below it with a confidence of 90 %.
+pub(crate) fn simplest_good(
+    n_tried: usize,
+    n_parts: usize,
+    square: impl Fn(usize, usize) -> f64,
+) -> usize {
+    let Some(last) = n_tried.checked_sub(1) else { return 0 };
+    let squares: Vec<Vec<f64>> =
+        (0..n_tried).rev().map(|at| (0..n_parts).map(|part| square(at, part)).collect()).collect();
+    let is_finite = |own: &Vec<f64>| own.iter().all(|square| square.is_finite());
+    if !is_finite(&squares[0]) {
+        // What is simplest cannot be fitted: the simplest that can be.
+        return (0..n_tried).rev().find(|at| is_finite(&squares[last - at])).unwrap_or(0);
+    }
+    let blocks = Blocks::of_parts(&vec![1; n_parts]);
+    last - blocks.choose(n_tried, NEARLY, |at| &squares[at]).smallest
+}
+
+/// How much of what a second stage has learned may be added to the linear one, the most first; with nothing the linear one
+/// stands alone.
+pub(crate) const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
+
+/// The position of the best of [`SHARES`]; nothing, where that is nearly as good. `square(at, part)` is the sum of squares of a
+/// part with a share.
+///
+/// What is learned is not shrunk a second time: a share between only says that two stages agree about the direction, not
+/// about the size.
+pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
+    let sum = |at: &usize| (0..n_parts).map(|part| square(*at, part)).sum::<f64>();
+    let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));
+    let tried = [best.unwrap_or(0), SHARES.len() - 1];
+    tried[simplest_good(tried.len(), n_parts, |at, part| square(tried[at], part))]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Ten blocks in groups of two; fits with these mean squared errors in each block.
+    fn chosen(within: f64, fits: &[[f64; 10]]) -> Choice {
+        let blocks = Blocks { samples: vec![1.0; 10], groups: (0..10).map(|at| at / 2).collect() };
+        blocks.choose(fits.len(), within, |at| &fits[at])
+    }
+
+    /// From tables of Student's t.
+    #[test]
+    fn the_quantile_is_that_of_tables() {
+        for (freedom, expected) in
+            [(1, 3.078), (2, 1.886), (3, 1.638), (4, 1.533), (9, 1.383), (30, 1.310), (1000, 1.282)]
+        {
+            assert!((t_of_90_percent(freedom) - expected).abs() < 3e-3, "{freedom}");
+        }
+    }
+
+    /// Without a tenth at each end the mean of 1 … 10 stays; Yuen's standard error is that of the winsorised values over 0.8.
+    #[test]
+    fn the_standard_error_is_yuens() {
+        let one: Vec<f64> = (1..=10).map(f64::from).collect();
+        let blocks = Blocks::of_parts(&[1; 10]);
+        let found = blocks.compare(&one, &[0.0; 10]);
+        assert!((found.trimmed - 5.5).abs() < 1e-12 && (found.difference - 5.5).abs() < 1e-12);
+        // Winsorised: 2 2 3 4 5 6 7 8 9 9, of variance 66.5/9.
+        let expected = (66.5_f64 / 9.0).sqrt() / (0.8 * 10_f64.sqrt());
+        assert!((found.standard_error - expected).abs() < 1e-12, "{found:?}");
+    }
+
+    #[test]
+    fn all_alike_leaves_the_conventional_calibration() {
+        let found = chosen(0.05, &[[1.0; 10]; 4]);
+        assert_eq!((found.accurate, found.smallest), (0, 0));
+        assert_eq!(found.refused[1], Some(Refusal::NotBetter));
+        assert_eq!(simplest_good(3, 4, |_, _| 4.0), 2);
+    }
+
+    #[test]
+    fn of_two_that_are_as_good_the_smaller_is_taken() {
+        let found = chosen(0.05, &[[1.0; 10], [0.5; 10], [0.5; 10]]);
+        assert_eq!(found.smallest, 1);
+        // 3 % above the lowest RMSE, in every block.
+        let near = 0.5 * 1.03 * 1.03;
+        let found = chosen(0.05, &[[1.0; 10], [near; 10], [0.5; 10]]);
+        assert_eq!((found.accurate, found.smallest), (2, 1));
+        let found = chosen(0.02, &[[1.0; 10], [near; 10], [0.5; 10]]);
+        assert_eq!((found.accurate, found.smallest), (2, 2));
+    }
+
+    /// A fold that goes wrong widens the standard error, and must not let its candidate pass.
+    #[test]
+    fn one_wild_block_does_not_make_a_candidate_good() {
+        let mut wild = [0.3; 10];
+        wild[7] = 50.0;
+        let found = chosen(0.05, &[[1.0; 10], wild, [0.4; 10]]);
+        assert_eq!((found.accurate, found.smallest), (2, 2));
+        let Some(Refusal::Harms { group: 3, ratio }) = found.refused[1] else {
+            panic!("{found:?}")
+        };
+        assert!((ratio - (50.3_f64 / 2.0).sqrt()).abs() < 1e-12);
+    }
+
+    /// A block that is hard for all alike neither hides nor makes a difference.
+    #[test]
+    fn one_wild_block_does_not_hide_a_gain() {
+        let (mut conventional, mut better) = ([1.0; 10], [0.5; 10]);
+        (conventional[4], better[4]) = (80.0, 82.0);
+        let blocks = Blocks::of_parts(&[1; 10]);
+        assert!(blocks.compare(&better, &conventional).trimmed < -0.3);
+        (conventional[4], better[4]) = (82.0, 80.0);
+        assert!(blocks.is_below(&better, &conventional, 1.0));
+    }
+
+    #[test]
+    fn a_group_that_is_harmed_refuses_a_candidate() {
+        let mut harms = [0.2; 10];
+        harms[2..4].copy_from_slice(&[1.3, 1.3]);
+        let found = chosen(0.05, &[[1.0; 10], harms]);
+        assert_eq!((found.accurate, found.smallest), (0, 0));
+        assert!(matches!(found.refused[1], Some(Refusal::Harms { group: 1, .. })));
+        harms[2..4].copy_from_slice(&[1.15, 1.15]);
+        assert_eq!(chosen(0.05, &[[1.0; 10], harms]).accurate, 1);
+    }
+
+    /// A group that the conventional calibration hardly errs in is not harmed by an error that is small beside the others'.
+    #[test]
+    fn a_group_without_error_does_not_refuse_all() {
+        let (mut conventional, mut own) = ([1.0; 10], [0.3; 10]);
+        conventional[..2].copy_from_slice(&[0.01; 2]);
+        own[..2].copy_from_slice(&[0.02; 2]);
+        assert_eq!(chosen(0.05, &[conventional, own]).accurate, 1);
+    }
+
+    /// One group with many blocks, two blocks, one block.
+    #[test]
+    fn few_parts_must_agree() {
+        let blocks = Blocks { samples: vec![5.0; 6], groups: vec![0; 6] };
+        assert!(blocks.is_below(&[0.5, 0.6, 0.4, 0.5, 0.7, 0.5], &[1.0; 6], 1.0));
+        assert!(!blocks.is_below(&[0.5, 1.6, 0.4, 1.5, 0.7, 1.1], &[1.0; 6], 1.0));
+        let two = Blocks::of_parts(&[1, 1]);
+        assert!(two.is_below(&[0.1, 0.9], &[1.0; 2], 1.0));
+        assert!(!two.is_below(&[0.1, 1.1], &[1.0; 2], 1.0));
+        assert!(!Blocks::of_parts(&[1]).is_below(&[0.1], &[1.0], 1.0));
+    }
+
+    /// Noise alone: a candidate that is no better is taken in no more than a tenth of the cases, at the chosen confidence.
+    #[test]
+    fn noise_is_taken_for_a_gain_in_a_tenth_of_the_cases() {
+        let mut random = Random::new(5, &[]);
+        let mut taken = 0;
+        for _ in 0..2_000 {
+            let mut of = || -> Vec<f64> { (0..12).map(|_| random.normal().powi(2)).collect() };
+            let (one, other) = (of(), of());
+            taken += usize::from(Blocks::of_parts(&[1; 12]).is_below(&one, &other, 1.0));
+        }
+        assert!((100..260).contains(&taken), "{taken} of 2000");
+    }
+
+    /// Over three parts the second is 1, 2, 3 worse than the first.
+    #[test]
+    fn the_simplest_is_taken_unless_another_is_surely_better() {
+        let worse = [[5.0, 5.0, 5.0], [6.0, 7.0, 8.0]];
+        assert_eq!(simplest_good(2, 3, |at, part| worse[at][part]), 0);
+        let unsure = [[5.0, 5.0, 5.0], [5.0, 3.0, 8.0]];
+        assert_eq!(simplest_good(2, 3, |at, part| unsure[at][part]), 1);
+        let broken = [5.0, f64::INFINITY];
+        assert_eq!(simplest_good(2, 3, |at, _| broken[at]), 0);
+    }
+
+    /// What remains of a target of 1 when a share of `learned` is taken off it, part by part.
+    #[test]
+    fn a_second_stage_is_taken_by_its_best_share_or_not_at_all() {
+        let share = |learned: [f64; 4]| {
+            let rest = |at: usize, part: usize| (1.0 - SHARES[at] * learned[part]).powi(2);
+            SHARES[best_share(4, rest)]
+        };
+        assert_eq!(share([1.0, 0.9, 1.1, 1.0]), 1.0);
+        assert_eq!(share([2.0, 1.9, 2.1, 2.0]), 0.5);
+        assert_eq!(share([0.0; 4]), 0.0);
+        assert_eq!(share([2.0, -1.5, 1.0, -2.0]), 0.0);
+    }
+}

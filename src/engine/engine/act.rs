@@ -1,0 +1,345 @@
+//! What the window asks for, done: at once, or as a task beside.
+
+use super::*;
+use crate::questions::WITHIN;
+
+impl Engine {
+    /// Does something; what takes its time goes on beside.
+    pub fn act(&mut self, action: Action) {
+        match action {
+            Action::Edit(edit) => self.edit(edit),
+            Action::Undo => self.history.undo(&mut self.project),
+            Action::Redo => self.history.redo(&mut self.project),
+            Action::Show(view) => self.project.view = view,
+            Action::Open(paths) => self.open(paths),
+            Action::OpenBuiltIn => self.await_turn(InTurn::Simulate),
+            Action::Tare(which, tare) => {
+                let entries = which.iter().filter_map(|at| self.entries().get(*at));
+                let which = entries.map(|entry| Arc::clone(&entry.recording)).collect();
+                self.await_turn(InTurn::Tare(which, tare));
+            }
+            Action::LeaveOutFaulty => self.await_turn(InTurn::LeaveOutFaulty),
+            Action::Save(content, path, existing) => self.save(content, path, existing),
+            Action::Export(path, existing) => self.export(path, existing),
+            Action::Replace(yes) => self.replace(yes),
+            Action::Train => self.train(),
+            Action::StopTraining => self.lane::<Train>().cancel(),
+            Action::ChooseBlock(block, measure) => self.choose_block(block, measure),
+            Action::FindBest(time_limit) => self.find_best(time_limit),
+            Action::ComparePaper => self.compare(),
+            Action::StopTrying => {
+                self.lane::<Compare>().cancel();
+                self.lane::<FindBest>().cancel();
+            }
+            Action::Follow(path) => {
+                self.following.cancel();
+                self.following.ask_again(Follow { path, calibration: Arc::clone(&self.current) });
+            }
+            Action::StopFollowing => {
+                self.following.cancel();
+                self.following.forget();
+            }
+            Action::KeepModel => self.keep_model(),
+            Action::Model(id, change) => self.models.change(id, change),
+            Action::BringBack(id) => {
+                let settings = self.models.row(id).map(|row| Box::new(row.settings.clone()));
+                settings.into_iter().for_each(|settings| self.edit(Edit::Model(settings)));
+            }
+            Action::Import(command) => self.import(command),
+            Action::Restore(path) => self.start(Task::restore(path)),
+            Action::DropLeft(path) => {
+                self.recoverable.retain(|left| left.path != path);
+                drop_left(&path);
+            }
+            Action::ShowLeft(yes) => self.show_left(yes),
+            Action::Locate(place) => {
+                let lost = self.project.lost.clone();
+                let open = self.project.files().map(Path::to_owned).collect();
+                self.start(Task::locate(lost, place, open));
+            }
+            Action::Forget(at) => {
+                if at < self.project.lost.len() {
+                    self.project.lost.remove(at);
+                    self.prove();
+                }
+            }
+            Action::Close => self.leave_for(Leaving::Close),
+            Action::Stay => self.leaving = None,
+            Action::Discard => self.leave(),
+            Action::Cancel => {
+                self.lanes.cancel();
+                // Nobody waits for what cannot be stopped.
+                let seen = self.tasks.iter().filter(|task| task.is_seen);
+                seen.for_each(|task| task.lane.cancel());
+                self.waiting.clear();
+            }
+            Action::Tell(notice) => self.say(notice),
+            Action::Dismiss(at) => {
+                if at < self.notices.len() {
+                    self.notices.remove(at);
+                }
+            }
+            Action::DismissAll => self.notices.clear(),
+            Action::Prefer(preferences) => self.preferences = preferences,
+        }
+        self.follow();
+    }
+
+    /// Writes the file that was asked about, or leaves it.
+    pub(super) fn replace(&mut self, yes: bool) {
+        match self.replacing.take().filter(|_| yes) {
+            None => {}
+            Some((content, path, Doubt::IsThere)) => self.save(content, path, Existing::Replace),
+            Some((content, path, Doubt::Undetermined(_, existing))) => {
+                self.save_whole(content, path, existing);
+            }
+        }
+    }
+
+    pub(super) fn train(&mut self) {
+        let learns = self.project.settings.regressor.learner().is_some();
+        if learns && self.lane::<Train>().is_idle() {
+            let train = self.training_of(Arc::clone(&self.project.recordings));
+            self.lanes.of_mut().ask_again(train);
+        }
+    }
+
+    /// Returns the training by these settings. Its result is kept safe at once, even while the window draws nothing.
+    pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
+        let autosave = self.recovery.autosave();
+        let request = Request {
+            datasets: self.datasets.clone(),
+            ..Request::fit(recordings, self.project.settings.clone())
+        };
+        let on_trained: OnTrained = Arc::new(move |request, calibration| {
+            autosave.take_trained(&request.recordings, &request.settings, calibration);
+        });
+        Train { request, on_trained }
+    }
+
+    pub(super) fn choose_block(&mut self, block: HistoryBlock, measure: Option<Measure>) {
+        if self.lane::<ChooseBlock>().is_idle() {
+            self.lanes.of_mut().ask_again(ChooseBlock {
+                block,
+                measure,
+                recordings: Arc::clone(&self.project.recordings),
+                settings: self.project.settings.clone(),
+                datasets: self.datasets.clone(),
+            });
+        }
+    }
+
+    /// Searches for the best model, unless models are being tried already.
+    pub(super) fn find_best(&mut self, time_limit: Duration) {
+        if self.is_trying() {
+            return;
+        }
+        let search = Search {
+            recordings: Arc::clone(&self.project.recordings),
+            settings: self.project.settings.clone(),
+            time_limit,
+            within: WITHIN,
+        };
+        let run = self.models.next_run();
+        self.lanes.of_mut::<FindBest>().ask_again(FindBest { run, search });
+    }
+
+    pub(super) fn compare(&mut self) {
+        if self.is_trying() {
+            return;
+        }
+        match self.models.begin_paper(&self.project) {
+            Some(compare) => self.lanes.of_mut::<Compare>().ask_again(compare),
+            None => self
+                .tell(Level::Info, "Every row of the comparison already has a result that holds"),
+        }
+    }
+
+    pub(super) fn keep_model(&mut self) {
+        let fitted = self.analysis().filter(|_| self.can_keep());
+        let Some(analysis) = fitted else {
+            self.tell(
+                Level::Error,
+                "There is nothing to keep yet: what is shown is not fitted, or not trained, by the settings of now",
+            );
+            return;
+        };
+        let calibration = Arc::clone(&analysis.calibration);
+        let recordings = Arc::clone(&self.project.recordings);
+        let settings = self.project.settings.clone();
+        self.start(Task::keep(recordings, settings, calibration));
+    }
+
+    pub(super) fn show_left(&mut self, yes: bool) {
+        self.shows_left = yes;
+        if yes {
+            // Others may have left, restored or dropped some meanwhile.
+            self.recoverable = self.recovery.left();
+            self.recoverable.retain(|left| !self.restored.contains(&left.path));
+        }
+    }
+
+    pub(super) fn save(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
+        // The notice about it must say where a relative path led.
+        let path = std::path::absolute(&path).unwrap_or(path);
+        let inputs = self.project.files().map(Path::to_owned).collect();
+        self.start(Task::write(content, path, existing, inputs));
+    }
+
+    pub(super) fn export(&mut self, path: PathBuf, existing: Existing) {
+        let Some(content) = self.calibration_content() else {
+            self.tell(Level::Error, "There is no calibration to export yet");
+            return;
+        };
+        if target_for(&path).is_none() {
+            let text = format!(
+                "{}: the ending says no format; use one of {}",
+                path.display(),
+                target_endings()
+            );
+            self.tell(Level::Error, text);
+            return;
+        }
+        let fitted = self.project.applied.is_none();
+        match &content {
+            FileContent::Calibration(calibration, _) if fitted => {
+                if let Some(undetermined) = calibration.undetermined() {
+                    let doubt = Doubt::Undetermined(undetermined, existing);
+                    self.replacing = Some((content, path, doubt));
+                    return;
+                }
+            }
+            _ => {}
+        }
+        self.save_whole(content, path, existing);
+    }
+
+    /// Says first, where the file leaves out a part of the loads that are shown.
+    pub(super) fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
+        if let Some(caution) = content.caution(&path) {
+            self.tell(Level::Warning, caution);
+        }
+        self.save(content, path, existing);
+    }
+
+    pub(super) fn open(&mut self, paths: Vec<PathBuf>) {
+        let files = paths.into_iter().map(|path| {
+            let map = self.project.maps.get(&path).cloned();
+            (path, map)
+        });
+        // What is opened again while it is read or waits is meant once.
+        let begun = self.tasks.iter().filter_map(|task| task.turn.as_ref());
+        let awaited: Vec<_> = begun.chain(&self.waiting).flat_map(InTurn::files).collect();
+        let files: Files = files.filter(|file| !awaited.contains(&file)).collect();
+        if !files.is_empty() {
+            self.await_turn(InTurn::Read(files));
+        }
+    }
+
+    pub(super) fn await_turn(&mut self, turn: InTurn) {
+        self.waiting.push_back(turn);
+        self.begin_next();
+    }
+
+    /// Begins what waits, where nothing of its kind goes on.
+    pub(super) fn begin_next(&mut self) {
+        if self.tasks.iter().any(|task| task.turn.is_some()) {
+            return;
+        }
+        let Some(turn) = self.waiting.pop_front() else {
+            return;
+        };
+        let recordings = Arc::clone(&self.project.recordings);
+        let task = match turn.clone() {
+            InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
+            InTurn::Tare(which, tare) => {
+                let is_meant = |own: &Recording| {
+                    let mut which = which.iter();
+                    which.any(|meant| meant.name() == own.name() && meant.source() == own.source())
+                };
+                let entries = recordings.entries().iter().enumerate();
+                let meant = entries.filter(|(_, entry)| is_meant(&entry.recording));
+                let meant = meant.map(|(at, _)| at).collect();
+                Task::tare(recordings, meant, tare)
+            }
+            InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
+            InTurn::Simulate => Task::simulate(recordings),
+        };
+        self.begin(task, Some(turn));
+    }
+
+    pub(super) fn start(&mut self, task: Task) {
+        self.begin(task, None);
+    }
+
+    pub(super) fn begin(&mut self, task: Task, turn: Option<InTurn>) {
+        let mut lane = Lane::new(&self.notify);
+        let is_seen = task.is_seen;
+        lane.ask_again(task);
+        self.tasks.push(Begun { is_seen, turn, lane });
+    }
+
+    /// Begins to import files, one after another.
+    pub(super) fn begin_import(&mut self, mut paths: Vec<PathBuf>) {
+        if paths.is_empty() {
+            return;
+        }
+        match &mut self.importing {
+            Some(importing) => importing.waiting.extend(paths),
+            None => {
+                let path = paths.remove(0);
+                let mut importing = Importing::of(path, paths);
+                let preview = importing.look(importing::KnownOf::Nothing);
+                self.preview.ask_again(preview);
+                self.importing = Some(importing);
+            }
+        }
+    }
+
+    pub(super) fn import(&mut self, command: ImportCommand) {
+        match command {
+            ImportCommand::Open(path) => return self.begin_import(vec![path]),
+            ImportCommand::CancelAll => {
+                let not_read = self.importing.take().map(|own| own.not_read());
+                if let Some(said) = not_read {
+                    self.tell(Level::Info, said);
+                }
+            }
+            ImportCommand::Cancel => {
+                let waiting = self.importing.take().map(|importing| importing.waiting);
+                return self.begin_import(waiting.unwrap_or_default());
+            }
+            ImportCommand::Load => {
+                let Some(importing) = self.importing.take() else {
+                    return;
+                };
+                let Importing { path, map, waiting, .. } = importing;
+                self.preferences.remember_map(&map);
+                self.project.maps.insert(path.clone(), map);
+                return self.open([vec![path], waiting].concat());
+            }
+            ImportCommand::ReadMap(path) => return self.start(Task::read_map(path)),
+            _ => {}
+        }
+        let Some(importing) = &mut self.importing else {
+            return;
+        };
+        match command {
+            ImportCommand::FindWeight => {
+                let task = Task::find_weight(importing.path.clone(), importing.map.clone());
+                self.start(task);
+            }
+            ImportCommand::WriteMap(path) => {
+                let mut text = Vec::new();
+                match importing.map.write_json(&mut text) {
+                    Ok(()) => self.save(FileContent::Bytes(text.into()), path, Existing::Ask),
+                    Err(error) => self.tell(Level::Error, error.to_string()),
+                }
+            }
+            command => {
+                let preview = importing.apply(command, &self.preferences);
+                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
+            }
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! What has been answered and done beside, taken into the document.
+
+use super::*;
+
+impl Engine {
+    /// Takes what has been answered and done.
+    pub fn take(&mut self) {
+        // Asked before: whoever finds a lane idle also finds its answer.
+        let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];
+        for failed in self.lanes.take() {
+            self.tell(Level::Error, failed);
+        }
+        self.take_models(have_ended);
+        let choice = self.lane::<ChooseBlock>();
+        if choice.happened().contains(&LaneEvent::Answer)
+            && let Some(chosen) = choice.answer().cloned()
+        {
+            self.edit(Edit::Block(chosen));
+        }
+        self.following.hear_all();
+        if !self.preview.hear_all().is_empty()
+            && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
+        {
+            // What was found before the newest change of the map would take it back.
+            let found = self.preview.answer().filter(|_| self.preview.is_current());
+            let answer = found.ok_or(self.preview.problem());
+            match answer {
+                Ok(found) => importing.take_answer(&asked.path, Ok(found)),
+                Err(Some(problem)) => importing.take_answer(&asked.path, Err(problem)),
+                Err(None) => {}
+            }
+        }
+        self.take_tasks();
+        self.follow();
+    }
+
+    /// Takes how far the models are that are being tried.
+    pub(super) fn take_models(&mut self, [has_compared, has_searched]: [bool; 2]) {
+        let comparing = self.lanes.of_mut::<Compare>();
+        if let (Some(asked), Some(states)) = (comparing.answered(), comparing.answer())
+            && !comparing.happened().is_empty()
+        {
+            self.models.take_paper(asked, states);
+        }
+        // What was found is on the list; the recordings need not be kept for it.
+        if has_compared {
+            self.models.end_paper();
+            comparing.forget();
+        }
+        let searching = self.lanes.of_mut::<FindBest>();
+        if let (Some(asked), Some(best)) = (searching.answered(), searching.answer())
+            && !searching.happened().is_empty()
+        {
+            self.models.take_search(asked.run, best, &asked.search.recordings);
+        }
+        if has_searched {
+            searching.forget();
+        }
+    }
+
+    pub(super) fn take_tasks(&mut self) {
+        let mut ended = Vec::new();
+        self.tasks.retain_mut(|Begun { lane: task, .. }| {
+            let is_idle = task.is_idle();
+            task.hear_all();
+            if is_idle {
+                ended.push((task.take_whole(), task.problem().map(str::to_owned)));
+            }
+            !is_idle
+        });
+        for (done, problem) in ended {
+            problem.into_iter().for_each(|problem| self.tell(Level::Error, problem));
+            done.into_iter().for_each(|done| self.finish(done));
+        }
+        self.begin_next();
+    }
+
+    pub(in crate::engine) fn finish(&mut self, done: Done) {
+        match done {
+            Done::Opened(files) => {
+                let has_session =
+                    files.iter().any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
+                match has_session {
+                    true => self.leave_for(Leaving::Open(files)),
+                    false => self.take_files(files),
+                }
+            }
+            Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
+            Done::Changed(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {
+                let text = "The recordings were changed while they were tared or their faults left out; what was asked for \
+                            was not done. Ask again.";
+                self.tell(Level::Warning, text);
+            }
+            Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
+            Done::Changed(_, Err(error)) => self.tell(Level::Error, error),
+            Done::Simulated(_, set) => self.take_simulated(set),
+            Done::Written(FileContent::Session(_, project, trained), path, Ok(())) => {
+                self.take_saved(*project, trained, path);
+            }
+            Done::Written(_, path, Ok(())) => {
+                self.tell(Level::Info, format!("Wrote {}", path.display()));
+            }
+            Done::Written(_, _, Err(error)) => self.tell(Level::Error, error),
+            Done::IsThere(content, path) => {
+                self.replacing = Some((content, path, Doubt::IsThere));
+            }
+            Done::Map(Ok(map)) => {
+                let preview = self.importing.as_mut().map(|own| own.take_map(*map));
+                preview.into_iter().for_each(|preview| self.preview.ask_again(preview));
+            }
+            Done::Weight(path, found) => {
+                let importing = self.importing.as_mut().filter(|own| own.path == path);
+                let Some(importing) = importing else { return };
+                match found {
+                    Ok(estimate) => {
+                        let preview = importing.take_weight(&estimate);
+                        self.preview.ask_again(preview);
+                        self.tell(Level::Info, importing::in_words(&estimate));
+                    }
+                    Err(error) => self.tell(Level::Error, error),
+                }
+            }
+            Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
+            Done::Located(place, found) => self.take_located(&place, found),
+            Done::Proven(trained, recordings, proven) => {
+                // Another session may have been opened meanwhile, or the same thing been asked twice.
+                let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &trained);
+                if self.unproven.take_if(is_own).is_none() {
+                    return;
+                }
+                match proven {
+                    Ok(()) => self.take_trained(trained, recordings),
+                    Err(reason) => self.tell(Level::Warning, reason),
+                }
+            }
+            Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
+            Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
+        }
+    }
+
+    /// Takes the simulated recordings in place of what is loaded.
+    pub(super) fn take_simulated(&mut self, set: RecordingSet) {
+        // A session that was just opened and asked for it is still the same.
+        let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
+        let refused = self.change(|project| {
+            // That of a session which was opened, and waits for its recordings.
+            let waits = |split: &&Split| split.whole.entries().is_empty();
+            let split = project.split.as_ref().filter(waits);
+            let split = split.map(|split| Edit::Split(split.fraction));
+            let refused = project.take_set(set).err();
+            // A calibration that was opened meanwhile is there to be applied to it.
+            let applied = project.applied.take();
+            let fits = project.edit(Edit::Apply(applied)).err();
+            let split = split.and_then(|split| project.edit(split).err());
+            project.show_first_test();
+            refused.into_iter().chain(fits).chain(split)
+        });
+        refused.for_each(|error| self.tell(Level::Error, error.to_string()));
+        if is_saved {
+            self.saved = Some(self.project.clone());
+        }
+        self.prove();
+    }
+
+    /// Takes note of a session that was saved.
+    pub(super) fn take_saved(
+        &mut self,
+        project: Project,
+        trained: Option<Arc<Calibration>>,
+        path: PathBuf,
+    ) {
+        self.preferences.remember(&path);
+        let beside = trained.as_ref().map(|_| trained_beside(&path));
+        let beside = beside.map_or_else(String::new, |own| {
+            format!(", with the trained calibration {}", own.display())
+        });
+        self.tell(Level::Info, format!("Saved the session {}{beside}", path.display()));
+        self.session = Some(path);
+        self.saved = Some(project);
+        self.saved_trained = trained;
+        if !self.is_unsaved() {
+            self.leave();
+        }
+    }
+
+    pub(super) fn take_files(&mut self, files: Vec<OpenedFile>) {
+        let mut recordings = Vec::new();
+        let mut calibrations = Vec::new();
+        let mut session = None;
+        let mut to_import = Vec::new();
+        let mut by_remembered = Vec::new();
+        for (path, opened) in files {
+            if opened.is_ok() {
+                self.preferences.remember(&path);
+            }
+            match opened {
+                Ok(Opened::Recordings(loaded, map)) => {
+                    for warning in &loaded.warnings {
+                        self.tell(Level::Warning, warning.text(Face::Window));
+                    }
+                    recordings.push(loaded.recordings);
+                    if let Some(map) = map {
+                        if self.project.maps.get(&path) != Some(&*map) {
+                            by_remembered.push((path.clone(), (*map).clone()));
+                        }
+                        self.project.maps.insert(path, *map);
+                    }
+                }
+                Ok(Opened::Calibration(calibration, notes)) => {
+                    for note in notes {
+                        self.tell(Level::Warning, note);
+                    }
+                    calibrations.push(Edit::Apply(Some(FromFile { path, calibration })));
+                }
+                Ok(Opened::Factory(calibration)) => {
+                    calibrations.push(Edit::Compare(Some(FromFile { path, calibration })));
+                }
+                Ok(Opened::Session(opened)) => session = Some((path, *opened)),
+                Ok(Opened::WantsMap(reason)) => {
+                    log::info!("{reason}");
+                    to_import.push(path);
+                }
+                Err(error) => self.tell(Level::Error, error),
+            }
+        }
+        for said in importing::by_remembered(by_remembered) {
+            self.tell(Level::Info, said);
+        }
+        self.begin_import(to_import);
+        if let Some((path, opened)) = session {
+            self.take_session(Some(path), opened);
+        }
+        if !recordings.is_empty() {
+            let before = self.project.thresholds();
+            let refused = self.change(|project| project.add(recordings, |_| None));
+            let now = self.project.thresholds();
+            if now != before && self.project.settings.features.distance == Distance::Force {
+                let text = format!(
+                    "F_th begins at {} N: of how far the force moves in these recordings about the share that the paper's 3 N are of \
+                     its sensor's range. The pane Thresholds finds a better one",
+                    significant(now.f_th, 3)
+                );
+                self.tell(Level::Info, text);
+            }
+            refused.into_iter().for_each(|refused| self.tell(Level::Error, refused));
+        }
+        calibrations.into_iter().for_each(|edit| self.edit(edit));
+    }
+
+    /// Takes files of the session that were found; those that cannot be read are still asked for.
+    pub(super) fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
+        let mut parts = Vec::new();
+        for (file, part) in found {
+            let at = self.project.lost.iter().position(|lost| *lost == file);
+            // Somebody may have opened another session meanwhile.
+            let Some(at) = at else { continue };
+            if let Some(Ok(_)) = part.loaded {
+                self.project.lost.remove(at);
+            }
+            parts.push(part);
+        }
+        if parts.is_empty() {
+            let text = format!(
+                "{}: none of the missing files is there; they are known by their names, and where it was saved by what they hold",
+                place.display()
+            );
+            self.tell(Level::Error, text);
+            return;
+        }
+        let said = self.change(|project| add_parts(project, parts));
+        said.into_iter().for_each(|notice| self.say(notice));
+        self.prove();
+    }
+
+    /// Checks that the session's trained calibration is of its recordings, once these are there.
+    pub(super) fn prove(&mut self) {
+        let recordings = &self.project.recordings;
+        let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
+        if let Some(trained) = self.unproven.as_ref().filter(|_| is_whole) {
+            let task = Task::prove(Arc::clone(recordings), Arc::clone(trained));
+            self.start(task);
+        }
+    }
+
+    /// Takes the session's trained calibration as if it had just been trained.
+    pub(super) fn take_trained(
+        &mut self,
+        calibration: Arc<Calibration>,
+        recordings: Arc<RecordingSet>,
+    ) {
+        let train = self.training_of(recordings);
+        let trained = Trained { calibration: Some(calibration), ..Trained::default() };
+        self.lanes.of_mut().put(train, trained);
+    }
+}

@@ -1,0 +1,89 @@
+//! Auxiliary channels that are written now and then.
+
+use super::*;
+
+impl Rows {
+    /// Gives auxiliary channels the last value where a row has none, and the first where no row before it has one. A channel without
+    /// any is gone, and told.
+    pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
+        let n = plan.auxiliary_names.len();
+        let known = |channel: usize| {
+            let mut values = self.auxiliary.iter().skip(channel).step_by(n);
+            values.any(|value| value.is_finite())
+        };
+        let is_kept: Vec<bool> = (0..n).map(known).collect();
+        for (name, _) in plan.auxiliary_names.iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept)
+        {
+            let names = vec![name.clone()];
+            self.findings.note(plan.line, Cause::IgnoredColumns { names });
+        }
+        keep(&mut self.auxiliary, &is_kept);
+        keep(&mut plan.auxiliary_names, &is_kept);
+        keep(&mut plan.auxiliary_units, &is_kept);
+        let n = plan.auxiliary_names.len();
+        for channel in 0..n {
+            self.note_held(channel, plan, gap_secs);
+            let mut values = self.auxiliary.iter().skip(channel).step_by(n).copied();
+            let mut last = values.find(|value| value.is_finite()).unwrap_or_default();
+            for value in self.auxiliary.iter_mut().skip(channel).step_by(n) {
+                if value.is_finite() { last = *value } else { *value = last }
+            }
+        }
+    }
+
+    /// Notes where a channel has no number, and for how long. What is written now and then has none in between, as it must.
+    fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
+        let n_channels = plan.auxiliary_names.len();
+        let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
+        let (known, missing): (Vec<usize>, Vec<usize>) =
+            (0..self.times.len()).partition(|row| is_known(*row));
+        if missing.is_empty() {
+            return;
+        }
+        let gap_of_rows = gap_secs.unwrap_or_else(|| gap_by_steps(&self.times));
+        let at: Vec<f64> = known.iter().map(|row| self.times[*row]).collect();
+        // A channel that is slower than the gauges has longer gaps.
+        let gap = gap_of_rows.max(steps_of_a_pause(&at));
+        let [step, own] = [&self.times, &at].map(|times| median_step(times).unwrap_or(0.0));
+        let is_now_and_then = own > 1.5 * step;
+        // A pause of the whole file is no part of it.
+        let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
+        let secs_of = |rows: &Range<usize>| {
+            let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
+            steps.filter(|step| (0.0..=gap_of_rows).contains(step)).sum::<f64>()
+        };
+        let runs = missing.chunk_by(|a, b| a + 1 == *b).map(|run| {
+            let rows = run[0]..run[run.len() - 1] + 1;
+            let secs = secs_of(&rows);
+            (rows, secs)
+        });
+        let runs: Vec<(Range<usize>, f64)> = runs.collect();
+        let told: Vec<&(Range<usize>, f64)> = (runs.iter())
+            .filter(|(_, secs)| plan.is_static || !is_now_and_then || *secs > gap)
+            .collect();
+        let (Some((first, _)), Some((last, _))) = (told.first(), told.last()) else {
+            return;
+        };
+        let secs = told.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
+        let is_auxiliary = |index: &usize| matches!(plan.uses[*index], Use::Auxiliary { .. });
+        let named = |index: &usize| plan.names[*index] == plan.auxiliary_names[channel];
+        let mut columns = (0..plan.uses.len()).filter(is_auxiliary);
+        let cause = Cause::HeldAuxiliary {
+            column: columns.find(named).map(|index| index + 1),
+            name: plan.auxiliary_names[channel].clone(),
+            n_rows: told.iter().map(|(rows, _)| rows.len()).sum(),
+            longest_secs: (!plan.is_static).then_some(secs),
+        };
+        let (first, last) = (first.start, last.end - 1);
+        let long = runs.iter().filter(|(_, secs)| !plan.is_static && *secs > gap);
+        let held = long.map(|(rows, _)| HeldRows { channel, rows: rows.clone() });
+        self.held.extend(held);
+        self.note_rows(first, last, 1, cause);
+    }
+}
+
+/// Keeps the values of these columns of a row-major table.
+fn keep<T>(table: &mut Vec<T>, is_kept: &[bool]) {
+    let mut columns = is_kept.iter().cycle();
+    table.retain(|_| columns.next() == Some(&true));
+}

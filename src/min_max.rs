@@ -1,0 +1,107 @@
+//! The smallest and the largest of some numbers.
+
+/// The smallest and the largest of some numbers. NaN does not count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MinMax {
+    /// Smallest number; +∞ without one.
+    pub min: f64,
+    /// Largest number; −∞ without one.
+    pub max: f64,
+}
+
+impl MinMax {
+    /// That of no numbers.
+    pub const NONE: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
+
+    /// Returns it with one more number.
+    #[inline]
+    pub fn with(self, value: f64) -> Self {
+        Self { min: self.min.min(value), max: self.max.max(value) }
+    }
+
+    /// Returns that of the numbers of both.
+    #[inline]
+    pub fn joined(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Returns the part that all of these have; its `min` is above its `max` where there is none.
+    pub fn common(all: impl Iterator<Item = Self>) -> Self {
+        let part = |a: Self, b: Self| Self { min: a.min.max(b.min), max: a.max.min(b.max) };
+        all.reduce(part).unwrap_or(Self::NONE)
+    }
+
+    /// Returns the distance from the smallest to the largest; 0 without a number.
+    pub fn span(self) -> f64 {
+        (self.max - self.min).max(0.0)
+    }
+
+    /// Returns true if this number is not beyond the ends.
+    pub fn contains(self, value: f64) -> bool {
+        self.min <= value && value <= self.max
+    }
+
+    /// Returns the largest size of a number.
+    pub fn magnitude(self) -> f64 {
+        self.min.abs().max(self.max.abs())
+    }
+
+    /// Returns how much of the span of `whole` this one's is, 0 to 1.
+    pub fn share_of(self, whole: Self) -> f64 {
+        (self.span() / whole.span()).clamp(0.0, 1.0)
+    }
+
+    /// Returns the smallest and the largest; `None` without a number.
+    pub fn ends(self) -> Option<(f64, f64)> {
+        (self.min <= self.max).then_some((self.min, self.max))
+    }
+}
+
+impl FromIterator<f64> for MinMax {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        values.into_iter().fold(Self::NONE, Self::with)
+    }
+}
+
+impl<'a> FromIterator<&'a f64> for MinMax {
+    fn from_iter<I: IntoIterator<Item = &'a f64>>(values: I) -> Self {
+        values.into_iter().copied().collect()
+    }
+}
+
+impl FromIterator<MinMax> for MinMax {
+    fn from_iter<I: IntoIterator<Item = MinMax>>(all: I) -> Self {
+        all.into_iter().fold(Self::NONE, Self::joined)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_has_no_ends_and_adds_nothing() {
+        let none: MinMax = [f64::NAN; 2].into_iter().collect();
+        assert_eq!((none, none.ends(), none.span()), (MinMax::NONE, None, 0.0));
+        let one = MinMax { min: 3.0, max: 3.0 };
+        assert_eq!([none, one, none].into_iter().collect::<MinMax>(), one);
+        assert_eq!(MinMax::common([].into_iter()), MinMax::NONE);
+    }
+
+    #[test]
+    fn one_number_is_both_ends() {
+        let one: MinMax = [f64::NAN, -2.0].iter().collect();
+        assert_eq!((one.ends(), one.span()), (Some((-2.0, -2.0)), 0.0));
+    }
+
+    #[test]
+    fn the_common_part_lies_in_all_and_all_lie_in_the_joined_one() {
+        let parts = [[0.0, 4.0], [-1.0, 3.0], [2.0, 9.0]].map(|ends| ends.iter().collect());
+        let common = MinMax::common(parts.into_iter());
+        assert_eq!(common.ends(), Some((2.0, 3.0)));
+        let all: MinMax = parts.into_iter().collect();
+        assert_eq!((all.ends(), all.span()), (Some((-1.0, 9.0)), 10.0));
+        let apart = [[0.0, 1.0], [2.0, 3.0]].map(|ends| ends.iter().collect());
+        assert_eq!(MinMax::common(apart.into_iter()).ends(), None);
+    }
+}

@@ -1,0 +1,327 @@
+//! What the recordings say of the rig, in findings, a table and a figure.
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+
+use crate::finding::{Finding, Id, Verdict};
+use crate::progress::{Cancelled, Progress};
+use crate::recording::{Axis, Recording};
+use crate::report::figure::{Figure, Line, Scale};
+use crate::report::table::{Cell, Column, Table};
+use crate::scoring::lag::{Lag, LagRun, lag_by_run, lags};
+use crate::scoring::numbers::{percent, significant};
+use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
+use crate::shown::first_clauses;
+
+/// Units that are taken for one another, and by which factor.
+const UNITS: [(f64, &str); 6] = [
+    (4.448_221_6, "as of pounds-force taken for newtons"),
+    (9.806_65, "as of kilograms-force taken for newtons"),
+    (1000.0, "as of a unit a thousand times as large or as small"),
+    (8.850_746, "as of pound-inches taken for newton metres"),
+    (1.355_818, "as of pound-feet taken for newton metres"),
+    (100.0, "as of centimetres taken for metres"),
+];
+/// A factor this near to a unit's, or to −1, is that one.
+const NEAR: f64 = 0.03;
+/// Maximum number of columns named that are no gauges.
+const NAMED: usize = 6;
+/// Colours of gauges (Okabe and Ito 2008), without black and yellow.
+const COLORS: [[u8; 3]; 6] =
+    [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
+/// Lag from which it matters, in samples ...
+const LAG_SAMPLES: f64 = 0.2;
+/// ... and share of the squared error that goes away with it.
+const LAG_SHARE: f64 = 0.02;
+/// Samples of all recordings beyond which lags are measured on the first ones only.
+const LAG_LONGEST: usize = 200_000;
+
+/// Zeros and sensitivities of the gauges in each recording, and what they say.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RigReport {
+    /// One row for each recording, or for consecutive ones, in order of time.
+    pub runs: Vec<Run>,
+    /// Names of the recordings of each row.
+    pub names: Vec<String>,
+    /// Names of the gauges.
+    pub gauges: Vec<String>,
+    /// What contradicts, and columns that are no gauges.
+    #[serde(skip)]
+    pub findings: Vec<Finding>,
+    /// Gauges as straight lines of the loads: zero, slope on each moving axis, what is left.
+    #[serde(skip)]
+    pub answers: Vec<(f64, Vec<f64>, f64)>,
+    /// Axes of these slopes.
+    #[serde(skip)]
+    pub axes: Vec<Axis>,
+}
+
+impl RigReport {
+    /// Of training recordings, and the full scale of each axis.
+    pub fn of(
+        training: &[&Recording],
+        full_scale: &[f64],
+        progress: &Progress,
+    ) -> Result<Option<Self>, Cancelled> {
+        let Some(rig) = Rig::of(training, full_scale) else { return Ok(None) };
+        progress.check()?;
+        let gauges = training[0].gauge_names().to_vec();
+        let name = |run: usize| match rig.recordings(run) {
+            [only] => training[*only].name().to_owned(),
+            [first, .., last] => {
+                format!("{} … {}", training[*first].name(), training[*last].name())
+            }
+            [] => String::new(),
+        };
+        let names: Vec<String> = (0..rig.n_runs()).map(name).collect();
+        let mut findings: Vec<Finding> = same_samples(training).into_iter().collect();
+        let no_gauges: Vec<String> =
+            rig.no_gauges().iter().map(|own| no_gauge(own, &gauges)).collect();
+        if !no_gauges.is_empty() {
+            let seen = first_clauses(NAMED, no_gauges);
+            findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
+        }
+        // The same samples twice would be predicted by themselves.
+        if findings.is_empty() {
+            findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
+        }
+        progress.check()?;
+        let (answers, axes) = (rig.answers(), rig.axes().to_vec());
+        Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
+    }
+
+    /// What the gauges show under a load.
+    pub fn gauges_under(&self, load: impl Fn(Axis) -> f64) -> Vec<f64> {
+        let of_gauge = |(zero, slopes, _): &(f64, Vec<f64>, f64)| {
+            let parts = slopes.iter().zip(&self.axes).map(|(slope, axis)| slope * load(*axis));
+            zero + parts.sum::<f64>()
+        };
+        self.answers.iter().map(of_gauge).collect()
+    }
+
+    /// Zeros, sensitivities and left-out error of each recording.
+    pub fn tables(&self) -> Vec<Table> {
+        let rows = || self.names.iter().zip(&self.runs);
+        let estimate = |own: Option<(f64, f64)>, from: f64| {
+            let cell = own.map(|(value, error)| {
+                let (value, error) = (100.0 * (value - from), 100.0 * error);
+                Cell::number(value, format!("{value:+.2} ± {error:.2}"))
+            });
+            Cell::known(cell, "the loads of this recording do not tell")
+        };
+        let gauges = || self.gauges.iter().enumerate();
+        let head = |(_, name): &(usize, &String)| Column::numbers(name.as_str()).unit("%");
+        let zeros = Table::of(rows())
+            .words("Recording", |(name, _)| name.as_str())
+            .columns(gauges(), head, |(_, run), (gauge, _)| estimate(run.zeros[*gauge], 0.0))
+            .column(Column::numbers("left out").unit("%"), |(_, run)| {
+                Cell::digits(Some(100.0 * run.error), 3)
+            })
+            .about("Error of the present gauges alone, this recording left out, over full scale")
+            .table(
+                "Zeros against the other recordings",
+                "Share of how far the gauge moves, with one standard error.",
+            );
+        let sensitivities = Table::of(rows())
+            .words("Recording", |(name, _)| name.as_str())
+            .columns(gauges(), head, |(_, run), (gauge, _)| {
+                estimate(run.sensitivities[*gauge], 1.0)
+            })
+            .table(
+                "Sensitivities against the other recordings",
+                "Difference from the fit to the others, with one standard error.",
+            );
+        if self.runs.len() > 1 { vec![zeros, sensitivities] } else { Vec::new() }
+    }
+
+    /// Zero and sensitivity of each gauge over the recordings, in order of time.
+    pub fn figures(&self) -> Vec<Figure<'static>> {
+        type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
+        let kinds: [(&str, Estimates, f64); 2] =
+            [("Zero", |run| &run.zeros, 0.0), ("Sensitivity", |run| &run.sensitivities, 1.0)];
+        let figure = |(what, of, from): (&str, Estimates, f64)| {
+            let points = |gauge: usize| {
+                self.runs.iter().enumerate().filter_map(move |(at, run)| {
+                    let (value, error) = of(run)[gauge]?;
+                    Some((at as f64 + 1.0, 100.0 * (value - from), 100.0 * error))
+                })
+            };
+            let all: Vec<_> = (0..self.gauges.len()).flat_map(points).collect();
+            let ends = all.iter().flat_map(|(_, value, error)| [value - error, value + error]);
+            let up = Scale::spanning(format!("{what} [%]"), ends.chain([0.0]), 0.05);
+            let lines = self.gauges.iter().enumerate().map(|(gauge, name)| {
+                let through: Vec<[f64; 2]> = points(gauge).map(|(x, y, _)| [x, y]).collect();
+                let bars = points(gauge).map(|(x, y, error)| vec![[x, y - error], [x, y + error]]);
+                let pieces: Vec<Vec<[f64; 2]>> = [through].into_iter().chain(bars).collect();
+                Line {
+                    width: 1.5,
+                    ..Line::new(name.as_str(), COLORS[gauge % COLORS.len()], pieces)
+                }
+            });
+            Figure {
+                title: format!("{what} of each gauge against the other recordings"),
+                across: Scale::new("Recording", (0.5, self.runs.len() as f64 + 0.5)),
+                lines: lines.collect(),
+                up,
+                ..Figure::default()
+            }
+        };
+        if self.runs.len() > 1 { kinds.map(figure).into() } else { Vec::new() }
+    }
+}
+
+fn no_gauge(own: &NoGauge, gauges: &[String]) -> String {
+    match own {
+        NoGauge::Reference(gauge) => {
+            format!("{} follows from the reference to rounding", gauges[*gauge])
+        }
+        NoGauge::Clock(gauge) => format!("{} seems to be a clock", gauges[*gauge]),
+        NoGauge::Copy(gauge, of) => {
+            format!("{} is {} again, but for a factor and an offset", gauges[*gauge], gauges[*of])
+        }
+    }
+}
+
+impl Contradiction {
+    fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
+        let value = self.values.first().copied().unwrap_or(1.0);
+        let axes = |own: &[usize]| -> String {
+            let symbols: Vec<&str> = own.iter().map(|axis| rig.axes()[*axis].symbol()).collect();
+            symbols.join(", ")
+        };
+        let by = |what: String| match self.unit() {
+            Some(_) if value < 0.0 => format!("{what} has the opposite sign"),
+            _ => format!("{what} is {} times as large", significant(value, 3)),
+        };
+        let (id, what) = match &self.cause {
+            Cause::Tare => (Id::TareChanged, "the zeros of the gauges change".to_owned()),
+            Cause::Drift => (Id::ZerosDrift, "the zeros of the gauges drift with time".to_owned()),
+            Cause::Gauge(gauge) => {
+                (Id::GaugeChanged, by(format!("the sensitivity of {}", gauges[*gauge])))
+            }
+            Cause::AllGauges => {
+                (Id::AllGaugesChanged, by("the sensitivity of all gauges".to_owned()))
+            }
+            Cause::Axes(own) => {
+                (Id::ReferenceScale, by(format!("what the gauges show of {}", axes(own))))
+            }
+            Cause::Rotation => {
+                let degrees = significant(value.to_degrees(), 2);
+                (Id::FrameTurned, format!("the frame of the reference is turned by {degrees}°"))
+            }
+            Cause::SwappedGauges(a, b) => {
+                let [a, b] = [a, b].map(|gauge| &gauges[*gauge]);
+                (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
+            }
+            Cause::SwappedAxes(a, b) => {
+                let [a, b] = [a, b].map(|axis| axes(&[*axis]));
+                (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
+            }
+            Cause::Unlike => (Id::Odd, "contradicts the others".to_owned()),
+        };
+        let place = match self.place {
+            Where::From(first) if names.len() == 2 => {
+                format!("between {} and {}, ", names[0], names[first])
+            }
+            Where::From(first) => format!("from {} on, ", names[first]),
+            Where::One(run) if self.cause == Cause::Unlike => format!("{} ", names[run]),
+            Where::One(run) => format!("in {}, ", names[run]),
+            Where::All => String::new(),
+        };
+        let [with, without] = [self.with, self.without].map(|own| significant(100.0 * own, 2));
+        let unit = self.unit().filter(|_| value > 0.0).map(|own| format!("{own}; "));
+        let figures = format!(
+            "{}with it {with} % of full scale are left out, without it {without} %",
+            unit.unwrap_or_default()
+        );
+        Finding::new(id, Verdict::Doubtful, format!("{place}{what}")).with(figures)
+    }
+
+    /// The unit that a factor speaks of, or the opposite sign.
+    fn unit(&self) -> Option<&'static str> {
+        let factor = *self.values.first()?;
+        let is_gain = matches!(self.cause, Cause::Gauge(_) | Cause::AllGauges | Cause::Axes(_));
+        let near = |own: f64| (factor.abs() / own - 1.0).abs() < NEAR;
+        let unit = UNITS.iter().find(|(own, _)| near(*own) || near(1.0 / own)).map(|own| own.1);
+        let mirrored = (factor < 0.0 && near(1.0)).then_some("");
+        if is_gain { mirrored.or(unit.filter(|_| factor > 0.0)) } else { None }
+    }
+}
+
+/// Recordings that hold the same gauges and loads.
+pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
+    let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
+    for own in recordings.iter().filter(|own| own.n_samples() > 1) {
+        let middle = own.n_samples() / 2;
+        let key = own.gauges_at(0).iter().chain(own.gauges_at(middle)).map(|value| value.to_bits());
+        if let Some(first) = known.insert(key.collect(), own)
+            && first.gauges() == own.gauges()
+            && first.loads() == own.loads()
+        {
+            let seen = format!("{} and {} hold the same samples", first.name(), own.name());
+            return Some(Finding::new(Id::SameSamples, Verdict::Doubtful, seen));
+        }
+    }
+    None
+}
+
+/// Gauges that are behind the reference, or ahead of it.
+pub(super) fn lag(
+    training: &[&Recording],
+    progress: &Progress,
+) -> Result<Option<Finding>, Cancelled> {
+    let mut n = 0;
+    let moving = training.iter().filter(|own| !own.is_static()).take_while(|own| {
+        n += own.n_samples();
+        n <= LAG_LONGEST
+    });
+    let runs: Vec<LagRun<'_>> = moving
+        .map(|own| LagRun {
+            times: own.times(),
+            gauges: own.gauges(),
+            loads: own.loads(),
+            outputs: own.gauges(),
+        })
+        .collect();
+    if runs.is_empty() {
+        return Ok(None);
+    }
+    let matters = |own: &&Lag| {
+        own.is_significant()
+            && own.samples.abs() > LAG_SAMPLES
+            && own.explained_error_share > LAG_SHARE
+    };
+    let found = lags(&runs, progress)?;
+    let known: Vec<&Lag> = found.iter().flatten().collect();
+    let late: Vec<&Lag> = known.iter().copied().filter(matters).collect();
+    let Some(worst) =
+        late.iter().max_by(|a, b| a.explained_error_share.total_cmp(&b.explained_error_share))
+    else {
+        return Ok(None);
+    };
+    let is_worst = |own: &Result<Lag, _>| own.as_ref().is_ok_and(|own| std::ptr::eq(own, *worst));
+    let by_run = lag_by_run(&runs, found.iter().position(is_worst).unwrap_or_default());
+    let differs = by_run.into_iter().flatten().find(|own| {
+        let error = own.standard_error_secs.hypot(worst.standard_error_secs);
+        (own.seconds - worst.seconds).abs() > 4.0 * error
+    });
+    let (way, size) = match worst.seconds > 0.0 {
+        true => ("behind", worst.seconds),
+        false => ("ahead of", -worst.seconds),
+    };
+    let which = if 2 * late.len() > known.len() { "the gauges are" } else { "some gauges are" };
+    let seen = format!(
+        "{which} {way} the reference by {} s, {} samples",
+        significant(size, 2),
+        significant(worst.samples.abs(), 2)
+    );
+    let mut figures = format!(
+        "{} of the squared error of a calibration without a past goes away with it",
+        percent(worst.explained_error_share)
+    );
+    if let Some(own) = differs {
+        figures += &format!("; in one recording it is {} s", significant(own.seconds, 2));
+    }
+    Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures)))
+}

@@ -1,0 +1,231 @@
+//! What is left out in turn while models are searched: groups of recordings, or intervals of one long run.
+//!
+//! Guarantees: each training sample is left out once, and is then predicted from a cold start. Of one run, what follows is
+//! predicted from what came before, too, so that a drift shows.
+
+use std::sync::Arc;
+
+use crate::questions::error::AnalysisError;
+use crate::recording::{Entry, GroupedBy, Recording, RecordingSet, Role};
+
+/// More folds than this are put together: each costs a whole search.
+const MAX_FOLDS: usize = 5;
+/// With one group alone each recording is cut into this number of segments.
+const SEGMENTS: usize = 4;
+
+/// Training recordings of which some are left out.
+pub(super) struct Fold {
+    /// The recordings to fit in the train role, those that are left out in the test role.
+    pub set: Arc<RecordingSet>,
+    /// The part that each recording in the test role belongs to.
+    pub parts: Vec<usize>,
+}
+
+/// All folds of a search.
+pub(super) struct Folds {
+    /// The folds.
+    pub folds: Vec<Fold>,
+    /// All training recordings, cut as in the folds, with the test recordings.
+    pub whole: Arc<RecordingSet>,
+    /// Description of a fold, for headings.
+    pub what: String,
+    /// The name of each part that is judged by itself: a group, or a segment.
+    pub parts: Vec<String>,
+    /// Number of folds that leave out; those after them predict forward in time.
+    pub n_left_out: usize,
+}
+
+/// A training recording with its fold and its part.
+struct Piece {
+    fold: usize,
+    part: usize,
+    entry: Entry,
+}
+
+impl Folds {
+    /// Divides the training recordings.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoTraining`] if there are none.
+    pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
+        let groups = recordings.groups();
+        let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
+            .filter(|(_, entry)| entry.role == Role::Train)
+            .map(|(at, entry)| (groups.said(at, entry), groups.of[at]))
+            .collect();
+        let first = training.first().ok_or(AnalysisError::NoTraining)?;
+        let run = first.0.recording.source().path();
+        let is_one_run = run.is_some()
+            && training.iter().all(|(entry, _)| entry.recording.source().path() == run);
+        let mut numbers: Vec<usize> = training.iter().map(|(_, group)| *group).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let n_groups = numbers.len();
+        let (pieces, parts, what) = if n_groups > 1 {
+            let n_folds = n_groups.min(MAX_FOLDS);
+            let pieces = training.into_iter().map(|(entry, group)| {
+                let part = numbers.binary_search(&group).unwrap_or_default();
+                let fold = match is_one_run {
+                    true => part * n_folds / n_groups,
+                    false => part % n_folds,
+                };
+                Piece { fold, part, entry }
+            });
+            let pieces: Vec<Piece> = pieces.collect();
+            let noun = match groups.by == GroupedBy::Recording {
+                true => "recordings".to_owned(),
+                false => format!("groups by {}", groups.by),
+            };
+            let what = match n_groups == n_folds {
+                true => format!("nested: {n_folds} {noun}, each left out in turn"),
+                false => format!("nested: {n_groups} {noun} in {n_folds} folds"),
+            };
+            let name = |part: usize| {
+                let own = pieces.iter().find(|piece| piece.part == part);
+                let own = own.map(|own| &own.entry);
+                let group = own.and_then(|own| own.group.as_deref());
+                group.or(own.map(|own| own.recording.name())).unwrap_or_default().to_owned()
+            };
+            let parts = (0..n_groups).map(name).collect();
+            (pieces, parts, what)
+        } else {
+            let segments = |(entry, _): (Entry, usize)| {
+                let segments = entry.recording.segments(SEGMENTS);
+                segments.into_iter().enumerate().map(move |(fold, own)| Piece {
+                    fold,
+                    part: fold,
+                    entry: Entry { recording: Arc::new(own), ..entry.clone() },
+                })
+            };
+            let what =
+                format!("nested, by {SEGMENTS} segments of the recordings: there is but one group");
+            let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
+            (training.into_iter().flat_map(segments).collect(), parts, what)
+        };
+        let is_forward = is_one_run || n_groups == 1;
+        Ok(Self::assembled(recordings, &pieces, parts, what, is_forward))
+    }
+
+    fn assembled(
+        recordings: &RecordingSet,
+        pieces: &[Piece],
+        parts: Vec<String>,
+        what: String,
+        is_forward: bool,
+    ) -> Self {
+        let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
+        let fold = |left_out: usize, until: usize| {
+            let own = pieces.iter().filter(|piece| piece.fold < until);
+            let set = own.clone().map(|piece| {
+                let role = if piece.fold == left_out { Role::Test } else { Role::Train };
+                Entry { role, ..piece.entry.clone() }
+            });
+            let tested = own.filter(|piece| piece.fold == left_out);
+            Fold { parts: tested.map(|piece| piece.part).collect(), set: Arc::new(collected(set)) }
+        };
+        let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
+        if is_forward {
+            // The last segment is predicted from all before it already; with less than half there is too little to fit.
+            let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
+            folds.extend(later.map(|at| fold(at, at + 1)));
+        }
+        let training = pieces.iter().map(|piece| piece.entry.clone());
+        let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
+        let whole = Arc::new(collected(training.chain(tested.cloned())));
+        let what = match folds.len() > n_left_out {
+            true => format!("{what}; and forward in time"),
+            false => what,
+        };
+        Self { folds, whole, what, parts, n_left_out }
+    }
+}
+
+fn collected(entries: impl Iterator<Item = Entry>) -> RecordingSet {
+    let mut set = RecordingSet::default();
+    for entry in entries {
+        set.push(entry).expect("they were together before");
+    }
+    set
+}
+
+/// Returns the number of samples of the recordings in a role.
+pub(super) fn n_samples(set: &RecordingSet, role: Role) -> usize {
+    let own = set.entries().iter().filter(|entry| entry.role == role);
+    own.map(|entry| Recording::n_samples(&entry.recording)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::simulated;
+
+    fn of_lengths(n: usize) -> RecordingSet {
+        let mut set = RecordingSet::default();
+        for entry in simulated::recordings(1).entries().iter().take(n) {
+            set.push(Entry::new(entry.recording.decimated(20), Role::Train)).unwrap();
+        }
+        let tested = simulated::recordings(1).entries()[89].recording.decimated(20);
+        set.push(Entry::new(tested, Role::Test)).unwrap();
+        set
+    }
+
+    /// Each training sample is left out once, and is trained on in every other fold; nothing of the test is anywhere.
+    #[test]
+    fn folds_are_made_of_the_training_recordings() {
+        for n in [1, 2, 3, 7] {
+            let set = of_lengths(n);
+            let found = Folds::of(&set).unwrap();
+            let all = n_samples(&set, Role::Train);
+            let folds = &found.folds[..found.n_left_out];
+            let left_out: usize = folds.iter().map(|fold| n_samples(&fold.set, Role::Test)).sum();
+            assert_eq!(left_out, all, "{n} recordings");
+            for fold in folds {
+                let [own, others] =
+                    [Role::Test, Role::Train].map(|role| n_samples(&fold.set, role));
+                assert!(own > 0 && own + others == all, "{n} recordings");
+                let tested = fold.set.entries().iter().filter(|entry| entry.role == Role::Test);
+                assert_eq!(tested.count(), fold.parts.len());
+            }
+            assert_eq!(n_samples(&found.whole, Role::Train), all);
+        }
+        assert!(matches!(Folds::of(&RecordingSet::default()), Err(AnalysisError::NoTraining)));
+    }
+
+    /// Of one recording in four segments the third is predicted from the first two as well.
+    #[test]
+    fn one_run_is_predicted_forward_in_time() {
+        let found = Folds::of(&of_lengths(1)).unwrap();
+        assert_eq!((found.folds.len(), found.n_left_out), (5, 4));
+        let forward = &found.folds[4];
+        assert_eq!(forward.parts, [2]);
+        let entries = forward.set.entries();
+        let last = |role| {
+            let own = entries.iter().rfind(|entry| entry.role == role).unwrap();
+            own.recording.times().get(own.recording.n_samples() - 1).copied().unwrap()
+        };
+        assert!(last(Role::Train) < last(Role::Test));
+        assert_eq!(Folds::of(&of_lengths(3)).unwrap().folds.len(), 3);
+    }
+
+    /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.
+    #[test]
+    fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
+        let all = simulated::recordings(1);
+        let mut set = RecordingSet::default();
+        for at in [0, 1, 15, 16, 30, 31] {
+            let recording = all.entries()[at].recording.decimated(20);
+            set.push(Entry::new(recording, Role::Train)).unwrap();
+        }
+        let found = Folds::of(&set).unwrap();
+        assert_eq!(found.what, "nested: 3 groups by path, each left out in turn");
+        assert_eq!(found.parts, ["path 1", "path 2", "path 3"]);
+        for (fold, path) in found.folds.iter().zip(["path 1", "path 2", "path 3"]) {
+            for entry in fold.set.entries() {
+                let is_own = entry.group.as_deref() == Some(path);
+                assert_eq!(entry.role == Role::Test, is_own);
+            }
+            let groups = fold.set.groups();
+            assert_eq!(groups.by, GroupedBy::Group);
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! One side of a search: recordings to fit and to predict, with the numbers that were chosen from the former.
+
+use std::sync::Arc;
+
+use crate::calibration::{Calibration, FitSettings, Learner, SettingsError};
+use crate::features::{Appends, Auxiliary, BLOCKS, Block, FeatureSettings, Lists};
+use crate::progress::Progress;
+use crate::questions::cross_validated::best_shares;
+use crate::questions::dataset::Datasets;
+use crate::questions::error::AnalysisError;
+use crate::questions::models::folds::n_samples;
+use crate::questions::models::learning::{Fitted, fit_all};
+use crate::questions::models::recipes::{Recipe, Times};
+use crate::questions::models::training::train_unscored;
+use crate::questions::request::Request;
+use crate::questions::thresholds::study::Study;
+use crate::questions::thresholds::{Measure, ThresholdGrid};
+use crate::recording::{RecordingSet, Role};
+
+/// Values of F_th and of t_th that are tried.
+const GRID: usize = 12;
+/// Values of a block that are spread over what the recordings can show.
+const SPREAD: usize = 6;
+/// Lags of every sample, and columns that they make.
+const MOST_LAGS: usize = 160;
+const MOST_LAG_COLUMNS: usize = 200;
+/// How a gauge may follow auxiliary channels (s): at once, and more and more slowly.
+const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
+/// A lag must bring the squared error below this share of that without one.
+const LAG_HELPS: f64 = 0.9;
+
+/// How long what learns may train.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Samples that are learned from.
+    pub rows: usize,
+    /// Epochs of a network.
+    pub epochs: usize,
+    /// Landmarks of a kernel.
+    pub landmarks: usize,
+    /// Units of a network's hidden layers.
+    pub hidden: &'static [usize],
+}
+
+/// Recordings to fit and to predict, with what was chosen from the former.
+pub(super) struct Side {
+    recordings: Arc<RecordingSet>,
+    settings: FitSettings,
+    datasets: Datasets,
+    /// What the thresholds of a look-back are to be.
+    look_back: Option<FeatureSettings>,
+    /// The values of blocks that are known already.
+    values: Vec<(&'static dyn Block, Times, Vec<f64>)>,
+    /// Those of the auxiliary channels; empty where there are none.
+    pub auxiliary: Vec<f64>,
+}
+
+impl Side {
+    pub fn new(recordings: Arc<RecordingSet>, settings: &FitSettings) -> Self {
+        Self {
+            recordings,
+            settings: settings.clone(),
+            datasets: Datasets::default(),
+            look_back: None,
+            values: Vec::new(),
+            auxiliary: Vec::new(),
+        }
+    }
+
+    /// Finds with which lags the auxiliary channels do best, if there are any.
+    pub fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
+        let (mut at_once, mut least) = (None, f64::INFINITY);
+        for lags in AUXILIARY_LAGS {
+            let mut settings = self.settings.clone();
+            settings.features.blocks.set(&Auxiliary, lags.to_vec());
+            let calibration = self.fit(settings, usize::MAX, progress)?;
+            if calibration.features.auxiliary.is_empty() {
+                return Ok(());
+            }
+            let scores = &calibration.quality.compensated;
+            let errors = scores.cv_rmse.as_ref().or(scores.train_rmse.as_ref());
+            let scaled = errors.into_iter().flatten().zip(&calibration.full_scale);
+            let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
+            let square: f64 = scaled.map(|(error, scale)| (error / scale).powi(2)).sum();
+            let helps = at_once.is_none_or(|at_once| square < LAG_HELPS * at_once);
+            if helps && square < least {
+                self.auxiliary = lags.to_vec();
+                least = square;
+            }
+            at_once = at_once.or(Some(square));
+        }
+        Ok(())
+    }
+
+    /// The settings of a recipe with the numbers that the training recordings ask for.
+    pub fn settle(
+        &mut self,
+        recipe: &Recipe,
+        effort: Effort,
+        progress: &Progress,
+    ) -> Result<FitSettings, AnalysisError> {
+        let mut features = match recipe.look_back {
+            true => self.thresholds(progress)?,
+            false => self.settings.features.clone(),
+        };
+        for &block in BLOCKS {
+            if recipe.blocks.contains(&block) && block != (&Auxiliary as &dyn Block) {
+                features.blocks.set(block, self.values(block, recipe, progress)?);
+            }
+        }
+        // A linear map of the present gauges alone is the conventional calibration.
+        let more_than_conventional =
+            recipe.look_back || !recipe.blocks.is_empty() || recipe.regressor.learner().is_some();
+        if more_than_conventional && !self.auxiliary.is_empty() {
+            features.blocks.set(&Auxiliary, self.auxiliary.clone());
+        }
+        self.thin_out(&mut features)?;
+        let rows = n_samples(&self.recordings, Role::Train).min(effort.rows);
+        let mut settings =
+            FitSettings { features, regressor: recipe.regressor, ..self.settings.clone() };
+        settings.network.hidden = effort.hidden.to_vec();
+        settings.network.epochs = effort.epochs * recipe.times_longer;
+        settings.network.early_stopping = true;
+        settings.kernel.landmarks = (effort.landmarks * recipe.times_longer).min(rows.max(1));
+        Ok(settings)
+    }
+
+    /// Takes every second value out of the longest list until there is room for the columns.
+    fn thin_out(&self, features: &mut FeatureSettings) -> Result<(), AnalysisError> {
+        let n_gauges = self.recordings.layout().gauge_names.len();
+        loop {
+            let error = match features.check_columns(n_gauges) {
+                Ok(()) => return Ok(()),
+                Err(error) => error,
+            };
+            let longest = features.blocks.used().max_by_key(|(_, values)| values.len());
+            match longest.map(|(block, values)| (block, values.to_vec())) {
+                Some((block, values)) if values.len() > 1 => {
+                    features.blocks.set(block, values.into_iter().step_by(2).collect());
+                }
+                _ => return Err(SettingsError::from(error).into()),
+            }
+        }
+    }
+
+    /// A look-back with the thresholds of the lowest left-out error.
+    fn thresholds(&mut self, progress: &Progress) -> Result<FeatureSettings, AnalysisError> {
+        if self.look_back.is_none() {
+            let study = self.study(progress)?;
+            let grid = ThresholdGrid::covering(study.largest_distance(), GRID, GRID)?;
+            let map = study.threshold_map(&grid, &progress.part(), &|_| {})?;
+            let suggestion = map.suggestion(Measure::FullScale)?;
+            self.look_back = Some(FeatureSettings {
+                look_backs: vec![suggestion.thresholds],
+                ..self.settings.features.clone()
+            });
+        }
+        Ok(self.look_back.clone().unwrap_or_default())
+    }
+
+    /// The list of a block; its default where no list helps by itself.
+    fn values(
+        &mut self,
+        block: &'static dyn Block,
+        recipe: &Recipe,
+        progress: &Progress,
+    ) -> Result<Vec<f64>, AnalysisError> {
+        if let Appends::Monomials(_) = block.appends() {
+            return Ok(vec![recipe.degree]);
+        }
+        let Some(search) = block.search() else {
+            return Ok(block.setting().default.to_vec());
+        };
+        let times = match search.lists {
+            Lists::OneByOne(_) => recipe.times,
+            Lists::Even { .. } => Times::Chosen,
+        };
+        if let Some((_, _, values)) =
+            self.values.iter().find(|own| (own.0, own.1) == (block, times))
+        {
+            return Ok(values.clone());
+        }
+        let study = self.study(progress)?;
+        let values = match times {
+            Times::Chosen => {
+                study.suggest_block(block, Measure::FullScale, &progress.part())?.values
+            }
+            Times::Spread => spread(&study.candidates(block, search)),
+            Times::EverySample => self.every_sample(),
+        };
+        let values = match values.is_empty() {
+            true => block.setting().default.to_vec(),
+            false => values,
+        };
+        self.values.push((block, times, values.clone()));
+        Ok(values)
+    }
+
+    /// Returns lags of one, two, three … samples, as many as columns allow and within a tenth of the shortest recording.
+    fn every_sample(&self) -> Vec<f64> {
+        let Some(rate) = self.recordings.rate_hz(Role::Train) else { return Vec::new() };
+        let step = self.settings.decimation as f64 / rate;
+        let training = self.recordings.entries().iter().filter(|own| own.role == Role::Train);
+        let shortest =
+            training.map(|own| own.recording.duration_secs()).fold(f64::INFINITY, f64::min);
+        let n_gauges = self.recordings.layout().gauge_names.len();
+        let n =
+            MOST_LAGS.min(MOST_LAG_COLUMNS / n_gauges.max(1)).min((0.1 * shortest / step) as usize);
+        (1..=n).map(|lag| significant_secs(lag as f64 * step)).collect()
+    }
+
+    fn study(&self, progress: &Progress) -> Result<Study, AnalysisError> {
+        let settings =
+            FitSettings { ridge: crate::calibration::RidgeChoice::Auto, ..self.settings.clone() };
+        Study::prepare(&self.datasets, Arc::clone(&self.recordings), settings, progress)
+    }
+
+    /// Every how many-th sample is learned from.
+    fn row_step(&self, rows: usize) -> usize {
+        n_samples(&self.recordings, Role::Train)
+            .div_ceil(self.settings.decimation)
+            .div_ceil(rows.max(1))
+            .max(1)
+    }
+
+    fn request(&self, settings: FitSettings) -> Request {
+        Request {
+            datasets: self.datasets.clone(),
+            ..Request::fit(Arc::clone(&self.recordings), settings)
+        }
+    }
+
+    /// Fits the training recordings, and scores the test recordings.
+    pub fn fit(
+        &self,
+        settings: FitSettings,
+        rows: usize,
+        progress: &Progress,
+    ) -> Result<Calibration, AnalysisError> {
+        train_unscored(&self.request(settings), self.row_step(rows), &progress.part())
+    }
+
+    /// Fits the training recordings, and returns the errors of each test recording, `n_samples × n_axes`.
+    pub fn errors(
+        &self,
+        settings: FitSettings,
+        rows: usize,
+        progress: &Progress,
+    ) -> Result<Vec<Vec<f64>>, AnalysisError> {
+        settings.validate()?;
+        let progress = &progress.part();
+        let request = self.request(settings);
+        let data = request.datasets.get(&request.key(), progress)?;
+        let settings = &request.settings;
+        let fitted = fit_all(&data, settings, self.row_step(rows), progress, &mut |_| {})?;
+        progress.check()?;
+        let Fitted { past, mut calibration, held_out, .. } = fitted;
+        let is_network = settings.regressor.learner() == Some(Learner::Network);
+        if let (true, Some(learned)) =
+            (is_network && settings.regressor.is_hybrid(), &mut calibration.learned)
+        {
+            learned.scale(&best_shares(&held_out));
+        }
+        let tested = data.entries.iter().zip(&past);
+        let tested = tested.filter(|(entry, _)| entry.role == Role::Test);
+        let errors = tested.map(|(entry, past)| {
+            let loads = calibration.compensated_loads(&entry.recording, past);
+            entry.recording.loads().iter().zip(loads).map(|(load, own)| load - own).collect()
+        });
+        Ok(errors.collect())
+    }
+}
+
+/// Rounds to six digits, so that settings can be read.
+fn significant_secs(secs: f64) -> f64 {
+    format!("{secs:.5e}").parse().unwrap_or(secs)
+}
+
+/// Returns a few of these values, evenly spread over them.
+fn spread(candidates: &[f64]) -> Vec<f64> {
+    let n = candidates.len().min(SPREAD);
+    let at = |k: usize| candidates[k * (candidates.len() - 1) / (n - 1).max(1)];
+    (0..n).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spread_reaches_from_the_first_to_the_last() {
+        let of = |n: usize| spread(&(0..n).map(|at| at as f64).collect::<Vec<_>>());
+        assert_eq!(of(11), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+        assert_eq!(of(3), [0.0, 1.0, 2.0]);
+        assert_eq!(of(1), [0.0]);
+        assert!(of(0).is_empty());
+    }
+}

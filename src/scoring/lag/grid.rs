@@ -1,0 +1,446 @@
+//! The reference and the outputs of runs, smoothed alike and thinned, with what hysteresis, creep and curvature could make of
+//! the reference.
+//!
+//! Guarantees: reference and outputs go through one symmetric window, so smoothing moves neither in time; no row mixes samples
+//! from both sides of a pause.
+
+use std::f64::consts::PI;
+use std::ops::Range;
+
+use faer::Mat;
+use faer::linalg::solvers::SolveLstsq;
+
+use super::kind::LagKind;
+use super::{LagRun, NoLag};
+use crate::recording::gap::{median_step, pause_by_step};
+use crate::recording::median::median;
+
+/// Radii of the play operators, as shares of half the range of what drives them; the first stands for hysteresis that turns
+/// over at once, however small the reversal.
+pub(super) const RADII: [f64; 7] = [0.0, 0.012, 0.03, 0.06, 0.12, 0.25, 0.6];
+/// The smallest radius: below it a play operator is the sign of the load's rate.
+const SMALLEST_RADIUS: f64 = 0.003;
+/// A radius below this multiple of the smoothed noise would follow the noise.
+const RADIUS_IN_NOISE: f64 = 4.0;
+/// Time constants of creep, as multiples of the time in which the load moves by its own size; shorter ones are lag.
+const CREEP: [f64; 3] = [3.0, 12.0, 48.0];
+/// More gauges than this are not each given play operators; the axes are.
+const MOST_DRIVERS: usize = 12;
+/// The narrowest smoothing window, in samples to each side. Interpolation changes the noise of a sample by how far it lies from
+/// the next one, and would draw a lag towards halves of a sample; after this window it does so by less than a thousandth.
+const NARROWEST: usize = 3;
+const WIDEST: usize = 400;
+/// Smoothing may change the load by this share of its standard deviation, besides taking off its noise.
+const MOST_SMOOTHED: f64 = 0.005;
+/// Maximum number of rows; longer runs are looked at in windows spread over them.
+const MOST_ROWS: usize = 8_000;
+const WINDOWS: usize = 8;
+/// Samples at either end of an interval that take no part: states settle there.
+const MARGIN: usize = 20;
+/// A step between two samples is a jump if it is this many times the mean of its neighbours, and of the noise: nobody knows
+/// when between the samples it was.
+const JUMP: f64 = 4.0;
+const JUMP_IN_NOISE: f64 = 8.0;
+/// Samples around a jump that take no part.
+pub(super) const AROUND_JUMP: usize = 30;
+
+/// One uninterrupted interval of a run, thinned.
+pub(super) struct Grid {
+    pub(super) run: usize,
+    pub(super) times: Vec<f64>,
+    /// Where the rows lie in their run, 0 to 1.
+    pub(super) places: Vec<f64>,
+    /// Rows that take part.
+    pub(super) used: Vec<bool>,
+    /// The share of the reference's squared steps that are jumps, of the axis with the most.
+    pub(super) jumps: f64,
+    /// Per column: loads, then what may be made of them, then 1.
+    pub(super) columns: Vec<Vec<f64>>,
+    /// Per output.
+    pub(super) outputs: Vec<Vec<f64>>,
+}
+
+/// All intervals, with what they have in common.
+pub(super) struct Grids {
+    pub(super) parts: Vec<Grid>,
+    pub(super) n_axes: usize,
+    /// Columns that the coarser description of hysteresis goes without.
+    pub(super) finer: Vec<bool>,
+    /// The median time between samples (s).
+    pub(super) step_secs: f64,
+    /// The time in which the load moves by its own size (s).
+    pub(super) slow_secs: f64,
+}
+
+/// An interval of a run without a pause.
+struct Piece<'a> {
+    run: usize,
+    n_run: usize,
+    samples: Range<usize>,
+    times: &'a [f64],
+    /// Per axis.
+    loads: Vec<Vec<f64>>,
+    data: &'a LagRun<'a>,
+}
+
+impl Grids {
+    pub(super) fn of(runs: &[LagRun<'_>]) -> Result<Self, NoLag> {
+        let n_axes = runs.first().map_or(0, |run| run.n_axes());
+        let steps = runs.iter().filter_map(|run| median_step(run.times));
+        let step_secs = median(steps).ok_or(NoLag::TooShort)?;
+        let whole: Vec<Piece<'_>> =
+            runs.iter().enumerate().flat_map(|(at, run)| pieces(at, run)).collect();
+        let half = half_width(&whole);
+        let hop = (half / 3).max(1);
+        let n: usize = whole.iter().map(|piece| piece.times.len()).sum();
+        let share = (MOST_ROWS * hop) as f64 / n as f64;
+        let pieces: Vec<Piece<'_>> = match share < 1.0 {
+            true => whole.iter().flat_map(|piece| piece.windows(share)).collect(),
+            false => whole,
+        };
+        let shortest = 2 * (half + MARGIN) + 8 * hop;
+        let pieces: Vec<_> =
+            pieces.into_iter().filter(|piece| piece.times.len() > shortest).collect();
+        if pieces.is_empty() {
+            return Err(NoLag::TooShort);
+        }
+        let window = Window::new(half, hop);
+        let drivers = drivers(&pieces, n_axes);
+        let slow_secs = slow_secs(&pieces, &window).ok_or(NoLag::ConstantLoad)?;
+        let noise = driver_noise(&pieces, &drivers);
+        let longest = pieces.iter().map(|piece| piece.secs()).fold(0.0, f64::max);
+        let creep = CREEP.map(|factor| factor * slow_secs);
+        let creep: Vec<f64> = creep.into_iter().filter(|tau| *tau < 0.5 * longest).collect();
+        let ranges = driver_ranges(&pieces, &drivers);
+        let scale: Vec<_> = ranges.into_iter().zip(noise).collect();
+        let parts = pieces.iter().map(|piece| piece.grid(&window, &drivers, &scale, &creep));
+        let per_driver = RADII.len() + 2;
+        let finer = |column: usize| {
+            let at = column.checked_sub(n_axes).filter(|at| *at < drivers.len() * per_driver);
+            at.is_some_and(|at| matches!(at % per_driver, 1 | 3 | 5))
+        };
+        let parts: Vec<Grid> = parts.collect();
+        let finer = (0..parts[0].columns.len()).map(finer).collect();
+        Ok(Self { parts, n_axes, finer, step_secs, slow_secs })
+    }
+}
+
+impl Grids {
+    /// Whether the reference jumps somewhere.
+    pub(super) fn jumps(&self) -> bool {
+        self.parts.iter().any(|part| part.jumps > 0.0)
+    }
+
+    /// Whether jumps are most of the motion, by squares.
+    pub(super) fn moves_in_jumps(&self) -> bool {
+        let shares = self.parts.iter().map(|part| part.jumps);
+        shares.sum::<f64>() > 0.5 * self.parts.len() as f64
+    }
+}
+
+impl Piece<'_> {
+    fn secs(&self) -> f64 {
+        self.times[self.times.len() - 1] - self.times[0]
+    }
+
+    /// Windows spread over the interval that hold this share of it.
+    fn windows(&self, share: f64) -> impl Iterator<Item = Piece<'_>> {
+        let n = self.times.len();
+        let length = (share * n as f64 / WINDOWS as f64) as usize;
+        (0..WINDOWS).map(move |at| {
+            let start = at * (n - length) / (WINDOWS - 1);
+            let own = start..start + length;
+            Piece {
+                run: self.run,
+                n_run: self.n_run,
+                samples: self.samples.start + own.start..self.samples.start + own.end,
+                times: &self.times[own.clone()],
+                loads: self.loads.iter().map(|load| load[own.clone()].to_vec()).collect(),
+                data: self.data,
+            }
+        })
+    }
+
+    /// What drives the hysteresis of a gauge: its strain, as the loads make it.
+    fn strain(&self, driver: &[f64]) -> Vec<f64> {
+        let mut strain = vec![0.0; self.times.len()];
+        for (share, load) in driver.iter().zip(&self.loads) {
+            strain.iter_mut().zip(load).for_each(|(strain, load)| *strain += share * load);
+        }
+        strain
+    }
+
+    fn grid(
+        &self,
+        window: &Window,
+        drivers: &[Vec<f64>],
+        scale: &[((f64, f64), f64)],
+        creep: &[f64],
+    ) -> Grid {
+        let mut columns: Vec<Vec<f64>> =
+            self.loads.iter().map(|load| window.thinned(load)).collect();
+        for (driver, ((low, high), noise)) in drivers.iter().zip(scale) {
+            let (half, middle) = (0.5 * (high - low), 0.5 * (high + low));
+            let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
+            // Play turns over at peaks, which smoothing would lower; noise is worse.
+            let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
+            let strain = if is_noisy { window.smoothed(&strain) } else { strain };
+            let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
+            for radius in RADII {
+                columns.push(window.thinned(&beside_play(&strain, floor.max(radius * half))));
+            }
+            for power in [2, 3] {
+                let curved: Vec<f64> = strain.iter().map(|own| own.powi(power)).collect();
+                columns.push(window.thinned(&curved));
+            }
+        }
+        for tau in creep {
+            for load in &self.loads {
+                let crept = LagKind::FirstOrder.late(self.times, load, *tau);
+                columns.push(window.thinned(&crept));
+            }
+        }
+        let times = window.thinned(self.times);
+        columns.push(vec![1.0; times.len()]);
+        let n_outputs = self.data.n_outputs();
+        let output = |at: usize| {
+            let rows = self.data.outputs.chunks_exact(n_outputs);
+            let rows = rows.skip(self.samples.start).take(self.samples.len());
+            window.thinned(&rows.map(|row| row[at]).collect::<Vec<_>>())
+        };
+        let centre = |row: usize| self.samples.start + window.half + row * window.hop;
+        let place = |row| centre(row) as f64 / self.n_run as f64;
+        let (used, jumps) = self.used(window, times.len());
+        Grid {
+            run: self.run,
+            places: (0..times.len()).map(place).collect(),
+            used,
+            jumps,
+            outputs: (0..n_outputs).map(output).collect(),
+            times,
+            columns,
+        }
+    }
+
+    /// Which rows are away from the ends and from jumps of the reference, and the share of its squared steps that are
+    /// jumps.
+    fn used(&self, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
+        let n = self.times.len();
+        let mut jumps = 0.0_f64;
+        let mut blocked = vec![false; n];
+        blocked[..MARGIN].fill(true);
+        blocked[n - MARGIN..].fill(true);
+        for load in &self.loads {
+            let noise = noise(load);
+            let steps: Vec<f64> = load.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+            let mut jumped = 0.0;
+            for (at, around) in steps.windows(3).enumerate() {
+                let usual = 0.5 * (around[0] + around[2]);
+                if around[1] > JUMP * usual && around[1] > JUMP_IN_NOISE * noise {
+                    let from = (at + 1).saturating_sub(window.half + AROUND_JUMP);
+                    jumped += around[1] * around[1];
+                    blocked[from..(at + window.half + AROUND_JUMP).min(n)].fill(true);
+                }
+            }
+            let all: f64 = steps.iter().map(|step| step * step).sum();
+            if all > 0.0 {
+                jumps = jumps.max(jumped / all);
+            }
+        }
+        let row = |row: usize| {
+            let start = row * window.hop;
+            !blocked[start] && !blocked[start + window.half] && !blocked[start + 2 * window.half]
+        };
+        ((0..n_rows).map(row).collect(), jumps)
+    }
+}
+
+/// A symmetric window of raised cosines, moved on by some samples.
+pub(super) struct Window {
+    half: usize,
+    hop: usize,
+    weights: Vec<f64>,
+}
+
+impl Window {
+    fn new(half: usize, hop: usize) -> Self {
+        let weight = |k: usize| 1.0 - (PI * (k + 1) as f64 / (half + 1) as f64).cos();
+        let weights: Vec<f64> = (0..=2 * half).map(weight).collect();
+        let sum: f64 = weights.iter().sum();
+        Self { half, hop, weights: weights.iter().map(|weight| weight / sum).collect() }
+    }
+
+    /// The share of white noise that is left.
+    fn gain(&self) -> f64 {
+        self.weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
+    }
+
+    fn mean(&self, values: &[f64]) -> f64 {
+        self.weights.iter().zip(values).map(|(weight, value)| weight * value).sum()
+    }
+
+    fn thinned(&self, values: &[f64]) -> Vec<f64> {
+        values.windows(2 * self.half + 1).step_by(self.hop).map(|own| self.mean(own)).collect()
+    }
+
+    /// As many values as before; beyond the ends the signal goes on mirrored through its end.
+    fn smoothed(&self, values: &[f64]) -> Vec<f64> {
+        let last = values.len() - 1;
+        let before = (1..=self.half).rev().map(|k| 2.0 * values[0] - values[k.min(last)]);
+        let after = (1..=self.half).map(|k| 2.0 * values[last] - values[last.saturating_sub(k)]);
+        let padded: Vec<f64> = before.chain(values.iter().copied()).chain(after).collect();
+        padded.windows(2 * self.half + 1).map(|own| self.mean(own)).collect()
+    }
+}
+
+/// The load less a play operator of it, from a start at rest.
+fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
+    let mut state = load[0];
+    let follow = |load: &f64| {
+        state = state.clamp(load - radius, load + radius);
+        load - state
+    };
+    load.iter().map(follow).collect()
+}
+
+/// Cuts a run where samples are missing or times repeat.
+fn pieces<'a>(run: usize, data: &'a LagRun<'a>) -> Vec<Piece<'a>> {
+    let times = data.times;
+    let pause = median_step(times).map_or(0.0, pause_by_step);
+    let is_cut = |k: &usize| {
+        let step = times[*k] - times[*k - 1];
+        step > pause || step <= 0.0
+    };
+    let cuts: Vec<usize> = (1..times.len()).filter(is_cut).collect();
+    let starts = std::iter::once(0).chain(cuts.iter().copied());
+    let ends = cuts.iter().copied().chain([times.len()]);
+    let n_axes = data.n_axes();
+    let piece = |(start, end): (usize, usize)| {
+        let load = |axis: usize| {
+            let rows = data.loads[start * n_axes..end * n_axes].chunks_exact(n_axes);
+            rows.map(|row| row[axis]).collect()
+        };
+        Piece {
+            run,
+            n_run: times.len(),
+            samples: start..end,
+            times: &times[start..end],
+            loads: (0..n_axes).map(load).collect(),
+            data,
+        }
+    };
+    let long = starts.zip(ends).filter(|(start, end)| end - start > 2 * MARGIN);
+    long.map(piece).collect()
+}
+
+/// The standard deviation of white noise in a smooth signal.
+fn noise(values: &[f64]) -> f64 {
+    let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
+    median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
+}
+
+fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (n, sum) = values.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value * value));
+    if n > 0.0 { sum / n } else { 0.0 }
+}
+
+fn variance(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    mean_square(values.iter().map(|value| value - mean))
+}
+
+/// The widest window that hardly changes the load of any run.
+fn half_width(pieces: &[Piece<'_>]) -> usize {
+    const LOOKED_AT: usize = 4000;
+    let loads = || pieces.iter().flat_map(|piece| &piece.loads);
+    let moving: Vec<(&Vec<f64>, f64, f64)> = loads()
+        .map(|load| (load, variance(load), noise(load)))
+        .filter(|(load, variance, _)| *variance > 0.0 && load.len() > 8 * NARROWEST)
+        .collect();
+    let largest = moving.iter().map(|(_, variance, _)| *variance).fold(0.0, f64::max);
+    let fits = |half: usize| {
+        let window = Window::new(half, 1);
+        let kept = 1.0 - 2.0 * window.weights[half] + window.gain().powi(2);
+        moving.iter().filter(|(_, variance, _)| *variance > 1e-3 * largest).all(
+            |(load, variance, noise)| {
+                let hop = (load.len() / LOOKED_AT).max(1);
+                let centres = load.windows(2 * half + 1).step_by(hop);
+                let change = mean_square(centres.map(|own| own[half] - window.mean(own)));
+                let by_load = change - kept * noise * noise;
+                load.len() > 8 * half && by_load < MOST_SMOOTHED.powi(2) * variance
+            },
+        )
+    };
+    let mut half = NARROWEST;
+    loop {
+        let wider = half + half.div_ceil(2);
+        if wider > WIDEST || !fits(wider) {
+            return half;
+        }
+        half = wider;
+    }
+}
+
+/// The time in which the load moves by its own size, over all axes; `None` where nothing moves.
+fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
+    let (mut size, mut rate) = (0.0, 0.0);
+    for piece in pieces {
+        let times = window.thinned(piece.times);
+        for load in &piece.loads {
+            let load = window.thinned(load);
+            size += variance(&load) * load.len() as f64;
+            let steps = load.windows(2).zip(times.windows(2));
+            let rates = steps.map(|(load, time)| (load[1] - load[0]) / (time[1] - time[0]));
+            rate += mean_square(rates) * load.len() as f64;
+        }
+    }
+    (rate > 0.0 && size > 0.0).then(|| (size / rate).sqrt())
+}
+
+/// What the play operators follow, as shares of the axes: the strains of the gauges, or the axes.
+fn drivers(pieces: &[Piece<'_>], n_axes: usize) -> Vec<Vec<f64>> {
+    let unit = |axis: usize| (0..n_axes).map(|own| f64::from(u8::from(own == axis))).collect();
+    let n_gauges = pieces[0].data.n_gauges();
+    if n_axes == 1 || n_gauges == 0 || n_gauges > MOST_DRIVERS {
+        return (0..n_axes).map(unit).collect();
+    }
+    let n: usize = pieces.iter().map(|piece| piece.times.len()).sum();
+    let hop = (n / MOST_ROWS).max(1);
+    let rows: Vec<(&Piece<'_>, usize)> = (pieces.iter())
+        .flat_map(|piece| (0..piece.times.len()).step_by(hop).map(move |k| (piece, k)))
+        .collect();
+    let loads = Mat::from_fn(rows.len(), n_axes + 1, |row, axis| {
+        let (piece, k) = rows[row];
+        piece.loads.get(axis).map_or(1.0, |load| load[k])
+    });
+    let gauges = Mat::from_fn(rows.len(), n_gauges, |row, gauge| {
+        let (piece, k) = rows[row];
+        piece.data.gauges[(piece.samples.start + k) * n_gauges + gauge]
+    });
+    let solved = loads.col_piv_qr().solve_lstsq(&gauges);
+    let strain = |gauge: usize| -> Vec<f64> {
+        (0..n_axes)
+            .map(|axis| solved[(axis, gauge)])
+            .map(|own| if own.is_finite() { own } else { 0.0 })
+            .collect()
+    };
+    (0..n_gauges).map(strain).collect()
+}
+
+fn driver_ranges(pieces: &[Piece<'_>], drivers: &[Vec<f64>]) -> Vec<(f64, f64)> {
+    let range = |driver: &Vec<f64>| {
+        let strains = pieces.iter().flat_map(|piece| piece.strain(driver));
+        strains.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
+            (low.min(own), high.max(own))
+        })
+    };
+    drivers.iter().map(range).collect()
+}
+
+fn driver_noise(pieces: &[Piece<'_>], drivers: &[Vec<f64>]) -> Vec<f64> {
+    let noise = |driver: &Vec<f64>| {
+        let each = pieces.iter().map(|piece| noise(&piece.strain(driver)));
+        median(each).unwrap_or(0.0)
+    };
+    drivers.iter().map(noise).collect()
+}

@@ -1,0 +1,137 @@
+//! Reference and outputs brought to one time, and what is left of a loop then.
+//!
+//! The reference is made as late as the output: delayed by interpolation, or put behind the same low-pass. The other way round a
+//! low-pass would have to be undone, which multiplies the noise of the gauges. The output is mapped to that reference anew, by
+//! least squares over the outputs of all axes and a constant, as a calibration that was fitted with the lag in its data has
+//! gains and crosstalk that come from the lag.
+
+use faer::Mat;
+
+use super::kind::LagKind;
+use super::solve::solved;
+use super::{Lag, LagRun};
+use crate::recording::gap::{median_step, pause_by_step};
+use crate::scoring::loops::{Loop, Loops};
+
+/// A lag that explains more than this share of a loop's mean width is worth removing.
+pub const WORTH_REMOVING: f64 = 0.1;
+/// Rows that the map is fitted to, at most about.
+const MOST_ROWS: usize = 100_000;
+
+/// How the reference of one axis and the output for it are brought to one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InTime {
+    kind: LagKind,
+    seconds: f64,
+    /// For the output of each axis, then the constant.
+    weights: Vec<f64>,
+}
+
+/// The loop of one output, before and after its lag is removed; both with gains fitted anew.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Widths {
+    /// The largest width.
+    pub largest: [f64; 2],
+    /// The mean width.
+    pub mean: [f64; 2],
+    /// The area.
+    pub area: [f64; 2],
+}
+
+impl Widths {
+    /// Returns the share of the mean width that the lag explains, 0 to 1.
+    pub fn explained_share(&self) -> f64 {
+        share(self.mean)
+    }
+
+    /// Returns the share of the area that the lag explains, 0 to 1.
+    pub fn explained_area_share(&self) -> f64 {
+        share(self.area)
+    }
+}
+
+fn share([before, after]: [f64; 2]) -> f64 {
+    if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+impl InTime {
+    /// Removes the lag of the output for the axis in this place.
+    pub fn of(lag: &Lag, axis: usize, runs: &[LagRun<'_>]) -> Self {
+        Self::by(lag.kind, lag.seconds, axis, runs)
+    }
+
+    fn by(kind: LagKind, seconds: f64, axis: usize, runs: &[LagRun<'_>]) -> Self {
+        let mut own = Self { kind, seconds, weights: Vec::new() };
+        let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
+        let n: usize = runs.iter().map(|run| run.times.len()).sum();
+        let hop = (n / MOST_ROWS).max(1);
+        let references: Vec<Vec<f64>> = runs.iter().map(|run| own.axis(axis, run)).collect();
+        let places: Vec<(usize, usize)> = (runs.iter().enumerate())
+            .flat_map(|(at, run)| (0..run.times.len()).step_by(hop).map(move |k| (at, k)))
+            .collect();
+        let x = Mat::from_fn(places.len(), n_outputs + 1, |row, column| {
+            let (run, k) = places[row];
+            if column == n_outputs { 1.0 } else { runs[run].outputs[k * n_outputs + column] }
+        });
+        let y = Mat::from_fn(places.len(), 1, |row, _| references[places[row].0][places[row].1]);
+        own.weights = match solved(&x, &y) {
+            Some(weights) => (0..=n_outputs).map(|at| weights[(at, 0)]).collect(),
+            None => (0..=n_outputs).map(|at| f64::from(u8::from(at == axis))).collect(),
+        };
+        own
+    }
+
+    fn axis(&self, axis: usize, run: &LagRun<'_>) -> Vec<f64> {
+        let loads = run.loads.iter().skip(axis).step_by(run.n_axes());
+        self.reference(run.times, &loads.copied().collect::<Vec<_>>())
+    }
+
+    /// Returns the reference as late as the output; each interval between pauses by itself.
+    ///
+    /// **Shapes** one load per time.
+    pub fn reference(&self, times: &[f64], loads: &[f64]) -> Vec<f64> {
+        let pause = median_step(times).map_or(f64::INFINITY, pause_by_step);
+        let mut late = Vec::with_capacity(loads.len());
+        let mut from = 0;
+        for to in 1..=times.len() {
+            if to == times.len() || times[to] - times[to - 1] > pause {
+                late.extend(self.kind.late(&times[from..to], &loads[from..to], self.seconds));
+                from = to;
+            }
+        }
+        late
+    }
+
+    /// Returns the output with its gains fitted anew.
+    ///
+    /// **Shapes** `outputs` row-major, as those that it was fitted to.
+    pub fn output(&self, outputs: &[f64]) -> Vec<f64> {
+        let (constant, gains) = self.weights.split_last().expect("there is a constant");
+        let rows = outputs.chunks_exact(gains.len());
+        let load =
+            |row: &[f64]| -> f64 { row.iter().zip(gains).map(|(own, gain)| own * gain).sum() };
+        rows.map(|row| constant + load(row)).collect()
+    }
+}
+
+/// Returns the widths of the loop with and without the lag, of the mean loop or else of the largest cycle; `None` without a
+/// cycle.
+pub fn widths(lag: &Lag, axis: usize, runs: &[LagRun<'_>], dead_band: f64) -> Option<Widths> {
+    let figures = |seconds: f64| -> Option<[f64; 3]> {
+        let own = InTime::by(lag.kind, seconds, axis, runs);
+        let loads: Vec<Vec<f64>> = runs.iter().map(|run| own.axis(axis, run)).collect();
+        let outputs: Vec<Vec<f64>> = runs.iter().map(|run| own.output(run.outputs)).collect();
+        let loops = Loops::of(loads.iter().map(Vec::as_slice), dead_band);
+        let cycles = loops
+            .mean_cycles(loads.iter().flatten().collect())
+            .ok()
+            .or_else(|| Some(vec![loops.largest()?]))?;
+        let shape =
+            cycles.iter().map(|own| Loop::of(own, &loads[own.recording], &outputs[own.recording]));
+        let one = Loop::mean(&shape.collect::<Vec<_>>())?;
+        Some([one.largest_width(), one.mean_width(), one.area()])
+    };
+    let (before, after) = (figures(0.0)?, figures(lag.seconds)?);
+    let [largest, mean, area] = [0, 1, 2].map(|at| [before[at], after[at]]);
+    Some(Widths { largest, mean, area })
+}

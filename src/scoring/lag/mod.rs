@@ -1,0 +1,207 @@
+//! How late an output is behind the reference load: a time lag, told apart from hysteresis.
+//!
+//! A lag makes a loop, and so does hysteresis. The loop of a lag grows with the rate of the load; that of hysteresis does not.
+//! So both are fitted together. An output `u` is described by
+//! `u(t) = Σ aⱼ xⱼ(t late by τ)`, where the `xⱼ` are the loads of all axes, play operators of several radii and squares and cubes
+//! of what each gauge sees of these loads, slow creep of the loads, and a constant. All of them come from the reference, so
+//! the gains of a calibration that was fitted with the lag in its data do no harm. τ minimises the squared residual
+//! (Gauss-Newton); once as a delay and once as the time constant of a low-pass.
+//!
+//! **Assumed** one lag for all loads of an output; hysteresis that is independent of the rate and a mixture of play operators;
+//! creep slower than three times the time in which the load moves by its own size.
+//!
+//! **Uncertainty** from how much the residuals of contiguous blocks of the recordings disagree, and from how far τ moves when
+//! hysteresis is described by fewer radii. Where neither bounds the lag, the answer is the reason ([`NoLag`]).
+
+mod grid;
+mod in_time;
+mod kind;
+mod solve;
+
+pub use in_time::{InTime, WORTH_REMOVING, Widths, widths};
+pub use kind::LagKind;
+
+use rayon::prelude::*;
+use serde::Serialize;
+
+use self::grid::Grids;
+use self::solve::{Fitted, fitted};
+use crate::progress::{Cancelled, Progress};
+
+/// Minimum share of the rate's square that rate-independent terms leave unexplained. Two rates, one twice the other and each as
+/// long, leave (1 − 2)² / 2 (1² + 2²) = 10 %, and 3 % where play and curvature take some of it; one rate leaves 0.2 % or less
+/// on made-up sensors.
+const LEAST_SHARE: f64 = 0.02;
+/// Maximum uncertainty (two standard errors) in samples …
+const MOST_SAMPLES: f64 = 0.5;
+/// … or as a share of the lag.
+const MOST_SHARE: f64 = 0.33;
+
+/// One recording, as its lag is measured.
+///
+/// **Shapes** `gauges`, `loads` and `outputs` are row-major, one row per time.
+#[derive(Clone, Copy, Debug)]
+pub struct LagRun<'a> {
+    /// Sample times (s).
+    pub times: &'a [f64],
+    /// The gauge channels; they say which mixtures of loads have hysteresis.
+    pub gauges: &'a [f64],
+    /// The reference load of all axes.
+    pub loads: &'a [f64],
+    /// What may be late: the loads of a calibration, or gauges.
+    pub outputs: &'a [f64],
+}
+
+impl LagRun<'_> {
+    fn width(&self, values: &[f64]) -> usize {
+        values.len().checked_div(self.times.len()).unwrap_or(0)
+    }
+
+    fn n_axes(&self) -> usize {
+        self.width(self.loads)
+    }
+
+    fn n_gauges(&self) -> usize {
+        self.width(self.gauges)
+    }
+
+    fn n_outputs(&self) -> usize {
+        self.width(self.outputs)
+    }
+}
+
+/// How late one output is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Lag {
+    /// What explains more.
+    pub kind: LagKind,
+    /// Whether the data tell a delay from a low-pass; if not, the kind is a delay.
+    pub kind_is_known: bool,
+    /// Delay or time constant (s); positive where the output comes after the reference.
+    pub seconds: f64,
+    /// The same in median sample steps.
+    pub samples: f64,
+    /// The standard error of `seconds` (s).
+    pub standard_error_secs: f64,
+    /// The share of the squared error of a refitted calibration without memory that goes away with the lag, 0 to 1.
+    pub explained_error_share: f64,
+}
+
+impl Lag {
+    /// Returns true where the lag differs from zero by more than twice its standard error.
+    pub fn is_significant(&self) -> bool {
+        self.seconds.abs() > 2.0 * self.standard_error_secs
+    }
+}
+
+/// Why the lag of an output is not known.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
+pub enum NoLag {
+    #[error(
+        "no recording with times and a reference for every axis is long enough without a pause"
+    )]
+    TooShort,
+    #[error("the load does not move")]
+    ConstantLoad,
+    #[error("the load moves only in jumps between two samples; record it moving steadily")]
+    Jumps,
+    #[error(
+        "the load always moves at about the same rate, so lag and hysteresis look alike; record it at two rates, one twice the other"
+    )]
+    OneRate,
+    #[error(
+        "the load moves too slowly: the lag would be known to ± {uncertainty_secs:.2e} s only; record it moving faster"
+    )]
+    Uncertain { uncertainty_secs: f64 },
+    #[error(
+        "no lag shorter than a third of a cycle fits beside hysteresis; record the load moving at two rates, one twice the other"
+    )]
+    NotFound,
+}
+
+/// Measures how late each output is behind the reference.
+///
+/// **Shapes** all runs have the same axes, gauges and outputs; one answer per output.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn lags(
+    runs: &[LagRun<'_>],
+    progress: &Progress,
+) -> Result<Vec<Result<Lag, NoLag>>, Cancelled> {
+    let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
+    let grids = match Grids::of(runs) {
+        Ok(grids) => grids,
+        Err(reason) => return Ok(vec![Err(reason); n_outputs]),
+    };
+    let of_output = |output: usize| {
+        progress.check()?;
+        Ok(lag(&grids, output))
+    };
+    (0..n_outputs).into_par_iter().map(of_output).collect()
+}
+
+/// Measures how late one output is behind the reference in each run by itself.
+pub fn lag_by_run(runs: &[LagRun<'_>], output: usize) -> Vec<Result<Lag, NoLag>> {
+    runs.par_iter().map(|run| lag_of(std::slice::from_ref(run), output)).collect()
+}
+
+/// Measures how late one output is behind the reference.
+///
+/// # Errors
+/// [`NoLag`] where the runs do not tell.
+pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
+    lag(&Grids::of(runs)?, output)
+}
+
+fn lag(grids: &Grids, output: usize) -> Result<Lag, NoLag> {
+    let delay = fitted(grids, output, LagKind::Delay, 0.0);
+    let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
+    let first = fitted(grids, output, LagKind::FirstOrder, start);
+    let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
+    let (kind, kind_is_known, found) =
+        chosen(delay, first, grids.step_secs).ok_or(instead(NoLag::NotFound))?;
+    let uncertainty_secs = 2.0 * found.standard_error_secs;
+    if found.own_share < LEAST_SHARE {
+        return Err(instead(NoLag::OneRate));
+    }
+    let is_bounded = uncertainty_secs <= MOST_SAMPLES * grids.step_secs
+        || uncertainty_secs <= MOST_SHARE * found.seconds.abs();
+    if !is_bounded {
+        return Err(instead(NoLag::Uncertain { uncertainty_secs }));
+    }
+    Ok(Lag {
+        kind,
+        kind_is_known,
+        seconds: found.seconds,
+        samples: found.seconds / grids.step_secs,
+        standard_error_secs: found.standard_error_secs,
+        explained_error_share: solve::explained_error_share(grids, output, kind, found.seconds),
+    })
+}
+
+/// The kind that leaves less over; a delay where the blocks do not agree on which that is, and below one sample.
+fn chosen(
+    delay: Option<Fitted>,
+    first: Option<Fitted>,
+    step_secs: f64,
+) -> Option<(LagKind, bool, Fitted)> {
+    // A low-pass cannot lead; at its bound of zero it is no lag at all.
+    let first = first.filter(|first| first.seconds > 0.0);
+    match (delay, first) {
+        (Some(delay), Some(first)) => {
+            let t = solve::paired_t(&delay.block_squares, &first.block_squares);
+            match delay.seconds >= step_secs {
+                true if t > 2.0 => Some((LagKind::FirstOrder, true, first)),
+                is_long => Some((LagKind::Delay, is_long && t < -2.0, delay)),
+            }
+        }
+        (Some(delay), None) => Some((LagKind::Delay, delay.seconds < -step_secs, delay)),
+        (None, Some(first)) => Some((LagKind::FirstOrder, true, first)),
+        (None, None) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,241 @@
+//! The lag that leaves the least of an output unexplained.
+
+use faer::{Mat, Side};
+
+use super::grid::{AROUND_JUMP, Grid, Grids};
+use super::kind::LagKind;
+
+/// Directions of the columns that carry less than this share of the largest are not solved for.
+const LEAST_DIRECTION: f64 = 1e-11;
+const MOST_STEPS: usize = 20;
+/// A step below this share of a sample is none.
+const SMALL_STEP: f64 = 1e-3;
+/// A lag is at most this many times the time in which the load moves by its own size; longer ones are another cycle's.
+const LONGEST: f64 = 2.0;
+/// Blocks of each run, and of all runs at least.
+const BLOCKS_A_RUN: usize = 4;
+const BLOCKS: usize = 12;
+
+/// The best lag of one kind.
+pub(super) struct Fitted {
+    pub(super) seconds: f64,
+    pub(super) standard_error_secs: f64,
+    /// The share of the squared derivative by the lag that no other column explains.
+    pub(super) own_share: f64,
+    /// The sum of squared residuals of each block.
+    pub(super) block_squares: Vec<f64>,
+}
+
+/// All rows that take part, at one lag.
+struct System {
+    x: Mat<f64>,
+    y: Mat<f64>,
+    /// Per row.
+    blocks: Vec<usize>,
+    /// Per block.
+    runs: Vec<usize>,
+}
+
+/// Finds the lag by Gauss-Newton steps; `None` where they lead nowhere.
+pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) -> Option<Fitted> {
+    let mut longest = LONGEST * grids.slow_secs;
+    if grids.jumps() {
+        // A later row would see the jump.
+        longest = longest.min(0.5 * AROUND_JUMP as f64 * grids.step_secs);
+    }
+    let shortest = if kind == LagKind::Delay { -longest } else { 0.0 };
+    let all: Vec<usize> = (0..grids.parts[0].columns.len()).collect();
+    let mut seconds = start.max(shortest);
+    for _ in 0..MOST_STEPS {
+        let system = System::of(grids, output, kind, seconds, &all);
+        let (residual, slope, _) = system.step(grids, kind, seconds)?;
+        let step = dot(&residual, &slope) / dot(&slope, &slope);
+        let next = (seconds + step).clamp(shortest, longest);
+        if !next.is_finite() {
+            return None;
+        }
+        let moved = (next - seconds).abs();
+        seconds = next;
+        if moved < SMALL_STEP * grids.step_secs {
+            let is_inside = seconds.abs() < longest;
+            return is_inside.then(|| finished(grids, output, kind, seconds)).flatten();
+        }
+    }
+    None
+}
+
+/// The uncertainty of a lag, and its parts.
+fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option<Fitted> {
+    let n_columns = grids.parts[0].columns.len();
+    let all: Vec<usize> = (0..n_columns).collect();
+    let coarse: Vec<usize> = (0..n_columns).filter(|column| !grids.finer[*column]).collect();
+    let system = System::of(grids, output, kind, seconds, &all);
+    let (residual, slope, whole) = system.step(grids, kind, seconds)?;
+    let squares = dot(&slope, &slope);
+    let n_blocks = system.runs.len();
+    let mut sums = vec![[0.0; 3]; n_blocks];
+    for ((block, e), d) in system.blocks.iter().zip(&residual).zip(&slope) {
+        let [ed, dd, ee] = &mut sums[*block];
+        *ed += e * d;
+        *dd += d * d;
+        *ee += e * e;
+    }
+    let few = |n: f64| if n > 1.0 { n / (n - 1.0) } else { f64::INFINITY };
+    let full = sums.iter().filter(|sums| sums[1] > 0.0).count() as f64;
+    let scatter: f64 = sums.iter().map(|[ed, ..]| ed * ed).sum();
+    let by_blocks = (scatter * few(full)).sqrt() / squares;
+    let by_radii = {
+        let system = System::of(grids, output, kind, seconds, &coarse);
+        let target = Mat::from_fn(residual.len(), 1, |row, _| whole[row]);
+        let solver = Solver::new(&system.x)?;
+        let (coarser, slope) = (solver.residual(&system.y), solver.residual(&target));
+        // How far the description still is from the truth, by how much the finer one leaves over.
+        let left = (dot(&residual, &residual) / dot(&coarser, &coarser)).sqrt();
+        left * dot(&coarser, &slope) / dot(&slope, &slope)
+    };
+    Some(Fitted {
+        seconds,
+        standard_error_secs: by_blocks.hypot(by_radii),
+        own_share: squares / dot(&whole, &whole),
+        block_squares: sums.iter().map(|[.., ee]| *ee).collect(),
+    })
+}
+
+impl System {
+    fn of(grids: &Grids, output: usize, kind: LagKind, seconds: f64, columns: &[usize]) -> Self {
+        let n_runs = grids.parts.iter().map(|part| part.run).max().map_or(1, |last| last + 1);
+        let per_run = BLOCKS.div_ceil(n_runs).max(BLOCKS_A_RUN);
+        let (mut y, mut blocks) = (Vec::new(), Vec::new());
+        let mut late: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+        for part in &grids.parts {
+            y.extend(part.kept(&part.outputs[output]));
+            let own = part.kept(&part.places);
+            blocks.extend(own.map(|place| part.run * per_run + (place * per_run as f64) as usize));
+            for (late, column) in late.iter_mut().zip(columns) {
+                let moved = kind.late(&part.times, &part.columns[*column], seconds);
+                late.extend(part.kept(&moved));
+            }
+        }
+        Self {
+            x: Mat::from_fn(y.len(), columns.len(), |row, column| late[column][row]),
+            y: Mat::from_fn(y.len(), 1, |row, _| y[row]),
+            blocks,
+            runs: (0..n_runs * per_run).map(|block| block / per_run).collect(),
+        }
+    }
+
+    /// The residual, the part of the derivative by the lag that is no column's, and all of the derivative.
+    fn step(
+        &self,
+        grids: &Grids,
+        kind: LagKind,
+        seconds: f64,
+    ) -> Option<(Vec<f64>, Vec<f64>, Vec<f64>)> {
+        let solver = Solver::new(&self.x)?;
+        let gains = solver.solve(&self.y);
+        let nudge = 0.05 * grids.step_secs;
+        let (from, to) = match kind {
+            LagKind::Delay => (seconds - nudge, seconds + nudge),
+            LagKind::FirstOrder => ((seconds - nudge).max(0.0), seconds + nudge),
+        };
+        let mut whole = Vec::with_capacity(self.y.nrows());
+        for part in &grids.parts {
+            let model: Vec<f64> = (0..part.times.len())
+                .map(|row| {
+                    let terms = part.columns.iter().enumerate();
+                    terms.map(|(at, column)| gains[(at, 0)] * column[row]).sum()
+                })
+                .collect();
+            let [before, after] = [from, to].map(|lag| kind.late(&part.times, &model, lag));
+            let slopes = before.iter().zip(&after);
+            let slopes: Vec<f64> = slopes.map(|(a, b)| (b - a) / (to - from)).collect();
+            whole.extend(part.kept(&slopes));
+        }
+        let target = Mat::from_fn(whole.len(), 1, |row, _| whole[row]);
+        Some((solver.residual(&self.y), solver.residual(&target), whole))
+    }
+}
+
+impl Grid {
+    fn kept<'a>(&'a self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        let rows = values.iter().zip(&self.used);
+        rows.filter(|(_, used)| **used).map(|(value, _)| *value)
+    }
+}
+
+/// The share of the squared error of a calibration without memory that goes away with the lag.
+pub(super) fn explained_error_share(
+    grids: &Grids,
+    output: usize,
+    kind: LagKind,
+    seconds: f64,
+) -> f64 {
+    let constant = grids.parts[0].columns.len() - 1;
+    let columns: Vec<usize> = (0..grids.n_axes).chain([constant]).collect();
+    let [before, after] = [0.0, seconds].map(|seconds| {
+        let system = System::of(grids, output, kind, seconds, &columns);
+        Solver::new(&system.x).map_or(0.0, |solver| {
+            let residual = solver.residual(&system.y);
+            dot(&residual, &residual)
+        })
+    });
+    if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Least squares of several targets on the same columns; directions that the columns do not determine stay zero.
+struct Solver<'a> {
+    x: &'a Mat<f64>,
+    inverse: Mat<f64>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(x: &'a Mat<f64>) -> Option<Self> {
+        let n = x.ncols();
+        let gram = x.transpose() * x;
+        let size: Vec<f64> = (0..n).map(|at| gram[(at, at)].sqrt()).collect();
+        let scale = |at: usize| if size[at] > 0.0 { 1.0 / size[at] } else { 0.0 };
+        let scaled =
+            Mat::from_fn(n, n, |row, column| gram[(row, column)] * scale(row) * scale(column));
+        let parts = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+        let (vectors, values) = (parts.U(), parts.S());
+        let largest = (0..n).map(|at| values[at]).fold(0.0, f64::max);
+        let kept = |at: usize| values[at] > LEAST_DIRECTION * largest;
+        let weighted = Mat::from_fn(n, n, |row, at| match kept(at) {
+            true => vectors[(row, at)] / values[at],
+            false => 0.0,
+        });
+        let inverse = weighted * vectors.transpose();
+        let inverse =
+            Mat::from_fn(n, n, |row, column| inverse[(row, column)] * scale(row) * scale(column));
+        let is_finite = (0..n).all(|row| (0..n).all(|column| inverse[(row, column)].is_finite()));
+        is_finite.then_some(Self { x, inverse })
+    }
+
+    fn solve(&self, y: &Mat<f64>) -> Mat<f64> {
+        &self.inverse * (self.x.transpose() * y)
+    }
+
+    fn residual(&self, y: &Mat<f64>) -> Vec<f64> {
+        let left = y - self.x * self.solve(y);
+        (0..left.nrows()).map(|row| left[(row, 0)]).collect()
+    }
+}
+
+/// Least squares; directions that the columns do not determine stay zero.
+pub(super) fn solved(x: &Mat<f64>, y: &Mat<f64>) -> Option<Mat<f64>> {
+    Solver::new(x).map(|solver| solver.solve(y))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// By how many of its standard errors the mean of `a − b` differs from zero.
+pub(super) fn paired_t(a: &[f64], b: &[f64]) -> f64 {
+    let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|d| *d != 0.0).collect();
+    let n = differences.len() as f64;
+    let mean = differences.iter().sum::<f64>() / n;
+    let scatter: f64 = differences.iter().map(|d| (d - mean).powi(2)).sum();
+    let t = mean * (n * (n - 1.0) / scatter).sqrt();
+    if t.is_finite() { t } else { 0.0 }
+}

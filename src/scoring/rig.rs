@@ -1,0 +1,234 @@
+//! What the recordings say of the rig: zero and sensitivity of each gauge in each of them, and which single fault explains what
+//! contradicts the others.
+//!
+//! The model is `gauge = zero + sensitivity · (A · load)`, A fitted to the other recordings. Everything follows from the sums of
+//! contiguous units, of which each recording has some: one pass over the samples, then every fault is a refit of corrected sums.
+
+mod cause;
+mod chance;
+mod columns;
+mod fits;
+
+use faer::Mat;
+use serde::Serialize;
+
+use crate::calibration::NormalEquations;
+use crate::recording::{Axis, Recording};
+pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
+pub use crate::scoring::rig::columns::NoGauge;
+use crate::scoring::rig::fits::{Forward, Shape};
+
+/// Units that all recordings are cut into, at least: so many say how far they differ by themselves.
+const UNITS: usize = 12;
+/// Consecutive recordings are taken together where there are more than this.
+const RUNS: usize = 24;
+/// Rows that are filled before they are multiplied.
+const BLOCK: usize = 128;
+
+/// The sums of one contiguous interval of samples: products of `[1, time, gauges, loads]`.
+#[derive(Clone, Debug)]
+struct Unit {
+    run: usize,
+    sums: Mat<f64>,
+}
+
+/// The sums of recordings of one sensor, in order of time.
+#[derive(Debug)]
+pub struct Rig {
+    units: Vec<Unit>,
+    shape: Shape,
+    /// Positions of the recordings of each run among those that were given.
+    runs: Vec<Vec<usize>>,
+    /// Mean and scale of each gauge: the sums are of gauges less the mean, over the scale.
+    scales: Vec<(f64, f64)>,
+    /// How far each gauge moves, in its scale.
+    spans: Vec<f64>,
+}
+
+/// Zero and sensitivity of the gauges in one recording, or in consecutive ones that are taken together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Run {
+    /// Its recordings, by their positions.
+    pub recordings: Vec<usize>,
+    /// Zero of each gauge against the fit to the others, as a share of how far the gauge moves, and its standard error.
+    pub zeros: Vec<Option<(f64, f64)>>,
+    /// Sensitivity of each gauge over that of the fit to the others, and its standard error.
+    pub sensitivities: Vec<Option<(f64, f64)>>,
+    /// Left-out error over all axes, as a share of full scale.
+    pub error: f64,
+}
+
+impl Rig {
+    /// Of recordings with the same gauges and axes, and the full scale of each axis; `None` where no load moves or there is
+    /// nothing to compare.
+    pub fn of(recordings: &[&Recording], full_scale: &[f64]) -> Option<Self> {
+        let first = recordings.first()?;
+        let n_gauges = first.n_gauges();
+        let axes: Vec<usize> =
+            (0..first.axes().len()).filter(|axis| full_scale[*axis] > 0.0).collect();
+        if axes.is_empty() || n_gauges == 0 {
+            return None;
+        }
+        let (scales, spans) = scales(recordings, n_gauges);
+        let shape = Shape {
+            n_gauges,
+            axes: axes.iter().map(|axis| first.axes()[*axis]).collect(),
+            full_scale: axes.iter().map(|axis| full_scale[*axis]).collect(),
+        };
+        let order = in_order_of_time(recordings);
+        let n_runs = order.len().min(RUNS);
+        let run_of = |at: usize| at * n_runs / order.len();
+        let mut runs = vec![Vec::new(); n_runs];
+        order.iter().enumerate().for_each(|(at, recording)| runs[run_of(at)].push(*recording));
+        let of_each = UNITS.div_ceil(n_runs).max(2);
+        let mut units = Vec::new();
+        for (run, own) in runs.iter().enumerate() {
+            let n: usize = own.iter().map(|at| recordings[*at].n_samples()).sum();
+            let of_each = of_each.min(n);
+            let mut sums = vec![NormalEquations::new(shape.width(), 0); of_each];
+            let mut rows: Vec<Vec<f64>> = vec![Vec::new(); of_each];
+            let stride = sums[0].stride();
+            let samples = own.iter().flat_map(|at| {
+                let recording = recordings[*at];
+                let loads = recording.loads().chunks_exact(recording.axes().len());
+                recording.gauges().chunks_exact(n_gauges).zip(loads)
+            });
+            for (k, (gauges, loads)) in samples.enumerate() {
+                let unit = k * of_each / n;
+                let rows = &mut rows[unit];
+                let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
+                rows.extend([1.0, time]);
+                rows.extend(
+                    gauges.iter().zip(&scales).map(|(own, (mean, scale))| (own - mean) / scale),
+                );
+                rows.extend(axes.iter().map(|axis| loads[*axis] / full_scale[*axis]));
+                rows.resize(rows.len().next_multiple_of(stride), 0.0);
+                if rows.len() >= BLOCK * stride {
+                    sums[unit].add_rows(rows);
+                    rows.clear();
+                }
+            }
+            for (mut sums, rows) in sums.into_iter().zip(rows) {
+                sums.add_rows(&rows);
+                let width = shape.width();
+                let sums = Mat::from_fn(width, width, |i, j| sums.feature_product(i, j));
+                units.push(Unit { run, sums });
+            }
+        }
+        Some(Self { units, shape, runs, scales, spans })
+    }
+
+    /// Recordings of a run, by their positions among those that were given.
+    pub fn recordings(&self, run: usize) -> &[usize] {
+        &self.runs[run]
+    }
+
+    /// Number of runs.
+    pub fn n_runs(&self) -> usize {
+        self.runs.len()
+    }
+
+    /// Axes on which the load moves.
+    pub fn axes(&self) -> &[Axis] {
+        &self.shape.axes
+    }
+
+    fn sums(&self) -> Vec<Mat<f64>> {
+        self.units.iter().map(|unit| unit.sums.clone()).collect()
+    }
+
+    fn total(&self, wanted: impl Fn(usize) -> bool) -> Mat<f64> {
+        let width = self.shape.width();
+        let units = self.units.iter().filter(|unit| wanted(unit.run));
+        units.fold(Mat::zeros(width, width), |all, unit| all + &unit.sums)
+    }
+
+    /// How gauges answer to loads, in the gauges' own units: zero, slope for each axis (per N or N·m), and what is left (RMS).
+    pub fn answers(&self) -> Vec<(f64, Vec<f64>, f64)> {
+        let total = self.total(|_| true);
+        let forward = Forward::of(&total, &self.shape);
+        let rest = forward.variances(&total, &self.shape);
+        let gauges = self.scales.iter().enumerate().map(|(gauge, (mean, scale))| {
+            let slopes = (0..self.shape.axes.len())
+                .map(|axis| scale * forward.slopes[(gauge, axis)] / self.shape.full_scale[axis]);
+            (mean + scale * forward.zero[gauge], slopes.collect(), scale * rest[gauge].sqrt())
+        });
+        gauges.collect()
+    }
+
+    /// Zeros and sensitivities of each run against the fit to the others.
+    pub fn table(&self) -> Vec<Run> {
+        let n_gauges = self.shape.n_gauges;
+        let errors = fits::left_out(&self.units, &self.sums(), &self.shape, true, false);
+        // By run and gauge: zero and sensitivity, their weights, and the scatter of the units about them.
+        let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
+        let mut estimates = Vec::new();
+        for run in 0..self.n_runs() {
+            let others = match self.n_runs() {
+                1 => self.total(|_| true),
+                _ => self.total(|own| own != run),
+            };
+            let forward = Forward::of(&others, &self.shape);
+            let units: Vec<&Mat<f64>> =
+                self.units.iter().filter(|unit| unit.run == run).map(|unit| &unit.sums).collect();
+            let own = self.total(|own| own == run);
+            let lines: Vec<fits::Answer> =
+                (0..n_gauges).map(|gauge| forward.answer(&own, &self.shape, gauge)).collect();
+            for (gauge, line) in lines.iter().enumerate() {
+                for unit in &units {
+                    let [zero, factor] = forward.about(unit, &self.shape, gauge, line);
+                    for (sum, (value, weight)) in scatter[gauge].iter_mut().zip([zero, factor]) {
+                        sum.0 += weight * value * value;
+                        sum.1 += (units.len() as f64 - 1.0) / units.len() as f64;
+                    }
+                }
+            }
+            estimates.push((lines, units.len()));
+        }
+        let known = |value: f64, weight: f64, (squares, freedom): (f64, f64), scale: f64| {
+            let error = (squares / freedom / weight).sqrt() / scale;
+            (weight > 0.0 && freedom > 0.5 && error.is_finite()).then_some((value / scale, error))
+        };
+        let rows = estimates.into_iter().enumerate().map(|(run, (lines, _))| Run {
+            recordings: self.runs[run].clone(),
+            zeros: (lines.iter().enumerate())
+                .map(|(gauge, own)| {
+                    known(own.zero, own.weight, scatter[gauge][0], self.spans[gauge])
+                })
+                .collect(),
+            sensitivities: (lines.iter().enumerate())
+                .map(|(gauge, own)| known(own.factor, own.information, scatter[gauge][1], 1.0))
+                .collect(),
+            error: fits::mean_error(&errors, &self.units, |own| own == run),
+        });
+        rows.collect()
+    }
+}
+
+/// Positions of recordings by when they began; as they are where that is not known of all.
+fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..recordings.len()).collect();
+    let started: Option<Vec<f64>> = recordings.iter().map(|own| own.started()).collect();
+    if let Some(started) = started {
+        order.sort_by(|a, b| started[*a].total_cmp(&started[*b]));
+    }
+    order
+}
+
+/// Mean and standard deviation of each gauge, and how far it moves in them.
+fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f64>) {
+    let of_gauge = |gauge: usize| {
+        let values = || {
+            recordings.iter().flat_map(move |own| own.gauges()[gauge..].iter().step_by(n_gauges))
+        };
+        let n = values().count().max(1) as f64;
+        let mean = values().sum::<f64>() / n;
+        let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
+        let scale = if variance > 0.0 { variance.sqrt() } else { 1.0 };
+        let ends = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(*value), high.max(*value))
+        });
+        ((mean, scale), ((ends.1 - ends.0) / scale).max(f64::MIN_POSITIVE))
+    };
+    (0..n_gauges).map(of_gauge).unzip()
+}

@@ -1,0 +1,124 @@
+//! What gauges can show, and the samples that look faulty.
+
+use super::*;
+
+/// What a gauge can show, how many samples look faulty, and the way to leave them out.
+pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let project = engine.project();
+    ui.horizontal_wrapped(|ui| {
+        let mut entered = project.gauge_range.clone();
+        let mut knows = entered.is_some();
+        if ui.tick(
+            &mut knows,
+            "Gauge limits",
+            "What the logger can write at least and at most, such as -32768 and 32767: a gauge that reaches it is clipped. \
+             Without them limits are found where a gauge stands at its extreme while the load goes on",
+        ) {
+            let extremes = || gauge_extremes(project.recordings.entries(), None);
+            entered = knows.then(|| GaugeRange::All(extremes()));
+        }
+        gauge_range(ui, project, &mut entered);
+        if entered != project.gauge_range {
+            out.push(Edit::GaugeRange(entered.filter(GaugeRange::rises)).into());
+        }
+        let entries = project.recordings.entries();
+        let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
+        let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();
+        let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
+        if !faults.is_empty() {
+            let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
+            let text = match n_faulty {
+                0 => "A channel looks dead".to_owned(),
+                _ => format!("{n_faulty} of {n} samples look faulty"),
+            };
+            let label = ui.warn(text);
+            label.on_hover_ui(|ui| {
+                for (at, faults) in faults.iter().take(12) {
+                    let recording = &entries[*at].recording;
+                    let words = faults.words.join(", ");
+                    ui.label(format!("{}: {words}", printable(recording.name())));
+                }
+                if let Some(more) = and_more(faults.len(), 12) {
+                    ui.label(format!("{more} recordings"));
+                }
+            });
+        }
+        if (n_faulty > 0 || project.gauge_range.is_some())
+            && ui.press(
+                "Leave out",
+                "Takes the faulty samples out of the recordings; history does not cross what is missing for longer than a \
+                 gap. Exported code then says where a gauge is clipped. Undo takes it back",
+            ) {
+                out.push(Action::LeaveOutFaulty.into());
+            }
+    });
+}
+
+/// The ends of what gauges can show: of all, or of each.
+fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeRange>) {
+    let Some(range) = entered else { return };
+    let names = &project.recordings.layout().gauge_names;
+    let ends = |ui: &mut egui::Ui, (low, high): &mut (f64, f64), of: &str| {
+        for (value, what) in [(low, "Least value"), (high, "Greatest value")] {
+            let speed = (0.001 * value.abs()).max(1e-6);
+            let field = egui::DragValue::new(value).speed(speed);
+            ui.add(field).on_hover_text(format!("{what} of {of}"));
+        }
+    };
+    if let GaugeRange::All(range) = range {
+        ends(ui, range, "a gauge");
+    }
+    let mut by_gauge = matches!(range, GaugeRange::Each(_));
+    if ui.tick(
+        &mut by_gauge,
+        "by gauge",
+        "Limits of its own for each gauge, where they are wired to other amplifiers",
+    ) {
+        let own = |gauge: usize| range.of(gauge);
+        *range = match by_gauge {
+            true => GaugeRange::Each((0..names.len()).map(own).collect()),
+            false => {
+                let known = (0..names.len()).filter_map(own).flat_map(|(low, high)| [low, high]);
+                let all = || gauge_extremes(project.recordings.entries(), None);
+                GaugeRange::All(known.collect::<MinMax>().ends().unwrap_or_else(all))
+            }
+        };
+    }
+    let GaugeRange::Each(ranges) = range else {
+        return;
+    };
+    ranges.resize(names.len(), None);
+    let known = ranges.iter().flatten().count();
+    let button = egui::Button::new(format!("{known} of {}", names.len()));
+    let response = ui.menu_of_fields(button, |ui| {
+        egui::ScrollArea::vertical().max_height(320.0).show(ui, |ui| {
+            egui::Grid::new("limits of gauges").show(ui, |ui| {
+                for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
+                    let mut knows = own.is_some();
+                    if ui.tick(&mut knows, printable(name), "Whether its limits are known") {
+                        let entries = project.recordings.entries();
+                        *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
+                    }
+                    if let Some(own) = own {
+                        ends(ui, own, name);
+                    }
+                    ui.end_row();
+                }
+            });
+        });
+    });
+    response.on_hover_text("The limits of each gauge; those without are found");
+}
+
+/// The least and the greatest value of all gauges, or of one, and nought.
+fn gauge_extremes(entries: &[Entry], gauge: Option<usize>) -> (f64, f64) {
+    let ranges = entries.iter().flat_map(|entry| {
+        let ranges = entry.recording.gauge_ranges();
+        match gauge {
+            Some(gauge) => &ranges[gauge..=gauge],
+            None => ranges,
+        }
+    });
+    let range = ranges.copied().collect::<MinMax>().with(0.0);
+    (range.min, range.max)
+}
