@@ -45,7 +45,7 @@ pub use linear::{Fit, fit};
 pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
 pub(crate) use linear_map::{LinearMap, PresentLoads, loads_from_gauges};
 pub(crate) use network::{
-    CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED,
+    CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED, UNITS,
 };
 pub use network::{Network, NetworkSettings};
 pub(crate) use normal_equations::NormalEquations;

@@ -11,7 +11,7 @@ use super::rated::Rated;
 use super::values::{List, one_of};
 use crate::calibration::{
     CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,
-    Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SEED,
+    Learner, OFFSET, RIDGE, Regressor, RidgeChoice, SEED, UNITS,
 };
 use crate::features::{
     BLOCKS, Block, Blocks, Distance, F_TH, FeatureSettings, HISTORY_RATE, Range, Setting, T_TH,
@@ -124,7 +124,8 @@ struct OfLearner {
 }
 
 /// The settings of what learns, an option each.
-static OF_LEARNERS: [OfLearner; 6] = [
+static OF_LEARNERS: [OfLearner; 7] = [
+    of_network(&UNITS, |settings, n| settings.network.hidden.fill(n as usize)),
     of_network(&EPOCHS, |settings, n| settings.network.epochs = n as usize),
     of_network(&SEED, |settings, seed| settings.network.seed = seed),
     of_network(&CONSTANT_RATE, |settings, on| settings.network.constant_rate = on == 1),
@@ -449,8 +450,15 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     if settings.regressor != default.regressor {
         option("regressor", settings.regressor.key().to_owned());
     }
-    if settings.regressor.learner() == Some(Learner::Network) {
-        option(EPOCHS.option, settings.network.epochs.to_string());
+    match settings.regressor.learner() {
+        Some(Learner::Network) => {
+            option(EPOCHS.option, settings.network.epochs.to_string());
+            if let Some(units) = settings.network.hidden.first() {
+                option(UNITS.option, units.to_string());
+            }
+        }
+        Some(Learner::Kernel) => option(LANDMARKS.option, settings.kernel.landmarks.to_string()),
+        None => {}
     }
     match settings.ridge {
         RidgeChoice::Strength(strength) if strength == RIDGE.number() => {}

@@ -156,7 +156,12 @@ fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() 
     );
     each_figure(&report, |row, figure| {
         let reason = figure["reason"].as_str().unwrap_or_default();
-        let is_there = figure["reason"].is_null() || reason.contains("is the loaded axis");
+        // Its load moves at one rate, at which a lag looks like hysteresis.
+        let is_of_lag =
+            ["time_lag", "hysteresis_without_lag"].contains(&row["id"].as_str().unwrap());
+        let is_there = figure["reason"].is_null()
+            || reason.contains("is the loaded axis")
+            || is_of_lag && reason.contains("lag and hysteresis look alike");
         assert!(is_there, "{}: {reason}", row["id"]);
     });
     for id in ["hysteresis", "hysteresis_mean_width"] {

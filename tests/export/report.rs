@@ -134,8 +134,8 @@ fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
     for section in SECTIONS {
         assert!(html.contains(&format!("<section id=\"{section}\"")), "{section}");
     }
-    // Curves over both thresholds, one loop, one trace.
-    assert_eq!(names.iter().filter(|name| *name == "svg").count(), 4);
+    // Curves over both thresholds, one loop, one trace, and two of the gauges over the recordings.
+    assert_eq!(names.iter().filter(|name| *name == "svg").count(), 6);
     for unwanted in ["script", "img", "link", "src", "href", "onload"] {
         assert!(!names.contains(&unwanted.to_owned()), "{unwanted}");
     }

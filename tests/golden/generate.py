@@ -157,13 +157,15 @@ def left_out_folds(lengths):
     return np.array_split(samples, BLOCKS)
 
 
-def left_out(designs, targets):
-    """Errors of every training sample, predicted by a fit without its part."""
+def left_out(designs, targets, cold=None):
+    """Errors of every training sample, predicted by a fit without its part; `cold(samples)` are the rows of samples of
+    which the earlier ones are unknown, as a robot has them that is switched on there."""
     design, target = np.vstack(designs), np.vstack(targets)
     errors = np.empty_like(target)
     for fold in left_out_folds([len(one) for one in designs]):
         rest = np.setdiff1d(np.arange(len(design)), fold)
-        errors[fold] = design[fold] @ least_squares(design[rest], target[rest]) - target[fold]
+        rows = cold(fold) if cold else design[fold]
+        errors[fold] = rows @ least_squares(design[rest], target[rest]) - target[fold]
     return errors
 
 
@@ -213,14 +215,22 @@ def calibrate(train, test, f_th, t_th, distance, offset=True, decimate=1, split=
         times, gauges, _ = part
         loads = with_offset(gauges, offset) @ conventional
         past = past_samples(times, loads, weights, f_th, t_th)
-        return loads, with_offset(np.hstack([gauges, gauges[past]]), offset)
+        return loads, past, with_offset(np.hstack([gauges, gauges[past]]), offset)
 
     train_history, test_history = [history(part) for part in train], [history(part) for part in test]
-    designs = [design for _, design in train_history]
+    designs = [design for _, _, design in train_history]
     targets = [load for _, _, load in train]
     compensated = least_squares(np.vstack(designs), truth)
 
     n_gauges = train[0][1].shape[1]
+    all_gauges = np.vstack([gauges for _, gauges, _ in train])
+    starts = np.cumsum([0] + [len(times) for times, _, _ in train[:-1]])
+    all_past = np.concatenate([start + past for start, (_, past, _) in zip(starts, train_history)])
+
+    def cold(fold):
+        past = np.where(all_past[fold] < fold[0], fold, all_past[fold])
+        return with_offset(np.hstack([all_gauges[fold], all_gauges[past]]), offset)
+
     all_designs = np.vstack(designs)
     rank, condition = rank_and_condition(all_designs[:, :n_gauges], all_designs[:, n_gauges : 2 * n_gauges], offset)
     report = {
@@ -236,14 +246,14 @@ def calibrate(train, test, f_th, t_th, distance, offset=True, decimate=1, split=
         },
         "compensated": {
             "train_rmse": rmse(all_designs @ compensated - truth).tolist(),
-            "cv_rmse": rmse(left_out(designs, targets)).tolist(),
+            "cv_rmse": rmse(left_out(designs, targets, cold)).tolist(),
         },
     }
     loads = None
     if test:
         truth = np.vstack([load for _, _, load in test])
-        conv = np.vstack([loads for loads, _ in test_history])
-        comp = np.vstack([design @ compensated for _, design in test_history])
+        conv = np.vstack([loads for loads, _, _ in test_history])
+        comp = np.vstack([design @ compensated for _, _, design in test_history])
         report["conventional"]["test_rmse"] = rmse(conv - truth).tolist()
         report["compensated"]["test_rmse"] = rmse(comp - truth).tolist()
         loads = (conv, comp)

@@ -871,7 +871,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     let rows = state(&window).models.rows.clone();
     click(&mut window, Role::Button, "model");
     let before = state(&window).project().settings.clone();
-    click(&mut window, Role::Button, "Polynomial");
+    click(&mut window, Role::Button, "Polynomial of degree 2");
     let settings = state(&window).project().settings.clone();
     assert_eq!(settings.features.blocks.of(&Polynomial), [2.0]);
     click(&mut window, Role::Button, "Keep this model");
@@ -1096,8 +1096,8 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // 7 rows of loops, 4 of rests, two of crosstalk for each axis, 3 of errors, for three axes; and the header.
-    assert_eq!(table.lines().count(), 1 + 3 * (7 + 4 + 6 + 3));
+    // 7 rows of loops, 2 of lag, 4 of rests, two of crosstalk for each axis, 3 of errors, for three axes; and the header.
+    assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Dead band Fx", "100");
     assert!(has(&window, "constant"), "no load comes back by 100 N");

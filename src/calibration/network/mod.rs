@@ -38,5 +38,5 @@ pub(crate) use fitted::Layer;
 pub use fitted::Network;
 pub use samples::Samples;
 pub use settings::NetworkSettings;
-pub(crate) use settings::{CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, SEED};
+pub(crate) use settings::{CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, SEED, UNITS};
 pub(crate) use training::EpochReport;

@@ -10,14 +10,14 @@ const LAYERS: Setting =
     Setting { what: "the number of hidden layers", range: Range::Whole(0, 16), ..UNITS };
 
 /// How many units a hidden layer has. A wider layer would keep a cancelled training busy for longer than a person waits.
-const UNITS: Setting = Setting {
+pub const UNITS: Setting = Setting {
     key: "hidden",
-    option: "",
+    option: "units",
     label: "Units of each hidden layer",
     what: "the number of units of a hidden layer",
     default: &[100.0, 100.0, 100.0],
     range: Range::Whole(1, 2048),
-    explanation: "From the inputs to the outputs; without any a linear map",
+    explanation: "More fit a more curved load, are slower, and need more recordings",
     ..EPOCHS
 };
 

@@ -37,7 +37,7 @@ pub(crate) fn figures(
     output: usize,
 ) -> ([Result<Found>; 2], Option<f64>) {
     let axis = view.axis;
-    let lag = match &view.measured.lags[output][place] {
+    let lag = match &view.measured.lags()[output][place] {
         Ok(lag) => lag,
         Err(reason) => {
             let none = Err(Reason::NoLag { axis, reason: *reason });

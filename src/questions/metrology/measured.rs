@@ -2,6 +2,7 @@
 
 use crate::min_max::MinMax;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
@@ -110,7 +111,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) dead_bands: Vec<f64>,
     /// Per run: where every axis that has a reference stands still.
     pub(crate) holds: Vec<Vec<Hold>>,
-    pub(crate) lags: Lags,
+    lags: OnceLock<Lags>,
 }
 
 impl<'a> Measured<'a> {
@@ -134,10 +135,13 @@ impl<'a> Measured<'a> {
                 holds(run.times, &loads, &bands, settings.hold_secs)
             })
             .collect();
-        let mut measured =
-            Self { axes, full_scale, settings, runs, dead_bands, holds, lags: Lags::default() };
-        measured.lags = lags_of(&measured);
-        Ok(measured)
+        let lags = OnceLock::new();
+        Ok(Self { axes, full_scale, settings, runs, dead_bands, holds, lags })
+    }
+
+    /// How late each output is: measured when it is first asked for.
+    pub(crate) fn lags(&self) -> &Lags {
+        self.lags.get_or_init(|| lags_of(self))
     }
 
     /// Whether every axis of the run that has a reference is near zero in this hold.

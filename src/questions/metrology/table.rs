@@ -42,6 +42,7 @@ pub fn table_by(
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let alone = intervals_alone(&measured);
+    measured.lags(); // by all threads, before any axis asks
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
     // Of many samples the lists of several axes at a time would fill the memory.
@@ -220,7 +221,7 @@ pub(crate) fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Not
         let small = figures.cycle_share.filter(|share| *share < SMALL);
         let small = small.map(|share| Note::SmallCycle { axis: measured.axes[at], share });
         let lag = figures.lag_share.filter(|share| *share > WORTH_REMOVING);
-        let lag = lag.zip(measured.lags[0][at].as_ref().ok());
+        let lag = lag.zip(measured.lags()[0][at].as_ref().ok());
         let axis = measured.axes[at];
         let lag = lag.map(|(share, lag)| Note::Lag { axis, seconds: lag.seconds, share });
         full_scale_note(measured, at).into_iter().chain(small).chain(lag)

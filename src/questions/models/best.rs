@@ -29,9 +29,9 @@ use crate::scoring::numbers::significant;
 /// More training samples than this are thinned out while models are compared.
 const ENOUGH_SAMPLES: usize = 60_000;
 /// Training of all that learns, to see which can win.
-const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, hidden: &[32, 32] };
+const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 /// Training of those that can.
-const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, hidden: &[64, 64] };
+const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
 /// What learns can win if its error after a short training is below this multiple of the lowest.
 const CAN_WIN: f64 = 1.3;
 /// The best of each learner is trained longer if it can be taken and its error is below this multiple of the lowest.

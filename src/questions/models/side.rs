@@ -38,8 +38,8 @@ pub(super) struct Effort {
     pub epochs: usize,
     /// Landmarks of a kernel.
     pub landmarks: usize,
-    /// Units of a network's hidden layers.
-    pub hidden: &'static [usize],
+    /// Units of each of a network's hidden layers.
+    pub units: usize,
 }
 
 /// Recordings to fit and to predict, with what was chosen from the former.
@@ -118,7 +118,7 @@ impl Side {
         let rows = n_samples(&self.recordings, Role::Train).min(effort.rows);
         let mut settings =
             FitSettings { features, regressor: recipe.regressor, ..self.settings.clone() };
-        settings.network.hidden = effort.hidden.to_vec();
+        settings.network.hidden.fill(effort.units);
         settings.network.epochs = effort.epochs * recipe.times_longer;
         settings.network.early_stopping = true;
         settings.kernel.landmarks = (effort.landmarks * recipe.times_longer).min(rows.max(1));

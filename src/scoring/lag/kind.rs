@@ -30,15 +30,55 @@ impl LagKind {
     ///
     /// **Shapes** one value per time; times in seconds.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
+        Late::of(self, times, seconds).of_values(values)
+    }
+}
+
+/// A lag at given times, worked out once for all signals that come late by it.
+pub(super) enum Late {
+    Not,
+    /// Per time: the first sample that takes part, and the weights of up to four.
+    Delay(Vec<(usize, [f64; 4])>),
+    /// Per time: the weights of the state, of the sample before and of the sample.
+    LowPass(Vec<[f64; 3]>),
+}
+
+impl Late {
+    pub(super) fn of(kind: LagKind, times: &[f64], seconds: f64) -> Self {
+        match kind {
+            _ if seconds == 0.0 => Self::Not,
+            LagKind::Delay => Self::Delay(delay(times, seconds)),
+            LagKind::FirstOrder => Self::LowPass(low_pass(times, seconds)),
+        }
+    }
+
+    pub(super) fn of_values(&self, values: &[f64]) -> Vec<f64> {
         match self {
-            _ if seconds == 0.0 => values.to_vec(),
-            Self::Delay => delayed(times, values, seconds),
-            Self::FirstOrder => low_passed(times, values, seconds),
+            Self::Not => values.to_vec(),
+            Self::Delay(weights) => {
+                let sum = |(first, weights): &(usize, [f64; 4])| {
+                    weights
+                        .iter()
+                        .zip(&values[*first..])
+                        .map(|(weight, value)| weight * value)
+                        .sum()
+                };
+                weights.iter().map(sum).collect()
+            }
+            Self::LowPass(weights) => {
+                let (mut state, mut before) = (values[0], values[0]);
+                let step = |([kept, start, end], value): (&[f64; 3], &f64)| {
+                    state = kept * state + start * before + end * value;
+                    before = *value;
+                    state
+                };
+                weights.iter().zip(values).map(step).collect()
+            }
         }
     }
 }
 
-fn delayed(times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
+fn delay(times: &[f64], seconds: f64) -> Vec<(usize, [f64; 4])> {
     let last = times.len() - 1;
     let mut next = 0;
     let at = |time: &f64| {
@@ -47,52 +87,47 @@ fn delayed(times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
             next += 1;
         }
         match next {
-            0 => values[0],
-            _ if next > last => values[last],
-            _ => between(times, values, next, wanted),
+            0 => (0, [1.0, 0.0, 0.0, 0.0]),
+            _ if next > last => (last, [1.0, 0.0, 0.0, 0.0]),
+            _ => between(times, next, wanted),
         }
     };
     times.iter().map(at).collect()
 }
 
-/// Returns the value at a time between the samples `next - 1` and `next`: cubic where there are two samples on either side at
-/// different times, else linear.
-fn between(times: &[f64], values: &[f64], next: usize, wanted: f64) -> f64 {
+/// The weights of the samples around a time between the samples `next - 1` and `next`: cubic where there are two samples on
+/// either side at different times, else linear.
+fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
     let around = next.checked_sub(2).filter(|_| next + 1 < times.len());
     if let Some(first) = around {
-        let (t, v) = (&times[first..first + 4], &values[first..first + 4]);
+        let t = &times[first..first + 4];
         if t.windows(2).all(|pair| pair[1] > pair[0]) {
             let weight = |i: usize| -> f64 {
                 let others = (0..4).filter(|j| *j != i);
                 others.map(|j| (wanted - t[j]) / (t[i] - t[j])).product()
             };
-            return (0..4).map(|i| weight(i) * v[i]).sum();
+            return (first, std::array::from_fn(weight));
         }
     }
     let (before, after) = (times[next - 1], times[next]);
     let share = if after > before { (wanted - before) / (after - before) } else { 1.0 };
-    values[next - 1] + share * (values[next] - values[next - 1])
+    (next - 1, [1.0 - share, share, 0.0, 0.0])
 }
 
-fn low_passed(times: &[f64], values: &[f64], tau: f64) -> Vec<f64> {
-    if tau <= 0.0 {
-        return values.to_vec();
-    }
-    let mut state = values[0];
-    let mut before = (times[0], values[0]);
-    let steps = times.iter().zip(values);
-    let step = |(time, value): (&f64, &f64)| {
-        let steps = (time - before.0) / tau;
+fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
+    let mut before = times[0];
+    let step = |time: &f64| {
+        let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {
             let kept = (-steps).exp();
             // The mean weight of a straight line's start and end: exact between samples.
             let start = -(-steps).exp_m1() / steps;
-            state = kept * state + (start - kept) * before.1 + (1.0 - start) * value;
+            [kept, start - kept, 1.0 - start]
+        } else {
+            [1.0, 0.0, 0.0]
         }
-        before = (*time, *value);
-        state
     };
-    steps.map(step).collect()
+    times.iter().map(step).collect()
 }
 
 #[cfg(test)]

@@ -158,8 +158,13 @@ pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
 fn lag(grids: &Grids, output: usize) -> Result<Lag, NoLag> {
     let delay = fitted(grids, output, LagKind::Delay, 0.0);
     let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
-    let first = fitted(grids, output, LagKind::FirstOrder, start);
     let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
+    if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {
+        return Err(instead(NoLag::OneRate));
+    }
+    // A delay below one sample is not told from a low-pass, which cannot lead.
+    let is_open = delay.as_ref().is_none_or(|delay| delay.seconds >= grids.step_secs);
+    let first = is_open.then(|| fitted(grids, output, LagKind::FirstOrder, start)).flatten();
     let (kind, kind_is_known, found) =
         chosen(delay, first, grids.step_secs).ok_or(instead(NoLag::NotFound))?;
     let uncertainty_secs = 2.0 * found.standard_error_secs;
@@ -181,7 +186,7 @@ fn lag(grids: &Grids, output: usize) -> Result<Lag, NoLag> {
     })
 }
 
-/// The kind that leaves less over; a delay where the blocks do not agree on which that is, and below one sample.
+/// The kind that leaves less over; a delay where the blocks do not agree on which that is.
 fn chosen(
     delay: Option<Fitted>,
     first: Option<Fitted>,
@@ -192,9 +197,9 @@ fn chosen(
     match (delay, first) {
         (Some(delay), Some(first)) => {
             let t = solve::paired_t(&delay.block_squares, &first.block_squares);
-            match delay.seconds >= step_secs {
-                true if t > 2.0 => Some((LagKind::FirstOrder, true, first)),
-                is_long => Some((LagKind::Delay, is_long && t < -2.0, delay)),
+            match t > 2.0 {
+                true => Some((LagKind::FirstOrder, true, first)),
+                false => Some((LagKind::Delay, t < -2.0, delay)),
             }
         }
         (Some(delay), None) => Some((LagKind::Delay, delay.seconds < -step_secs, delay)),

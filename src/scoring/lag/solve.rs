@@ -3,7 +3,7 @@
 use faer::{Mat, Side};
 
 use super::grid::{AROUND_JUMP, Grid, Grids};
-use super::kind::LagKind;
+use super::kind::{LagKind, Late};
 
 /// Directions of the columns that carry less than this share of the largest are not solved for.
 const LEAST_DIRECTION: f64 = 1e-11;
@@ -111,9 +111,9 @@ impl System {
             y.extend(part.kept(&part.outputs[output]));
             let own = part.kept(&part.places);
             blocks.extend(own.map(|place| part.run * per_run + (place * per_run as f64) as usize));
+            let lag = Late::of(kind, &part.times, seconds);
             for (late, column) in late.iter_mut().zip(columns) {
-                let moved = kind.late(&part.times, &part.columns[*column], seconds);
-                late.extend(part.kept(&moved));
+                late.extend(part.kept(&lag.of_values(&part.columns[*column])));
             }
         }
         Self {
@@ -140,12 +140,11 @@ impl System {
         };
         let mut whole = Vec::with_capacity(self.y.nrows());
         for part in &grids.parts {
-            let model: Vec<f64> = (0..part.times.len())
-                .map(|row| {
-                    let terms = part.columns.iter().enumerate();
-                    terms.map(|(at, column)| gains[(at, 0)] * column[row]).sum()
-                })
-                .collect();
+            let mut model = vec![0.0; part.times.len()];
+            for (at, column) in part.columns.iter().enumerate() {
+                let gain = gains[(at, 0)];
+                model.iter_mut().zip(column).for_each(|(model, own)| *model += gain * own);
+            }
             let [before, after] = [from, to].map(|lag| kind.late(&part.times, &model, lag));
             let slopes = before.iter().zip(&after);
             let slopes: Vec<f64> = slopes.map(|(a, b)| (b - a) / (to - from)).collect();
