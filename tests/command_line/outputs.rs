@@ -222,12 +222,7 @@ fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_t
     let workshop = Workshop::new();
     workshop.write("t.csv", "old");
     let traces = ["fit", "--look-back", "none", "--traces", "t.csv", "--force"];
-    // Whoever runs the tests may have arranged that programs do not hear of it.
-    let status = fs::read_to_string("/proc/self/status").unwrap();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
-    let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
-    let (hang_up, interrupt) = (1, 2);
-    if ignored & (hang_up | interrupt) == 0 {
+    if interrupts_are_heard() {
         let child = stopped_while_writing(&workshop, &traces);
         signal(&child, "TERM");
         signal(&child, "CONT");
@@ -250,10 +245,24 @@ fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_t
     assert_ne!(workshop.read("t.csv"), "old");
 }
 
+/// Whoever runs the tests may have arranged that programs do not hear of it, as `setsid … &` in a script does.
+#[cfg(target_os = "linux")]
+fn interrupts_are_heard() -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
+    let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
+    let (hang_up, interrupt) = (1, 2);
+    ignored & (hang_up | interrupt) == 0
+}
+
 /// The search for a model takes minutes on the built-in sensor; how soon it has found a first one depends on the machine.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_search_writes_what_it_has_found() {
+    if !interrupts_are_heard() {
+        eprintln!("skipped: interrupts are ignored here");
+        return;
+    }
     let workshop = Workshop::new();
     let words = ["best", "--export", "c.json", "--minutes", "60"];
     let found = [1, 3, 9, 27].into_iter().any(|secs| {

@@ -871,9 +871,11 @@ fn models_are_found_sorted_brought_back_and_saved() {
     let rows = state(&window).models.rows.clone();
     click(&mut window, Role::Button, "model");
     let before = state(&window).project().settings.clone();
-    click(&mut window, Role::Button, "Polynomial of degree 2");
+    // Which candidates come first depends on the recordings: any of them can be taken.
+    let other = rows.iter().find(|row| row.name != "Conventional").expect("a candidate");
+    click(&mut window, Role::Button, &other.name);
     let settings = state(&window).project().settings.clone();
-    assert_eq!(settings.features.blocks.of(&Polynomial), [2.0]);
+    assert_eq!(settings.features, other.settings.features);
     click(&mut window, Role::Button, "Keep this model");
     assert!(has(&window, "Kept 1"));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
