@@ -85,7 +85,7 @@ fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
     succeed(workshop.path(), &written);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("would not be loaded: odd.csv:1: no time column among a, b"), "{text}");
-    assert!(text.contains("to decide: no column runs like a clock"), "{text}");
+    assert!(text.contains("open question: no column runs like a clock"), "{text}");
 }
 
 #[test]
