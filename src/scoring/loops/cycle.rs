@@ -1,16 +1,16 @@
-//! Cycles, and how far apart their two branches lie at equal load.
+//! Cycles, and the distance between their two branches at equal load.
 
 use crate::min_max::MinMax;
 use crate::scoring::loops::curve::Curve;
 use crate::scoring::loops::turns::Branch;
 
-/// At so many loads a loop's two branches are compared: every hundredth of the common range.
+/// Number of loads at which the two branches of a loop are compared: every hundredth of the common range.
 pub const LOADS: usize = 101;
 
 /// Two neighbouring branches of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
-    /// Which of the recordings it is in.
+    /// Index of the recording.
     pub recording: usize,
     /// The branch that comes first.
     pub first: Branch,
@@ -19,22 +19,22 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// The branch in which the load rises.
+    /// Returns the branch in which the load rises.
     pub fn rising(&self) -> &Branch {
         if self.first.rising { &self.first } else { &self.second }
     }
 
-    /// The branch in which the load falls.
+    /// Returns the branch in which the load falls.
     pub fn falling(&self) -> &Branch {
         if self.first.rising { &self.second } else { &self.first }
     }
 
-    /// The loads that both branches have.
+    /// Returns the range of loads that both branches cover.
     pub fn loads(&self) -> MinMax {
         MinMax::common([self.first.loads, self.second.loads].into_iter())
     }
 
-    /// The width of the range of loads that both branches have.
+    /// Returns the width of the range of loads that both branches cover.
     pub fn span(&self) -> f64 {
         self.loads().span()
     }
@@ -47,16 +47,16 @@ impl Cycle {
 /// **Units** loads and outputs in their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// The loads that both branches have.
+    /// Range of loads that both branches cover.
     pub range: MinMax,
-    /// The output while the load rises.
+    /// Output while the load rises.
     pub rising: Vec<f64>,
-    /// The output while the load falls.
+    /// Output while the load falls.
     pub falling: Vec<f64>,
 }
 
 impl Loop {
-    /// Brings an output of the cycle's recording to common loads.
+    /// Returns an output of the cycle's recording at common loads of both branches.
     ///
     /// # Panics
     /// If the cycle is not one of these loads, or there are not as many outputs as loads.
@@ -69,7 +69,7 @@ impl Loop {
         Self { range, rising: on(cycle.rising()), falling: on(cycle.falling()) }
     }
 
-    /// The mean of several loops over the loads that all of them have; `None` where there is no such load.
+    /// Returns the mean of several loops over the loads that all of them cover; `None` if there are none.
     pub fn mean(loops: &[Self]) -> Option<Self> {
         let range = MinMax::common(loops.iter().map(|one| one.range));
         let usable = range.span() > 0.0 && range.span().is_finite();
@@ -88,7 +88,7 @@ impl Loop {
         })
     }
 
-    /// A branch of this loop at a load within its range.
+    /// Returns the output of a branch of this loop at a load within its range.
     fn at(&self, branch: &[f64], load: f64) -> f64 {
         let steps = (LOADS - 1) as f64;
         let position = ((load - self.range.min) / self.range.span() * steps).clamp(0.0, steps);
@@ -96,25 +96,25 @@ impl Loop {
         branch[below] + (branch[below + 1] - branch[below]) * (position - below as f64)
     }
 
-    /// The loads at which the branches are compared, rising.
+    /// Returns the loads at which the branches are compared, rising.
     pub fn loads(&self) -> impl Iterator<Item = f64> + use<> {
         even_loads(self.range)
     }
 
-    /// The loop's width at each of these loads: falling less rising, so positive where the output lags behind.
+    /// Returns the loop's width at each load: falling minus rising, so positive where the output lags behind.
     pub fn widths(&self) -> impl Iterator<Item = f64> {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// The greatest size of the width.
+    /// Returns the largest magnitude of the width.
     ///
-    /// **Source** OIML R 60-1, 3.7: the difference at one load between coming up from the least and down from the
-    /// greatest load.
+    /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the
+    /// maximum.
     pub fn largest_width(&self) -> f64 {
         self.widths().map(f64::abs).fold(0.0, f64::max)
     }
 
-    /// The mean size of the width over the common range.
+    /// Returns the mean magnitude of the width over the common range.
     pub fn mean_width(&self) -> f64 {
         mean_by_trapezoids(self.widths().map(f64::abs))
     }
@@ -134,7 +134,7 @@ impl Loop {
     }
 }
 
-/// [`LOADS`] loads in even steps.
+/// Returns [`LOADS`] loads in even steps.
 pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     (0..LOADS).map(move |step| {
         let share = step as f64 / (LOADS - 1) as f64;
@@ -142,7 +142,7 @@ pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The mean of [`LOADS`] values in even steps, joined by straight lines.
+/// Returns the mean over a chain of straight lines through [`LOADS`] values in even steps.
 fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     let last = LOADS - 1;
     let weighted = values.enumerate().map(|(at, value)| {
