@@ -127,7 +127,7 @@ impl Series {
     }
 
     /// Returns the traces of several values of the same samples, which are read together. The traces are incomplete if
-    /// `stopped` became true.
+    /// `progress` was cancelled.
     pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
         let n = all.iter().map(|values| values.n_samples()).max();
         let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
@@ -368,7 +368,7 @@ struct ColumnOf {
     samples: Range<usize>,
     /// Times of the first and the last sample.
     secs: [f64; 2],
-    /// For each column: whether it holds many samples, and whether the line continues before and after it without a pause.
+    /// True if the column holds many samples and the line continues before its first, and after its last sample, without a pause.
     is_joined: [bool; 2],
 }
 
@@ -419,7 +419,7 @@ fn with(all: MinMax, value: f64) -> MinMax {
 }
 
 fn extremes(values: &[f64]) -> MinMax {
-    // Two searches run side by side, so that the processor need not wait for each in turn.
+    // Eight extremes are found side by side, so that the processor need not wait for each in turn.
     const LANES: usize = 8;
     let mut all = [MinMax::NONE; LANES];
     for values in values.chunks(LANES) {
