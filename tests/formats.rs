@@ -223,12 +223,12 @@ fn check_workbooks(folder: &Path) {
     check(&recording, 0.0, 6, &Axis::ALL);
     assert_eq!(recording.gauge_units()[0], "mV/V");
     assert!(told.contains("Data is read, not read: Short"), "{told}");
-    assert!(told.contains("label (text), Notes (no numbers in rows)"), "{told}");
+    assert!(told.contains("label (text), Notes (no table of numbers)"), "{told}");
     check_dated(&folder.join("dated.xlsx"));
     let short = read_parts(&path, &["Short"]).unwrap();
     assert_eq!(short.recordings[0].n_samples(), 5);
     let differ = read_parts(&path, &["Data", "Short"]).unwrap_err();
-    assert!(differ.contains("not called the same"), "{differ}");
+    assert!(differ.contains("have different names"), "{differ}");
     let (recording, told) = sound(&folder.join("dates.xlsx"));
     assert_eq!(told, "");
     // Midnight before 6 March 2024 in UTC.
@@ -608,12 +608,12 @@ fn what_holds_no_table_says_what_it_holds_instead() {
     };
     assert!(error(&fixture("objects.npy")).contains("holds Python objects; save it as"));
     let empty_archive = [&b"PK\x05\x06"[..], &[0; 18]].concat();
-    assert!(told(&empty_archive).contains("no numbers in rows in this file"));
+    assert!(told(&empty_archive).contains("no table of numbers"));
     let mut matlab73 = b"MATLAB 7.3 MAT-file".to_vec();
     matlab73.resize(512, b' ');
     assert!(told(&matlab73).contains("save it with `save FILE -v7`"));
     let matlab5 = [&b"MATLAB 5.0 MAT-file"[..], &[b' '; 105], b"\x00\x01IM"].concat();
-    assert!(told(&matlab5).contains("no numbers in rows"));
+    assert!(told(&matlab5).contains("no table of numbers"));
     assert!(told(b"PK\x03\x04 S.npy is cut off").contains("the archive is damaged"));
 }
 
@@ -634,15 +634,15 @@ fn declared_sizes_are_not_believed() {
     }
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 0), }\n";
     fs::write(&path, npy(header, &[])).unwrap();
-    assert!(error(&path).contains("no numbers in rows"));
+    assert!(error(&path).contains("no table of numbers"));
     for order in ["False", "True"] {
         let header = format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (0, 3), }}\n");
         fs::write(&path, npy(&header, &[])).unwrap();
-        assert!(error(&path).contains("no numbers in rows"));
+        assert!(error(&path).contains("no table of numbers"));
     }
     for (descr, shape, expected) in [
         ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(2,)", "the file ends inside the array"),
-        ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(0,)", "no numbers in rows"),
+        ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(0,)", "no table of numbers"),
         ("[('t', '<f8', (9999999999, 9999999999))]", "(0,)", "its header describes no kind"),
         ("[('t', '<U1'), ('S1', '<f8', (0,))]", "(99999999999,)", "holds records without numbers"),
         ("[('t', '<f8'), ('S1', '|O')]", "(2,)", "holds Python objects"),

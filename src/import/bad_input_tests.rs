@@ -163,7 +163,7 @@ fn a_delimiter_that_is_not_the_files_is_told_by_the_number_of_columns() {
 #[test]
 fn directories_devices_and_vanished_files_are_told() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(of_path(folder.path()).contains("a folder and not a file; name the recordings in it"));
+    assert!(of_path(folder.path()).contains("this is a folder; name the recordings in it"));
     let file = TestFile::new("t,S1\n0,1\n");
     fs::remove_file(&file.path).unwrap();
     assert!(of_path(&file.path).contains("run.csv: cannot be read"));

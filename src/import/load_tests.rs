@@ -348,9 +348,9 @@ fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
         ),
         ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, this one has 1"),
         ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, this one has 4"),
-        ("t,X,B\n0,1,2\n", named, "the column map needs a column A, here are t, X, B"),
+        ("t,X,B\n0,1,2\n", named, "the column map needs a column A, but this file has t, X, B"),
         ("t,A,C\n0,1,2\n", named, "column 3 is C where B is expected"),
-        ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both called A"),
+        ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),
         ("# nothing\n", named, "the start of this file does not have them"),
         ("t,A,B\n", named, "no rows follow"),
         ("0;a;b;c\n", HEADERLESS, "run.csv:1: column 2 (Fz) holds \"a\", which is not a number"),
@@ -395,7 +395,7 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
         let error = read_one(text, &parts(columns)).unwrap_err();
         assert!(matches!(error, ReadError::Table { source: TableError::MapKey(_), .. }), "{error}");
         let told = error.to_string();
-        let place = format!("run.csv:1: the column map speaks of column {number} twice, {keys}");
+        let place = format!("run.csv:1: the column map lists column {number} twice, {keys}");
         assert!(told.contains(&place), "{told}");
     }
     let both_known = parts(r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#)

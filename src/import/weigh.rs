@@ -249,12 +249,10 @@ mod tests {
         let whole = r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#;
         let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
         let told = |map: &ColumnMap| load(text, map).unwrap_err().to_string();
-        assert!(
-            told(&map(&QUATERNION[..6], "{}")).contains("mass_kg and centre_m must both be said")
-        );
+        assert!(told(&map(&QUATERNION[..6], "{}")).contains("mass_kg or centre_m is missing"));
         let mut both = map(&QUATERNION[..6], whole);
         both.table.columns[1].is = ColumnRole::Load(Axis::Fz);
-        assert!(told(&both).contains("but a column is Fz, too"));
+        assert!(told(&both).contains("but a column is Fz as well"));
         let mut part = map(&QUATERNION[..6], whole);
         part.table.columns.pop();
         assert!(told(&part).contains("no column \"pose_qz\""));

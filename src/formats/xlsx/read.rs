@@ -82,7 +82,7 @@ pub(super) fn columns(
         };
         match table(&cells, &name, &mut budget)? {
             Some(columns) => parts.push(Part { name, columns }),
-            None => left_out.push(format!("{name} (no numbers in rows)")),
+            None => left_out.push(format!("{name} (no table of numbers)")),
         }
     }
     let mut columns = parts::choose(parts, source.parts)?;
@@ -230,7 +230,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         }
         (header, _) => (header, None),
     };
-    let said = |row: Option<&[Cell]>, column: u32| {
+    let cell_text = |row: Option<&[Cell]>, column: u32| {
         let row = row.unwrap_or_default();
         let at = row.binary_search_by_key(&column, |cell| cell.column);
         at.map_or(String::new(), |at| text(&row[at].value).into_owned())
@@ -255,7 +255,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     // Where the values of a sheet's column go, and what of its cells they are.
     let mut places = BTreeMap::new();
     for (column, own) in counts {
-        let name = match (table.is_named, said(header, column)) {
+        let name = match (table.is_named, cell_text(header, column)) {
             (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
             (_, name) => name,
         };
@@ -266,7 +266,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         {
             table.left_out.push(format!("{name} (text)"));
         } else {
-            let unit = said(units, column);
+            let unit = cell_text(units, column);
             let unit = unit.trim_matches(['[', ']', '(', ')']).to_owned();
             let of: fn(&DataRef) -> Option<f64> = if is_time { time } else { number };
             places.insert(column, (table.columns.len(), of));

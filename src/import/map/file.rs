@@ -291,7 +291,7 @@ mod tests {
             ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),
             ("\"column\": 2", "\"column\": \"S1\"", "there is no header"),
             ("\"gauge\"", "\"gage\"", "a column cannot be \"gage\""),
-            ("\"Fz\"", "\"pose_x\"", "not how the sensor is turned"),
+            ("\"Fz\"", "\"pose_x\"", "no orientation"),
             ("\"Fz\"", "\"pose_qx\"", "no column \"pose_qw\""),
             ("\"semicolon\"", "\"colon\"", "`colon`"),
             ("\"scale\": -1.0", "\"scale\": 0", "\"scale\" of column 5 is 0"),
@@ -322,7 +322,7 @@ mod tests {
         assert!(of(&folder.path().join("gone.json")).contains("gone.json: cannot be read"));
         let path = folder.path().join("a.json");
         std::fs::write(&path, "t,S1\n").unwrap();
-        assert!(of(&path).contains("a.json: no JSON"));
+        assert!(of(&path).contains("a.json: this is not JSON"));
         std::fs::write(&path, "{}").unwrap();
         assert!(of(&path).contains("not a column map"));
     }
