@@ -301,8 +301,8 @@ mod tests {
             ("0.001", "-1", "average_bursts_secs is -1"),
             ("2.25", "0", "gap_secs is 0"),
             ("{folder}", "{folder", "the group is \"{folder\""),
-            ("states.csv", "", "the reference's file is \"\""),
-            ("states.csv", "..", "the reference's file is \"..\""),
+            ("states.csv", "", "the file of the reference is \"\""),
+            ("states.csv", "..", "the file of the reference is \"..\""),
             ("\"columns\": 4", "\"columns\": 4, \"names\": [\"t\"]", "1 names"),
             ("}", "", "JSON"),
         ] {
