@@ -366,7 +366,7 @@ mod tests {
             (b"\x7fELF\x02\x01\x01", "binary data"),
         ] {
             let error = Text::open(file(content).path(), None).unwrap_err();
-            assert!(matches!(error, FileError::NotText { what: told, .. } if told == what));
+            assert!(matches!(error, FileError::NotText { what: expected, .. } if expected == what));
         }
         let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
         assert_eq!(encoding_of(&few_zeros).unwrap(), (Encoding::Utf8, 0));

@@ -295,8 +295,8 @@ mod tests {
             ("Dear diary,\ntoday I measured.\n", 0, true, false),
         ] {
             let found = text(content);
-            let told = (found.skip_rows, found.header, found.units_row);
-            assert_eq!(told, (skip_rows, header, units_row), "{content}");
+            let actual = (found.skip_rows, found.header, found.units_row);
+            assert_eq!(actual, (skip_rows, header, units_row), "{content}");
         }
         assert_eq!(detect(b"# a\n\n"), None);
     }
