@@ -1,6 +1,6 @@
-//! The middle of some numbers.
+//! Median.
 
-/// The upper median; `None` without values.
+/// Returns the upper median, or `None` without values.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     if values.is_empty() {
