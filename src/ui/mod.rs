@@ -44,6 +44,8 @@ mod thresholds_pane;
 mod time_view;
 mod tour;
 mod trace_panes;
+mod verdict;
+mod welcome;
 mod workspace;
 
 pub use command::{Command, Pane, PaneMove, TimeMove, Workspace};

@@ -24,7 +24,9 @@ use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
 use crate::ui::workspace::Workspaces;
-use crate::ui::{actions, appearance, live_pane, menu, setting, settings_panel, status_line};
+use crate::ui::{
+    actions, appearance, live_pane, menu, setting, settings_panel, status_line, verdict, welcome,
+};
 use questions::Questions;
 
 /// One step of the text's size.
@@ -205,6 +207,7 @@ impl Shell {
             Command::ShowPalette => self.palette.open(),
             Command::FindSetting(setting) => {
                 self.workspaces.bring(settings_panel::PANE);
+                self.engine.preferences.advanced |= !settings_panel::IN_SIGHT.contains(&setting);
                 setting::seek(ui.ctx(), setting);
             }
             Command::ToggleHelp => self.help.toggle(),
@@ -348,14 +351,24 @@ impl Shell {
         egui::Panel::top("menu").show(ui, |ui| {
             menu::menu_bar(ui, &self.engine, &self.workspaces, can, out);
         });
+        let mut asked = Vec::new();
+        let is_empty = self.engine.entries().is_empty() && self.engine.followed_file().is_none();
+        if !is_empty {
+            egui::Panel::top("verdict").show(ui, |ui| {
+                let (engine, time, asked) = (&self.engine, &mut self.time, &mut asked);
+                verdict::verdict_strip(ui, &mut Cx { engine, time, out, asked });
+            });
+        }
         egui::Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });
-        let mut asked = Vec::new();
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let (engine, time, places) = (&self.engine, &mut self.time, &mut self.places);
             places.clear();
+            if is_empty && !engine.is_busy() {
+                return welcome::choices(ui, engine, out);
+            }
             self.workspaces.draw(ui, out, &mut |ui, out, pane| {
                 places.push((pane, ui.max_rect()));
                 if let Some(view) = self.views.of(pane) {

@@ -64,7 +64,7 @@ impl Dialogs for Choices {
 }
 
 fn window_with(files: Vec<PathBuf>, choices: Choices) -> Window {
-    let toured = Preferences { toured: true, ..Preferences::default() };
+    let toured = Preferences { toured: true, advanced: true, ..Preferences::default() };
     window_of(files, choices, toured)
 }
 
@@ -829,7 +829,7 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
 fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::ComboBox, "Regressor");
+    click(&mut window, Role::ComboBox, "Method");
     click(&mut window, Role::Button, "Kernel");
     assert_eq!(state(&window).project().settings.regressor, Regressor::Kernel);
     assert!(has(&window, "Until it is trained"));
@@ -851,7 +851,7 @@ fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
 fn a_training_that_cannot_begin_says_why() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::ComboBox, "Regressor");
+    click(&mut window, Role::ComboBox, "Method");
     click(&mut window, Role::Button, "Linear + kernel");
     type_number(&mut window, "Landmarks", "2000");
     click(&mut window, Role::Button, "Train the kernel");
