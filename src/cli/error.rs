@@ -16,6 +16,9 @@ const USAGE: u8 = 2;
 /// Exit code for recordings that do not carry their model, and for calibrations that exceed their limits.
 const NOT_MET: u8 = 3;
 
+/// Exit code for rows whose source hung up before its end.
+const SOURCE_ENDED: u8 = 4;
+
 /// Why a job could not be done.
 #[derive(Debug)]
 pub enum JobError {
@@ -25,6 +28,8 @@ pub enum JobError {
     NotMet(String),
     /// The user stopped the work; what had been found by then is written.
     Interrupted,
+    /// The source of rows cannot be read any more.
+    SourceEnded(String),
     /// Nothing more can be written to standard output.
     Output(io::Error),
     /// Anything else.
@@ -57,6 +62,7 @@ impl JobError {
         match self {
             Self::Usage(_) => ExitCode::from(USAGE),
             Self::NotMet(_) => ExitCode::from(NOT_MET),
+            Self::SourceEnded(_) => ExitCode::from(SOURCE_ENDED),
             Self::Interrupted => ExitCode::from(interrupted_code()),
             Self::Output(_) | Self::Other(_) => ExitCode::FAILURE,
         }
@@ -66,7 +72,9 @@ impl JobError {
 impl fmt::Display for JobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(message) | Self::NotMet(message) => f.write_str(message),
+            Self::Usage(message) | Self::NotMet(message) | Self::SourceEnded(message) => {
+                f.write_str(message)
+            }
             Self::Interrupted => f.write_str("interrupted: more models were to be tried"),
             Self::Output(error) => write!(f, "cannot write to standard output: {error}"),
             Self::Other(error) => f.write_str(&in_words(&**error)),

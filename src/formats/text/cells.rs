@@ -30,7 +30,7 @@ impl Delimiter {
     }
 
     /// Blanks stand for tabs, too.
-    pub(super) const fn byte(self) -> u8 {
+    pub(crate) const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',
