@@ -104,9 +104,15 @@ impl<'a> Estimator<'a> {
         self.check_numbers(mean, &[])?;
         let zero = mean.iter().zip(self.calibration.unloaded());
         self.gauge_zero = zero.map(|(mean, unloaded)| mean - unloaded).collect();
+        self.reset();
+        Ok(())
+    }
+
+    /// Starts anew as after a cold start; a tare is kept.
+    pub fn reset(&mut self) {
         self.forget();
         self.last_secs = None;
-        Ok(())
+        self.wrapped_secs = 0.0;
     }
 
     /// From now on gauges come with these numbers taken off by a tare of their recording. It only matters for where gauges are
