@@ -355,6 +355,12 @@ pub fn workspaces() -> Vec<Action> {
             Command::ToggleMaximized(None),
         ),
         action(
+            "Presenter mode, full screen",
+            "No menus, and everything larger, for a projector; the same key ends it",
+            alone(Key::F11),
+            Command::TogglePresenter,
+        ),
+        action(
             "Reset this workspace",
             "Gives the panes of the workspace on screen their first places",
             None,

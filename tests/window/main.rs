@@ -889,7 +889,11 @@ fn models_are_found_sorted_brought_back_and_saved() {
     type_into(&mut window, "CSV", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
-    assert_eq!(table.lines().count(), rows.len() + 2);
+    assert_eq!(
+        table.lines().count(),
+        rows.len() + 3,
+        "a head, the kept model and the settings of now"
+    );
     assert!(table.starts_with(",model,train of Conv. [%],test of Conv. [%]"), "{table}");
     assert!(table.lines().nth(1).unwrap().contains("Conventional"), "by name: {table}");
 }

@@ -32,7 +32,21 @@ impl Engine {
         }
         self.take_tasks();
         self.take_first_thresholds();
+        self.list_present();
         self.follow();
+    }
+
+    /// Puts the settings of now on the list of models, where it has rows and none of them is theirs.
+    fn list_present(&mut self) {
+        let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
+        if self.models.rows.is_empty() || is_moving || !self.can_keep() {
+            return;
+        }
+        let analysis = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
+        if let Some(calibration) = analysis.filter(|_| !self.models.has_present(&self.project)) {
+            let (recordings, settings) = (&self.project.recordings, &self.project.settings);
+            self.start(Task::list_present(Arc::clone(recordings), settings.clone(), calibration));
+        }
     }
 
     /// Looks for the thresholds with the lowest cross-validation error, unless the user has chosen some.
@@ -181,6 +195,7 @@ impl Engine {
                 }
             }
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
+            Done::Present(recordings, model) => self.models.take_present(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
     }
