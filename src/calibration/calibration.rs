@@ -4,12 +4,13 @@
 //! read; applied to a recording it gives the numbers that the fit gave.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::coefficient_errors::CoefficientErrors;
+use crate::calibration::cross_validation::CrossValidation;
+use crate::calibration::error::CalibrationError;
 use crate::calibration::expected_error::ExpectedError;
 use crate::calibration::kernel::GridEdge;
 use crate::calibration::learned::{Learned, LearnedScratch};
@@ -17,18 +18,12 @@ use crate::calibration::linear_map::{LinearMap, loads_from_gauges};
 use crate::calibration::settings::Regressor;
 use crate::calibration::sums::RowsOf;
 use crate::calibration::used_recording::UsedRecording;
-use crate::calibration::validate::CalibrationError;
 use crate::features::{
     AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
 };
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
-use crate::recording::{Axis, GroupedBy, Identity, Recording, Tare, span};
-
-/// What the field `format` of a calibration file says.
-pub const FORMAT: &str = "loopscope calibration";
-/// Version of the file that this program writes and reads.
-pub const VERSION: u32 = 2;
+use crate::recording::{Axis, Identity, Recording, Tare, span};
 
 /// Root mean squared errors per axis; `None` where nothing could be scored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -129,40 +124,6 @@ pub struct BlockRidge {
     pub block: String,
     /// The strength per axis; `None` where the block does not help and is left away.
     pub strengths: Vec<Option<f64>>,
-}
-
-/// What cross-validation leaves out in turn.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CrossValidation {
-    /// What a group is.
-    pub by: GroupedBy,
-    /// How many groups there are.
-    pub groups: usize,
-    /// The parts that they are left out in: as many, or fewer where some are left out together.
-    pub parts: usize,
-}
-
-impl CrossValidation {
-    /// Whether blocks are left out, for want of recordings.
-    pub fn is_by_block(&self) -> bool {
-        self.by == GroupedBy::Block
-    }
-}
-
-impl fmt::Display for CrossValidation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { by, groups, parts } = self;
-        if self.is_by_block() {
-            return write!(f, "by {parts} contiguous blocks of the training recordings");
-        }
-        let noun = if *by == GroupedBy::Recording { "recordings" } else { "groups" };
-        if parts < groups {
-            write!(f, "by {by}: {groups} {noun} left out in {parts} parts")
-        } else {
-            let one = by.to_string().replace(' ', "-");
-            write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
-        }
-    }
 }
 
 /// A fit that could go through every sample it was made of.

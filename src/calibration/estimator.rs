@@ -6,9 +6,9 @@
 //! history anew within [`STRAYS`] samples, so no load is ever that of an older sample. Exported code does the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
+use crate::calibration::error::CalibrationError;
 use crate::calibration::learned::LearnedScratch;
 use crate::calibration::status::Status;
-use crate::calibration::validate::CalibrationError;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 

@@ -8,7 +8,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::calibration::aged_sums::AgedSums;
 use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::NormalEquations;
 use crate::features::{Design, FeatureStream};
@@ -65,28 +64,33 @@ impl<'a> Pass<'a> {
         design: &'a Design,
         conventional: PresentLoads<'a>,
         past: impl IntoIterator<Item = &'a [u32]>,
+        is_cold: bool,
         progress: &'a Progress,
     ) -> Self {
-        Self { design, conventional, past: past.into_iter().collect(), progress, is_cold: false }
-    }
-
-    /// Starts the blocks' memory anew at each piece, as it is where a robot is switched on there. Past samples must be
-    /// [`cold_past`] samples.
-    pub fn cold(self) -> Self {
-        Self { is_cold: true, ..self }
+        Self { design, conventional, past: past.into_iter().collect(), progress, is_cold }
     }
 
     /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
     /// blocks' memory runs through them. Once the work is cancelled, samples are missing.
     ///
-    /// Each sample is of a class; those of none are left away, and the others stay in their blocks: what is added to sums in which
+    /// Where the pass is cold, each piece begins without a past, as where a robot is switched on there.
+    ///
+    /// Each sample is of a class, by its index and the past samples of each look-back; those of none are left away, and the others stay in their blocks: what is added to sums in which
     /// the samples of no class have zeros gives the same bits.
     pub fn sums<T: TakesRows>(
         &self,
         pieces: &[Piece],
         empty: impl Fn() -> T + Sync,
-        class: impl Fn(usize) -> Option<usize> + Copy + Sync,
+        class: impl Fn(usize, &[&[u32]]) -> Option<usize> + Copy + Sync,
     ) -> Vec<T> {
+        let cold: Vec<Vec<u32>> = match self.is_cold {
+            true => self.past.iter().map(|past| cold_past(past, pieces)).collect(),
+            false => Vec::new(),
+        };
+        let past: Vec<&[u32]> = match self.is_cold {
+            true => cold.iter().map(Vec::as_slice).collect(),
+            false => self.past.clone(),
+        };
         let (design, recording) = (self.design, self.conventional.recording);
         let stride = NormalEquations::stride_of(design.n_columns() + recording.axes().len());
         let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
@@ -102,10 +106,10 @@ impl<'a> Pass<'a> {
             };
             for start in samples.clone().step_by(BLOCK) {
                 let samples = start..(start + BLOCK).min(samples.end);
-                let (stream, filled) = (&mut *stream, &mut block);
+                let (stream, past, filled) = (&mut *stream, &past[..], &mut block);
                 pulp::Arch::new().dispatch(
                     #[inline(always)]
-                    move || self.fill(stream, samples, class, filled),
+                    move || self.fill(stream, (past, samples), class, filled),
                 );
                 sums.add_rows(&block.rows[..block.classes.len() * stride], &block.classes);
             }
@@ -149,8 +153,8 @@ impl<'a> Pass<'a> {
     fn fill(
         &self,
         stream: &mut FeatureStream<'_>,
-        samples: Range<usize>,
-        class: impl Fn(usize) -> Option<usize>,
+        (past, samples): (&[&[u32]], Range<usize>),
+        class: impl Fn(usize, &[&[u32]]) -> Option<usize>,
         block: &mut Block,
     ) {
         let (design, conventional) = (self.design, self.conventional);
@@ -164,13 +168,13 @@ impl<'a> Pass<'a> {
         classes.clear();
         for k in samples {
             // The other blocks remember every sample.
-            if let Some(class) = class(k).or(has_memory.then_some(NONE)) {
+            if let Some(class) = class(k, past).or(has_memory.then_some(NONE)) {
                 kept.push(k);
                 classes.push(class);
             }
         }
         let rows = &mut rows[..kept.len() * stride];
-        from.standardised_rows(stream, &self.past, kept, (rows, stride));
+        from.standardised_rows(stream, past, kept, (rows, stride));
         for (row, k) in rows.chunks_exact_mut(stride).zip(&*kept) {
             residual(reference, conventional, *k, &mut row[n_columns..][..n_axes]);
         }
@@ -208,63 +212,24 @@ pub fn recording_sums(
     conventional: PresentLoads<'_>,
     past: &[Vec<u32>],
     pieces: &[Piece],
+    is_cold: bool,
     progress: &Progress,
 ) -> Vec<NormalEquations> {
     let n_axes = conventional.recording.axes().len();
     let past = past.iter().map(Vec::as_slice);
-    let pass = Pass::new(design, conventional, past, progress);
+    let pass = Pass::new(design, conventional, past, is_cold, progress);
     let empty = || NormalEquations::new(design.n_columns(), n_axes);
-    pass.sums(pieces, empty, |_| Some(0))
-}
-
-/// [`recording_sums`] where the memory starts anew at each piece: what a fit is scored on.
-///
-/// # Panics
-/// As there.
-pub fn cold_sums(
-    design: &Design,
-    conventional: PresentLoads<'_>,
-    past: &[Vec<u32>],
-    pieces: &[Piece],
-    progress: &Progress,
-) -> Vec<NormalEquations> {
-    let n_axes = conventional.recording.axes().len();
-    let past: Vec<Vec<u32>> = past.iter().map(|past| cold_past(past, pieces)).collect();
-    let pass = Pass::new(design, conventional, past.iter().map(Vec::as_slice), progress).cold();
-    let empty = || NormalEquations::new(design.n_columns(), n_axes);
-    pass.sums(pieces, empty, |_| Some(0))
+    pass.sums(pieces, empty, |_, _| Some(0))
 }
 
 /// Returns past samples that lie in the same piece; where one lies before it, the sample itself.
-pub fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
+fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;
         let samples = piece.samples.clone();
         samples.map(move |k| if past[k] < start { k as u32 } else { past[k] })
     };
     pieces.iter().flat_map(of_piece).collect()
-}
-
-/// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
-/// [`recording_sums`], to the last bit.
-///
-/// # Panics
-/// As there.
-pub fn look_back_sums(
-    design: &Design,
-    conventional: PresentLoads<'_>,
-    past: &[Vec<u32>],
-    pieces: &[Piece],
-    progress: &Progress,
-) -> Vec<AgedSums> {
-    let n_axes = conventional.recording.axes().len();
-    let slices = past.iter().map(Vec::as_slice);
-    let pass = Pass::new(design, conventional, slices, progress);
-    let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
-    pass.sums(pieces, empty, |k| {
-        let finds = past.iter().any(|own| own[k] as usize != k);
-        finds.then_some(0)
-    })
 }
 
 /// The samples of a recording, as rows are made of them.
@@ -377,8 +342,7 @@ mod tests {
             let path = LoadPath::new(&loads, &weights);
             let past = past_samples(&design.features, &path, recording, &Progress::default());
             let present = PresentLoads { map: &conventional.map, recording, kept: Some(&loads) };
-            let sums = if is_cold { cold_sums } else { recording_sums };
-            sums(&design, present, &past, pieces, &Progress::default())
+            recording_sums(&design, present, &past, pieces, is_cold, &Progress::default())
         };
         let n = recording.n_samples();
         let cuts = [0, n / 3, n / 2, n];
