@@ -114,6 +114,9 @@ fn numbers(line: &str) -> Option<Vec<f64>> {
 
 /// Returns the names and values of a line of pairs.
 fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
+    if line.starts_with(['>', '{']) {
+        return None;
+    }
     let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
     // After a colon there may be a blank.
     let mut joined: Vec<(&str, &str)> = Vec::new();
@@ -124,7 +127,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
             _ => return None,
         }
     }
-    (!joined.is_empty() && !line.starts_with('>')).then_some(joined)
+    (!joined.is_empty()).then_some(joined)
 }
 
 /// Returns the name, the time (ms) and the value of a Teleplot line.
