@@ -204,12 +204,12 @@ impl ReadError {
     }
 }
 
-/// Returns a conversion of table errors at this line of a file.
+/// Returns a function that adds the file and the line to a table error.
 pub(super) fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
     move |source| ReadError::Table { path: path.to_owned(), line, source }
 }
 
-/// Returns a conversion of errors of this file.
+/// Returns a function that adds the path to a file error.
 pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
     move |error| match error {
         FileError::Cancelled => ReadError::Cancelled,
