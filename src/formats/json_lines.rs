@@ -1,7 +1,7 @@
 //! JSON lines (`.jsonl`, `.ndjson`): one object per sample. Its numbers become columns named by their paths.
 //!
 //! Guarantees: rows keep their line numbers. A JSON document, such as a file of this program, is not read as JSON lines.
-//! Memory stays within the budget of the file for any keys.
+//! Memory use is limited by the size of the file, even if every line has new keys.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};

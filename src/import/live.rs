@@ -582,8 +582,9 @@ mod tests {
         let refused = LiveTable::begin(&lines(1.2), of(Some(0.05))).unwrap_err();
         let refused = refused.to_string();
         assert!(
-            refused
-                .contains("log.csv:1: column 1 (time) has no unit, and its steps of 1.2 fit none"),
+            refused.contains(
+                "log.csv, line 1: column 1 (time) has no unit, and its steps of 1.2 fit none"
+            ),
             "{refused}"
         );
         let labelled: Vec<String> = ["time [s],S1", "0,1"].map(str::to_owned).to_vec();
