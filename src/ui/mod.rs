@@ -44,9 +44,11 @@ mod thresholds_pane;
 mod time_view;
 mod tour;
 mod trace_panes;
+mod verdict;
+mod welcome;
 mod workspace;
 
-pub use command::{Command, Pane, PaneMove, Preset, TimeMove};
+pub use command::{Command, Pane, PaneMove, TimeMove, Workspace};
 pub use dialogs::{Dialogs, NativeDialogs, Reply, save_to};
 pub use panes::{all as all_panes, named as pane};
 pub use shell::Shell;

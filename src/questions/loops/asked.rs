@@ -7,7 +7,7 @@ use crate::questions::question::{Answered, Query, Work};
 
 /// Loops, cross-plots, dwells, the table of figures.
 ///
-/// Two panes ask, each on its own lane: see [`AskLoops`] and [`AskFigures`].
+/// Each that asks has its own lane: see [`AskLoops`], [`AskFigures`] and [`AskVerdict`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 
@@ -15,6 +15,8 @@ pub struct LookAt<const PANE: char>(pub LookRequest);
 pub type AskLoops = LookAt<'l'>;
 /// What the metrology pane asks.
 pub type AskFigures = LookAt<'m'>;
+/// What the verdict at the top of the window asks.
+pub type AskVerdict = LookAt<'v'>;
 
 impl<const PANE: char> Query for LookAt<PANE> {
     type Answer = Look;

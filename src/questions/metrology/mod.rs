@@ -30,6 +30,7 @@ mod reason;
 mod settings;
 pub(crate) mod shown;
 mod table;
+mod verdict;
 
 pub(crate) use dwells::Dwell;
 pub use dwells::dwells;
@@ -42,6 +43,7 @@ pub use settings::{MetrologySettings, Rules, extents_of, extents_of_set};
 pub use shown::crosstalk;
 pub(crate) use shown::{axis_figures, figure_records, overview};
 pub use table::table_by;
+pub use verdict::{Verdict, VerdictFigure};
 
 #[cfg(test)]
 pub(crate) mod tests;
