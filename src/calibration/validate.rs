@@ -1,51 +1,13 @@
-//! What can be wrong with a calibration that was edited by hand, or made for another sensor.
+//! Validation of a calibration, which may have been edited by hand or made for another sensor.
 
-use crate::calibration::calibration::{Calibration, FORMAT, VERSION};
-use crate::calibration::learned::LearnedError;
-use crate::calibration::length::{WrongLength, check_length};
+use crate::calibration::calibration::Calibration;
+use crate::calibration::error::{CalibrationError, FORMAT, VERSION};
+use crate::calibration::length::check_length;
 use crate::calibration::linear_map::LinearMap;
 use crate::calibration::linear_map::{LARGEST, is_usable};
-use crate::features::{Column, FeatureError, FeatureSettings};
+use crate::features::{Column, FeatureSettings};
 
-/// Why a calibration cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
-    Format,
-    #[error("the calibration has version {version}; this program reads version {VERSION}")]
-    Version { version: u32 },
-    #[error("the calibration has no {what}")]
-    Nothing { what: &'static str },
-    #[error("the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
-    AxisOrder,
-    #[error(transparent)]
-    Length(#[from] WrongLength),
-    #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
-    Unit { axis: &'static str, expected: &'static str, actual: String },
-    #[error(
-        "{field} holds {value:?}, which is no number from {least:?} up to {LARGEST:?}; mend the file, or fit in other units"
-    )]
-    Number { field: String, value: f64, least: f64 },
-    #[error("the decimation is 0; it must be 1 (every sample) or more")]
-    Decimation,
-    #[error("full_scale is 0 on every axis, so the calibration was made without any load")]
-    NoFullScale,
-    #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
-    Feature { field: &'static str, position: usize, expected: String, actual: String },
-    #[error(
-        "{recording} has no auxiliary channel {channel}, which the calibration needs (it has: {}); name the column so, or make it \"auxiliary\" in a \
-         column map", if .found.is_empty() { "none" } else { .found }
-    )]
-    Auxiliary { recording: String, channel: String, found: String },
-    #[error("features: {0}")]
-    Features(#[from] FeatureError),
-    #[error("learned: {0}")]
-    Learned(#[from] LearnedError),
-    #[error("{recording} has the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
-    Gauges { recording: String, expected: Vec<String>, actual: Vec<String> },
-}
-
-/// Checks that all numbers are from `least` up, and that a load can be computed with them.
+/// Checks that all numbers are at least `least` and small enough to compute a load.
 fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {
     match numbers.iter().find(|x| !(**x >= least && is_usable(**x))) {
         None => Ok(()),
@@ -56,10 +18,10 @@ fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationErr
 }
 
 impl Calibration {
-    /// Checks everything that a file could have wrong.
+    /// Checks everything that a file may contain.
     ///
     /// # Errors
-    /// [`CalibrationError`] with the first thing found.
+    /// [`CalibrationError`] for the first fault.
     pub fn validate(&self) -> Result<(), CalibrationError> {
         check_head(&self.format, self.version)?;
         if self.gauges.is_empty() {
@@ -163,7 +125,7 @@ impl Calibration {
     }
 }
 
-/// Checks what a file says of itself.
+/// Checks format and version of a file.
 pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationError> {
     if format != FORMAT {
         return Err(CalibrationError::Format);
@@ -174,7 +136,7 @@ pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationEr
     Ok(())
 }
 
-/// Checks what the columns of a map are said to be.
+/// Checks the feature names of a map.
 pub(super) fn check_features(
     field: &'static str,
     expected: &[String],

@@ -30,19 +30,19 @@ use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
-use crate::export::{target_endings, target_for};
+use crate::export::{ShownFTh, target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::finding::{Advice, Face};
 use crate::import::map::ColumnMap;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
-use crate::questions::loops::asked::{AskFigures, AskLoops};
+use crate::questions::loops::asked::{AskFigures, AskLoops, AskVerdict};
 use crate::questions::loops::{LookRequest, Question};
 use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Trained};
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
-use crate::questions::thresholds::asked::ChooseBlock;
+use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 use crate::scoring::numbers::significant;
@@ -187,6 +187,8 @@ pub struct Engine {
     pub layout: Option<serde_json::Value>,
     /// What the thresholds begin with, of these recordings measured this way.
     default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
+    /// The thresholds that stand while the cross-validation minimum of recordings that were just opened is looked for.
+    first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,
     /// What there is to say.
     pub notices: Vec<Notice>,
     /// How many there have been.
@@ -237,6 +239,7 @@ impl Engine {
             unproven: None,
             layout: None,
             default_thresholds: None,
+            first_thresholds: None,
             notices: Vec::new(),
             n_said: 0,
             replacing: None,
@@ -519,6 +522,7 @@ impl Engine {
         if self.analysis().is_none() {
             self.lanes.of_mut::<AskLoops>().forget();
             self.lanes.of_mut::<AskFigures>().forget();
+            self.lanes.of_mut::<AskVerdict>().forget();
         }
     }
 

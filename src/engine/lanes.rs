@@ -7,7 +7,7 @@ use crate::questions::check::faulty::FindFaults;
 use crate::questions::check::query::CheckData;
 use crate::questions::errors::asked::Analyse;
 use crate::questions::expected_error::asked::AskExpectedError;
-use crate::questions::loops::asked::{AskFigures, AskLoops};
+use crate::questions::loops::asked::{AskFigures, AskLoops, AskVerdict};
 use crate::questions::models::asked::{Compare, FindBest, Train};
 use crate::questions::question::Query;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
@@ -23,6 +23,7 @@ impl Lanes {
             Box::new(Lane::<FindFaults>::new(notify)),
             Box::new(Lane::<AskLoops>::new(notify)),
             Box::new(Lane::<AskFigures>::new(notify)),
+            Box::new(Lane::<AskVerdict>::new(notify)),
             Box::new(Lane::<StudyThresholds>::new(notify)),
             Box::new(Lane::<CheckData>::new(notify)),
             Box::new(Lane::<AskExpectedError>::new(notify)),

@@ -49,8 +49,10 @@ enum Origin {
     Search(u64, usize),
     /// A comparison, and its so many-th candidate.
     Paper(u64, usize),
-    /// Somebody kept it.
+    /// The user kept it.
     Kept,
+    /// It is that of the settings of now.
+    Present,
 }
 
 /// A row of the list.
@@ -249,6 +251,27 @@ impl Models {
             mark: Mark::None,
             data: String::new(),
             origin: Origin::Kept,
+            recordings: Arc::downgrade(recordings),
+        });
+    }
+
+    /// Whether the settings of now have a row of these recordings.
+    pub(super) fn has_present(&self, project: &Project) -> bool {
+        self.rows.iter().any(|row| row.is_present(project) && !row.is_stale(project))
+    }
+
+    /// Takes the model of the settings of now in the place of those of before.
+    pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
+        self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
+        self.push(Row {
+            id: 0,
+            name: "Settings of now".to_owned(),
+            is_pinned: false,
+            settings: model.settings.clone(),
+            state: State::Ready(Box::new(model)),
+            mark: Mark::None,
+            data: String::new(),
+            origin: Origin::Present,
             recordings: Arc::downgrade(recordings),
         });
     }

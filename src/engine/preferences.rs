@@ -58,6 +58,7 @@ fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T
 /// | `maps` | none | 40 column maps, newest first |
 /// | `layout` | the program's | |
 /// | `toured` | no | whether the tour was seen or skipped |
+/// | `advanced` | no | whether the advanced settings are in sight |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
@@ -78,6 +79,9 @@ pub struct Preferences {
     /// Whether the tour was seen or skipped.
     #[serde(deserialize_with = "one_by_one")]
     pub toured: bool,
+    /// Whether the advanced settings are in sight.
+    #[serde(deserialize_with = "one_by_one")]
+    pub advanced: bool,
 }
 
 impl Default for Preferences {
@@ -89,6 +93,7 @@ impl Default for Preferences {
             maps: Vec::new(),
             layout: None,
             toured: false,
+            advanced: false,
         }
     }
 }
@@ -148,6 +153,7 @@ impl Preferences {
         take(&self.text_scale, &known.text_scale, &mut file.text_scale);
         take(&self.layout, &known.layout, &mut file.layout);
         take(&self.toured, &known.toured, &mut file.toured);
+        take(&self.advanced, &known.advanced, &mut file.advanced);
         let forgotten = forgotten(&self.recent, &known.recent, MAX_RECENT);
         file.recent.retain(|path| !forgotten.contains(&path));
         let newest = newest(&self.recent, &known.recent);
@@ -240,6 +246,7 @@ mod tests {
             theme: Theme::Light,
             text_scale: 1.5,
             toured: true,
+            advanced: true,
             ..Preferences::default()
         };
         preferences.remember(Path::new("/a.csv"));

@@ -56,6 +56,8 @@ pub enum Done {
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
     /// The model of these recordings is there.
     Kept(Arc<RecordingSet>, Box<Model>),
+    /// The model of the settings of now, of these recordings.
+    Present(Arc<RecordingSet>, Box<Model>),
 }
 
 impl Task {
@@ -180,6 +182,19 @@ impl Task {
             let model = Model::fitted(settings.clone(), &calibration, &recordings);
             Ok(Done::Kept(Arc::clone(&recordings), Box::new(model)))
         })
+    }
+
+    /// Finds out what the calibration of the settings of now costs; nobody waits for it.
+    pub fn list_present(
+        recordings: Arc<RecordingSet>,
+        settings: FitSettings,
+        calibration: Arc<Calibration>,
+    ) -> Self {
+        let task = Self::new("Listing the settings of now", move |_| {
+            let model = Model::fitted(settings.clone(), &calibration, &recordings);
+            Ok(Done::Present(Arc::clone(&recordings), Box::new(model)))
+        });
+        Self { is_seen: false, ..task }
     }
 }
 

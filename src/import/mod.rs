@@ -19,6 +19,7 @@
 
 mod assemble;
 pub mod clock_offset;
+mod device_rows;
 mod error;
 mod estimate;
 mod folder;

@@ -8,6 +8,7 @@ mod cause;
 mod chance;
 mod columns;
 mod fits;
+mod samples;
 
 use faer::Mat;
 use serde::Serialize;
@@ -17,6 +18,7 @@ use crate::recording::{Axis, Recording};
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
 pub use crate::scoring::rig::columns::NoGauge;
 use crate::scoring::rig::fits::{Forward, Shape};
+pub use crate::scoring::rig::samples::ChannelFault;
 
 /// Units that all recordings are cut into, at least: so many say how far they differ by themselves.
 const UNITS: usize = 12;
@@ -43,6 +45,8 @@ pub struct Rig {
     scales: Vec<(f64, f64)>,
     /// How far each gauge moves, in its scale.
     spans: Vec<f64>,
+    /// Noise of each gauge in each run, in its scale, and whether the samples of the run have no order.
+    noise: Vec<(Vec<f64>, bool)>,
 }
 
 /// Zero and sensitivity of the gauges in one recording, or in consecutive ones that are taken together.
@@ -75,11 +79,11 @@ impl Rig {
             axes: axes.iter().map(|axis| first.axes()[*axis]).collect(),
             full_scale: axes.iter().map(|axis| full_scale[*axis]).collect(),
         };
-        let order = in_order_of_time(recordings);
+        let order = by_table(recordings, in_order_of_time(recordings));
         let n_runs = order.len().min(RUNS);
         let run_of = |at: usize| at * n_runs / order.len();
-        let mut runs = vec![Vec::new(); n_runs];
-        order.iter().enumerate().for_each(|(at, recording)| runs[run_of(at)].push(*recording));
+        let mut runs: Vec<Vec<usize>> = vec![Vec::new(); n_runs];
+        order.iter().enumerate().for_each(|(at, own)| runs[run_of(at)].extend(own));
         let of_each = UNITS.div_ceil(n_runs).max(2);
         let mut units = Vec::new();
         for (run, own) in runs.iter().enumerate() {
@@ -115,7 +119,10 @@ impl Rig {
                 units.push(Unit { run, sums });
             }
         }
-        Some(Self { units, shape, runs, scales, spans })
+        let mut rig = Self { units, shape, runs, scales, spans, noise: Vec::new() };
+        let is_static = |run: &Vec<usize>| run.iter().any(|at| recordings[*at].is_static());
+        rig.noise = rig.noise(recordings).into_iter().zip(rig.runs.iter().map(is_static)).collect();
+        Some(rig)
     }
 
     /// Recordings of a run, by their positions among those that were given.
@@ -213,6 +220,19 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
         order.sort_by(|a, b| started[*a].total_cmp(&started[*b]));
     }
     order
+}
+
+/// Load cases of one table taken together, where there are several tables or recordings.
+fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
+    let is_one_table = |a: &usize, b: &usize| {
+        let [a, b] = [recordings[*a], recordings[*b]];
+        a.is_static() && b.is_static() && a.source() == b.source()
+    };
+    let tables: Vec<Vec<usize>> = order.chunk_by(is_one_table).map(<[usize]>::to_vec).collect();
+    match tables.len() {
+        1 => order.into_iter().map(|own| vec![own]).collect(),
+        _ => tables,
+    }
 }
 
 /// Mean and standard deviation of each gauge, and how far it moves in them.

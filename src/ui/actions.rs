@@ -8,7 +8,7 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
 use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::{Role, Tare};
-use crate::ui::command::{Command, ImageTo, Pane, PaneMove, Preset, TimeMove};
+use crate::ui::command::{Command, ImageTo, Pane, PaneMove, TimeMove, Workspace};
 use crate::ui::panes;
 use crate::ui::plots;
 use crate::ui::settings_panel;
@@ -340,13 +340,34 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Arrangements of panes.
-pub fn arrangements() -> Vec<Action> {
-    let keys = [Key::F5, Key::F6, Key::F7].map(alone);
-    let arrange = |((preset, title, explanation), keys)| {
-        action(title, explanation, keys, Command::Arrange(preset))
+/// Workspaces, and what is done with the one on screen.
+pub fn workspaces() -> Vec<Action> {
+    let keys = [Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8].map(alone);
+    let show = |((workspace, title, explanation), keys)| {
+        let name = format!("Workspace {title}");
+        action(name, explanation, keys, Command::Show(workspace))
     };
-    Preset::ALL.into_iter().zip(keys).map(arrange).collect()
+    let own = [
+        action(
+            "Maximise a pane, or show all panes",
+            "The pane under the pointer fills the window; a double click on a tab does the same",
+            alone(Key::F9),
+            Command::ToggleMaximized(None),
+        ),
+        action(
+            "Presenter mode, full screen",
+            "No menus, and everything larger, for a projector; the same key ends it",
+            alone(Key::F11),
+            Command::TogglePresenter,
+        ),
+        action(
+            "Reset this workspace",
+            "Gives the panes of the workspace on screen their first places",
+            None,
+            Command::ResetWorkspace,
+        ),
+    ];
+    Workspace::ALL.into_iter().zip(keys).map(show).chain(own).collect()
 }
 
 /// Panes by number.
@@ -442,7 +463,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         roles(engine),
         settings(engine),
         models(engine),
-        arrangements(),
+        workspaces(),
         panes(),
         panes::all().flat_map(places).collect(),
         text_scales(),
@@ -479,7 +500,7 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ve
         let own = [Modifiers::NONE, Modifiers::SHIFT].contains(&keys.modifiers)
             || keys.logical_key == Key::Z;
         let taken = (typing && own) || (focused && keys.logical_key == Key::Space);
-        let is_function_key = matches!(keys.logical_key, Key::F1 | Key::F5 | Key::F6 | Key::F7);
+        let is_function_key = (Key::F1..=Key::F12).contains(&keys.logical_key);
         if taken && !is_function_key {
             continue;
         }

@@ -25,12 +25,12 @@ pub fn focus_ring(painter: &egui::Painter, around: egui::Rect) {
     painter.rect_stroke(around, 2.0, ring, egui::StrokeKind::Inside);
 }
 
-/// Makes the window look as the preferences say.
-pub fn apply(context: &egui::Context, preferences: &Preferences) {
+/// Makes the window look as the preferences say, and this many times as large.
+pub fn apply(context: &egui::Context, preferences: &Preferences, larger: f32) {
     context.set_theme(match preferences.theme {
         Theme::System => egui::ThemePreference::System,
         Theme::Light => egui::ThemePreference::Light,
         Theme::Dark => egui::ThemePreference::Dark,
     });
-    context.set_zoom_factor(preferences.text_scale);
+    context.set_zoom_factor(larger * preferences.text_scale);
 }

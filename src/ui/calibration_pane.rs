@@ -1,18 +1,16 @@
-//! The calibration matrices with their features named, and their way out.
+//! The calibration matrices with their features named.
 
 use std::ops::Range;
-use std::path::Path;
 
 use egui::RichText;
 
 use crate::calibration::LinearMap;
-use crate::engine::{Action, Engine, Existing};
-use crate::export::{Footprint, TARGETS, caution, target_endings};
+use crate::engine::Engine;
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::report;
 use crate::report::{Cell, Table};
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Kind, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
 use crate::ui::numbers::{elided, significant};
@@ -29,59 +27,35 @@ const NAME_LENGTH: usize = 24;
 pub const PANE: Pane = Pane(&Kind {
     key: "calibration",
     title: "Calibration",
-    explanation: "The matrices with their features named, and their export",
+    explanation: "The matrices with their features named",
 });
 
-/// What is typed.
-#[derive(Debug)]
+/// What is chosen.
+#[derive(Debug, Default)]
 pub struct View {
-    /// The path to export to.
-    path: String,
     /// Whether coefficients are shown with their standard errors.
     uncertain: bool,
 }
 
-impl Default for View {
-    fn default() -> Self {
-        Self { path: "calibration.json".to_owned(), uncertain: false }
-    }
-}
-
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        self.draw(ui, cx.engine, cx.out);
+        self.draw(ui, cx.engine);
     }
 }
 
 impl View {
-    /// Draws the matrices and the export row.
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let Self { path, uncertain } = self;
-        ui.horizontal_wrapped(|ui| {
-        if let Some(analysis) = engine.analysis() {
-            let calibration = &analysis.calibration;
-            if calibration.simulated {
-                ui.warn("of the simulated sensor");
-            }
-            ui.weak(calibration.describe());
-            let footprint = Footprint::of(calibration);
-            let text = footprint.to_string();
-            let label = match footprint.is_large() {
-                true => ui.warn(text),
-                false => ui.weak(text),
-            };
-            label.on_hover_text(
-                "A history rate in the settings, a smaller t_th, or play in place of a look-back takes less memory",
-            );
-        }
-    });
-        export_row(ui, engine, path, out);
+    /// Draws the matrices.
+    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+        let uncertain = &mut self.uncertain;
         let Some(analysis) = engine.analysis() else {
             return;
         };
-        if let Some(caution) = caution(&analysis.calibration, Path::new(path.trim())) {
-            ui.warn(caution);
-        }
+        ui.horizontal_wrapped(|ui| {
+            if analysis.calibration.simulated {
+                ui.warn("of the simulated sensor");
+            }
+            ui.weak(analysis.calibration.describe());
+        });
         let calibration = &analysis.calibration;
         ui.scrolled(|ui| {
             if let Some(learned) = &calibration.learned {
@@ -126,33 +100,6 @@ impl View {
             }
         });
     }
-}
-
-fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
-        let label = ui.label("Export to");
-        let buttons = 118.0;
-        let field = egui::TextEdit::singleline(path)
-            .hint_text(format!("path ending in one of {}", target_endings()))
-            .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
-        let field = ui.add(field).labelled_by(label.id).on_hover_text(
-            "Where the calibration is written; its ending says as what, Enter writes it",
-        );
-        let entered = ui.entered(&field);
-        ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
-            let held = TARGETS.iter();
-            let held = held.map(|target| format!(".{}: {}", target.endings[0], target.holds));
-            let held: Vec<String> = held.collect();
-            let export = ui.press("Export", held.join("\n"));
-            let path = path.trim();
-            if (export || entered) && !path.is_empty() {
-                out.push(Action::Export(path.into(), Existing::Ask).into());
-            }
-            if ui.press("…", "Choose a file") {
-                out.push(Command::ChooseExport);
-            }
-        });
-    });
 }
 
 /// A matrix, one row per axis and one column per feature.

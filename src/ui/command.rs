@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
 use crate::features::Setting;
 
@@ -81,31 +83,52 @@ impl PaneMove {
     ];
 }
 
-/// An arrangement of panes for one kind of work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Preset {
-    /// Settings, traces, errors and the matrix: the main job.
+/// A kind of work, with the panes that it needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Workspace {
+    /// Recordings, their roles and the sensor.
+    Import,
+    /// Settings, traces and errors.
     Calibrate,
-    /// Loops over the traces that they come from.
-    InspectLoops,
-    /// Sliders, traces, and what every other threshold would give.
-    DemonstrateThresholds,
+    /// Loops, the traces that they come from, and the metrology figures.
+    Loops,
+    /// The error for every pair of thresholds.
+    Thresholds,
+    /// The models that were tried.
+    Models,
+    /// The data check, and a log that is still written.
+    Check,
+    /// The matrices and the files that they are written to.
+    Export,
 }
 
-impl Preset {
-    /// All of them, with what menus call them, and what stands where.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+impl Workspace {
+    /// All workspaces in the order of the work, with title and explanation.
+    pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (
-            Self::Calibrate,
-            "Calibrate",
-            "Settings beside the traces, errors and matrices under them",
+            Self::Import,
+            "Import",
+            "Recordings with their roles, groups and faults; the sensor; notes",
         ),
-        (Self::InspectLoops, "Inspect loops", "Loops over the traces that they come from"),
+        (Self::Calibrate, "Calibrate", "Settings beside the traces, with the errors under them"),
         (
-            Self::DemonstrateThresholds,
-            "Demonstrate thresholds",
-            "Sliders beside the traces, and under them what every other pair would give",
+            Self::Loops,
+            "Loops",
+            "Hysteresis loops, the traces that they come from, metrology figures",
         ),
+        (
+            Self::Thresholds,
+            "Thresholds",
+            "The sliders beside the traces, and the error for every pair",
+        ),
+        (Self::Models, "Models", "Finds the best model and compares the models that were tried"),
+        (
+            Self::Check,
+            "Check",
+            "Whether the recordings determine the model; a log that is still written",
+        ),
+        (Self::Export, "Export", "The calibration matrices and the files that they are written to"),
     ];
 }
 
@@ -148,14 +171,22 @@ pub enum ImageTo {
 pub enum Command {
     /// What the engine does.
     Do(Action),
-    /// Bring this pane to the front, or back.
+    /// Bring this pane to the front, in a workspace that has it.
     ShowPane(Pane),
     /// Take this pane away.
     ClosePane(Pane),
     /// Give this pane another place or size.
     MovePane(Pane, PaneMove),
-    /// Arrange the panes so.
-    Arrange(Preset),
+    /// Open this pane in the workspace of now.
+    OpenPane(Pane),
+    /// Show this workspace.
+    Show(Workspace),
+    /// Give the workspace of now its first arrangement.
+    ResetWorkspace,
+    /// Let this pane fill the window, or show all of the workspace again.
+    ToggleMaximized(Option<Pane>),
+    /// Fill the screen with large panes and no menus, or end that.
+    TogglePresenter,
     /// Show what can be done, to search in.
     ShowPalette,
     /// Show the control of this setting, and give it the focus.

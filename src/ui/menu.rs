@@ -5,16 +5,16 @@ use egui::Button;
 use crate::engine::{Action as Do, Engine, Preferences, Theme};
 use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo};
-use crate::ui::command::Command;
+use crate::ui::command::{Command, Workspace};
 use crate::ui::controls::Controls as _;
 use crate::ui::panes;
-use crate::ui::workspace::Workspace;
+use crate::ui::workspace::Workspaces;
 
-/// Draws the menus.
+/// Draws the menus, and beside them the workspaces.
 pub fn menu_bar(
     ui: &mut egui::Ui,
     engine: &Engine,
-    workspace: &Workspace,
+    workspaces: &Workspaces,
     can: CanGo,
     out: &mut Vec<Command>,
 ) {
@@ -30,8 +30,16 @@ pub fn menu_bar(
         ui.menu_button("Edit", |ui| items(ui, actions::edit(can), out));
         ui.menu_button("Roles", |ui| items(ui, actions::roles(engine), out));
         ui.menu_button("Navigate", |ui| items(ui, actions::time(can), out));
-        ui.menu_button("View", |ui| view(ui, engine, workspace, out));
+        ui.menu_button("View", |ui| view(ui, engine, workspaces, out));
         ui.menu_button("Help", |ui| items(ui, actions::help(engine), out));
+        ui.separator();
+        for (workspace, title, explanation) in Workspace::ALL {
+            let is_shown = workspaces.shown() == workspace;
+            let label = egui::RichText::new(title).strong();
+            if ui.selectable_label(is_shown, label).on_hover_text(explanation).clicked() {
+                out.push(Command::Show(workspace));
+            }
+        }
     });
 }
 
@@ -64,14 +72,14 @@ fn recent(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     });
 }
 
-fn view(ui: &mut egui::Ui, engine: &Engine, workspace: &Workspace, out: &mut Vec<Command>) {
-    items(ui, actions::arrangements(), out);
+fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut Vec<Command>) {
+    items(ui, actions::workspaces(), out);
     ui.separator();
     for pane in panes::all() {
-        let mut open = workspace.is_open(pane);
+        let mut open = workspaces.is_open(pane);
         if ui.tick(&mut open, pane.title(), pane.explanation()) {
             out.push(match open {
-                true => Command::ShowPane(pane),
+                true => Command::OpenPane(pane),
                 false => Command::ClosePane(pane),
             });
         }

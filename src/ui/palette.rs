@@ -114,6 +114,10 @@ pub fn visuals(is_dark: bool) -> Visuals {
         }
     };
     visuals.widgets.noninteractive.fg_stroke.color = text;
+    if !is_dark {
+        // A white field on a light pane has no edge of its own.
+        visuals.widgets.inactive.bg_stroke = Stroke::new(1.0, grey(170));
+    }
     visuals
 }
 

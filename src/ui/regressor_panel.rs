@@ -26,14 +26,13 @@ pub fn regressor(
     out: &mut Vec<Command>,
 ) {
     ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Regressor");
+        let label = ui.label("Method");
         let button = ComboBox::from_id_salt("regressor").selected_text(settings.regressor.label());
         let items = Regressor::ALL.into_iter();
         let items = items.map(|one| (one, one.label().into(), one.explanation()));
         choice(ui, button, &mut settings.regressor, items)
             .labelled_by(label.id)
             .on_hover_text(settings.regressor.explanation());
-        ridge(ui, &mut settings.ridge);
     });
     if let Some(learner) = settings.regressor.learner() {
         match learner {
@@ -54,7 +53,8 @@ pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     [&[RIDGE], own].concat()
 }
 
-fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
+/// Draws how strong the ridge is, or how its strength is chosen.
+pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     let (mut auto, mut by_block) = match *ridge {
         RidgeChoice::Strength(_) => (false, false),
         RidgeChoice::Auto => (true, false),

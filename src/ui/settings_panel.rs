@@ -2,8 +2,8 @@
 
 use egui::{DragValue, Slider, SliderClamping};
 
-use crate::calibration::{DECIMATION, FitSettings, OFFSET};
-use crate::engine::{Edit, Engine};
+use crate::calibration::{DECIMATION, FitSettings, OFFSET, RIDGE, RidgeChoice};
+use crate::engine::{Action, Edit, Engine, Preferences};
 use crate::export::ShownFTh;
 use crate::features::{
     Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
@@ -18,6 +18,9 @@ use crate::ui::{blocks_panel, regressor_panel};
 
 /// The t_th slider reaches this far where recordings are longer; larger values can be typed.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
+
+/// Settings that are in sight without the advanced ones.
+pub const IN_SIGHT: [Setting; 2] = [F_TH, T_TH];
 
 /// The pane.
 pub const PANE: Pane = Pane(&Kind {
@@ -53,13 +56,14 @@ pub fn in_use(engine: &Engine) -> Vec<Setting> {
     all
 }
 
-/// Draws the choices of the fit.
+/// Draws the choices of the fit: those of every day, then the advanced ones.
 fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.add_space(4.0);
     // An applied calibration brings its own choices; only how samples are thinned out stays open.
     let mut settings = engine.project().settings.clone();
-    ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {
-        let is_static = engine.project().recordings.is_static();
+    let is_fitted = engine.project().applied.is_none();
+    let is_static = engine.project().recordings.is_static();
+    ui.add_enabled_ui(is_fitted, |ui| {
         if is_static {
             let text = "No times: look-back and all else of the past are off";
             ui.warn(text).on_hover_text(
@@ -68,23 +72,80 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             );
         }
         ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
-        blocks_panel::blocks(ui, &mut settings.features, is_static);
-        auxiliary_references(ui, engine, &mut settings);
         regressor_panel::regressor(ui, engine, &mut settings, out);
-        switch(ui, &OFFSET, &mut settings.offset);
-        ui.horizontal(|ui| {
-            number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
-            ui.weak(HISTORY_RATE.unit.symbol);
+    });
+    changed(ui, &settings, out);
+    let preferences = &engine.preferences;
+    let header = egui::CollapsingHeader::new("Advanced").open(Some(preferences.advanced));
+    let header = header.show(ui, |ui| {
+        ui.add_enabled_ui(is_fitted, |ui| {
+            ui.add_enabled_ui(!is_static, |ui| {
+                more_look_backs(ui, engine, &mut settings.features);
+            });
+            blocks_panel::blocks(ui, &mut settings.features, is_static);
+            auxiliary_references(ui, engine, &mut settings);
+            ui.horizontal_wrapped(|ui| regressor_panel::ridge(ui, &mut settings.ridge));
+            switch(ui, &OFFSET, &mut settings.offset);
+            ui.horizontal(|ui| {
+                number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
+                ui.weak(HISTORY_RATE.unit.symbol);
+            });
         });
+        decimation(ui, &mut settings);
+        ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
     });
-    decimation(ui, &mut settings);
-    ui.add_enabled_ui(engine.project().applied.is_none(), |ui| {
-        full_scales(ui, engine, &mut settings);
-    });
+    if header.header_response.clicked() {
+        let advanced = !preferences.advanced;
+        out.push(Action::Prefer(Preferences { advanced, ..preferences.clone() }).into());
+    }
     if settings != engine.project().settings {
         out.push(Edit::Settings(settings).into());
     }
     ui.add_space(2.0);
+}
+
+/// Lists the advanced settings that are not at their defaults; a press leads to each.
+fn changed(ui: &mut egui::Ui, settings: &FitSettings, out: &mut Vec<Command>) {
+    let default = FitSettings::default();
+    let features = &settings.features;
+    let blocks = features.blocks.used().map(|(block, values)| {
+        (*block.setting(), format!("{} {}", block.name(), block.setting().in_words(values)))
+    });
+    let mut all: Vec<(Setting, String)> = blocks.collect();
+    if features.look_backs.len() > 1 {
+        all.push((F_TH, format!("{} look-backs", features.look_backs.len())));
+    }
+    if settings.ridge != default.ridge {
+        let text = match settings.ridge {
+            RidgeChoice::Strength(strength) => format!("ridge {strength}"),
+            RidgeChoice::Auto => "ridge auto".to_owned(),
+            RidgeChoice::ByBlock => "ridge by block".to_owned(),
+        };
+        all.push((RIDGE, text));
+    }
+    if settings.offset != default.offset {
+        all.push((OFFSET, "no offset".to_owned()));
+    }
+    if settings.decimation != default.decimation {
+        all.push((DECIMATION, format!("decimation {}", settings.decimation)));
+    }
+    if settings.history_rate_hz != default.history_rate_hz {
+        all.push((HISTORY_RATE, format!("history rate {} Hz", settings.history_rate_hz)));
+    }
+    if all.is_empty() {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.weak("Also set:");
+        for (setting, text) in all {
+            if ui.press_small(
+                text,
+                "An advanced setting that is not at its default; a press shows it",
+            ) {
+                out.push(Command::FindSetting(setting));
+            }
+        }
+    });
 }
 
 fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
@@ -148,7 +209,19 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     for other in others {
         other.t_th_secs = t_th_secs;
     }
-    more_look_backs(ui, distance, features);
+}
+
+/// Draws further F_th, and what F_th is measured over.
+fn more_look_backs(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
+    if features.look_backs.is_empty() {
+        return;
+    }
+    let axes = engine.project().axes();
+    let distance = match axes {
+        [] => features.distance,
+        axes => features.distance.effective(axes),
+    };
+    further_f_th(ui, distance, features);
     if axes.iter().any(|axis| axis.is_force()) {
         ui.horizontal_wrapped(|ui| {
             ui.label("F_th is measured over");
@@ -164,7 +237,7 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
 }
 
 /// Further F_th, each with a set of past gauges of its own.
-fn more_look_backs(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSettings) {
+fn further_f_th(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSettings) {
     let ShownFTh { factor, unit } = ShownFTh::of(distance);
     let t_th_secs = features.look_backs[0].t_th_secs;
     let more = features.look_backs[1..].iter();

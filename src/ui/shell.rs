@@ -23,12 +23,16 @@ use crate::ui::panes::Views;
 use crate::ui::picture::Images;
 use crate::ui::time_view::TimeView;
 use crate::ui::tour::Tour;
-use crate::ui::workspace::Workspace;
-use crate::ui::{actions, appearance, live_pane, menu, setting, settings_panel, status_line};
+use crate::ui::workspace::Workspaces;
+use crate::ui::{
+    actions, appearance, live_pane, menu, setting, settings_panel, status_line, verdict, welcome,
+};
 use questions::Questions;
 
 /// One step of the text's size.
 const TEXT_STEP: f32 = 0.1;
+/// How much larger everything is for a projector.
+const PRESENTER_SCALE: f32 = 1.4;
 
 /// The window: the engine behind it, and what only the window remembers.
 pub struct Shell {
@@ -38,8 +42,10 @@ pub struct Shell {
     inbox: Receiver<Command>,
     reply: Reply,
     dialogs: Box<dyn Dialogs>,
-    workspace: Workspace,
+    workspaces: Workspaces,
     views: Views,
+    /// The panes that were drawn last, with their places.
+    places: Vec<(Pane, egui::Rect)>,
     time: TimeView,
     hand: Hand,
     import_fields: ImportFields,
@@ -51,6 +57,8 @@ pub struct Shell {
     pictures: Images,
     /// Whether somebody came with files: then the tour on the built-in sensor is not what they want.
     was_given_files: bool,
+    /// Whether the panes fill the screen, without menus.
+    presents: bool,
     /// Whether the window may close, whatever is not saved.
     closing: bool,
     /// The title that the window has.
@@ -79,8 +87,9 @@ impl Shell {
             inbox,
             reply: Reply { commands, notify },
             dialogs,
-            workspace: Workspace::default(),
+            workspaces: Workspaces::default(),
             views: Views::default(),
+            places: Vec::new(),
             time: TimeView::default(),
             hand: Hand::default(),
             import_fields: ImportFields::default(),
@@ -91,6 +100,7 @@ impl Shell {
             tour: Tour::default(),
             pictures: Images::default(),
             was_given_files,
+            presents: false,
             closing: false,
             title: String::new(),
             looks: None,
@@ -99,12 +109,12 @@ impl Shell {
 
     /// Takes over what was remembered of a person; begins the tour for one who has not had it.
     pub fn with_preferences(mut self, preferences: Preferences) -> Self {
-        if let Some(layout) = preferences.layout.as_ref().and_then(Workspace::from_value) {
-            self.workspace = layout;
+        if let Some(layout) = preferences.layout.as_ref().and_then(Workspaces::from_value) {
+            self.workspaces = layout;
         }
         if !preferences.toured && !self.was_given_files {
             self.tour.begin();
-            self.workspace.bring(self.tour.pane());
+            self.workspaces.bring(self.tour.pane());
         }
         self.engine.preferences = preferences;
         self
@@ -118,7 +128,7 @@ impl Shell {
 
     /// What is to be remembered.
     pub fn preferences(&self) -> Preferences {
-        Preferences { layout: Some(self.workspace.to_value()), ..self.engine.preferences.clone() }
+        Preferences { layout: Some(self.workspaces.to_value()), ..self.engine.preferences.clone() }
     }
 
     /// The engine behind the window.
@@ -133,7 +143,7 @@ impl Shell {
 
     /// The panes that are on screen.
     pub fn on_screen(&self) -> Vec<Pane> {
-        self.workspace.on_screen()
+        self.workspaces.on_screen()
     }
 
     /// Whether anything runs or waits to run.
@@ -180,17 +190,34 @@ impl Shell {
         match command {
             Command::Do(action) => {
                 if matches!(action, Action::Follow(_)) {
-                    self.workspace.bring(live_pane::PANE);
+                    self.workspaces.bring(live_pane::PANE);
                 }
                 self.engine.act(action);
             }
-            Command::ShowPane(pane) => self.workspace.bring(pane),
-            Command::ClosePane(pane) => self.workspace.close(pane),
-            Command::MovePane(pane, to) => self.workspace.move_pane(pane, to),
-            Command::Arrange(preset) => self.workspace = Workspace::preset(preset),
+            Command::ShowPane(pane) => self.workspaces.bring(pane),
+            Command::OpenPane(pane) => self.workspaces.own_mut().bring(pane),
+            Command::ClosePane(pane) => self.workspaces.own_mut().close(pane),
+            Command::MovePane(pane, to) => self.workspaces.own_mut().move_pane(pane, to),
+            Command::Show(workspace) => self.workspaces.show(workspace),
+            Command::ResetWorkspace => self.workspaces.reset(),
+            Command::ToggleMaximized(pane) => {
+                let pointer = ui.ctx().pointer_latest_pos();
+                let place = |(_, place): &&(Pane, egui::Rect)| {
+                    pointer.is_some_and(|pointer| place.contains(pointer))
+                };
+                let pointed = self.places.iter().find(place).or(self.places.first());
+                let pane = pane.or(pointed.map(|(pane, _)| *pane));
+                self.workspaces.toggle_maximized(pane);
+            }
+            Command::TogglePresenter => {
+                self.presents = !self.presents;
+                self.looks = None;
+                ui.send_viewport_cmd(egui::ViewportCommand::Fullscreen(self.presents));
+            }
             Command::ShowPalette => self.palette.open(),
             Command::FindSetting(setting) => {
-                self.workspace.bring(settings_panel::PANE);
+                self.workspaces.bring(settings_panel::PANE);
+                self.engine.preferences.advanced |= !settings_panel::IN_SIGHT.contains(&setting);
                 setting::seek(ui.ctx(), setting);
             }
             Command::ToggleHelp => self.help.toggle(),
@@ -198,7 +225,7 @@ impl Shell {
             Command::ToggleNotices => self.notices.toggle_list(),
             Command::Tour(true) => {
                 self.tour.begin();
-                self.workspace.bring(self.tour.pane());
+                self.workspaces.bring(self.tour.pane());
             }
             Command::Tour(false) => {
                 self.tour.end();
@@ -230,7 +257,7 @@ impl Shell {
                 self.ask_where(content, "There are no traces to save yet");
             }
             Command::SaveSession | Command::SaveSessionAs => {
-                let content = self.engine.session_content(Some(self.workspace.to_value()));
+                let content = self.engine.session_content(Some(self.workspaces.to_value()));
                 let path = self.engine.session.clone();
                 match path.filter(|_| matches!(command, Command::SaveSession)) {
                     Some(path) => {
@@ -284,7 +311,8 @@ impl Shell {
     /// Keeps title, looks and panes true to the engine, asks before something is lost, and writes down what is not saved.
     fn follow_engine(&mut self, ui: &egui::Ui) {
         if self.looks.as_ref() != Some(&self.engine.preferences) {
-            appearance::apply(ui.ctx(), &self.engine.preferences);
+            let larger = if self.presents { PRESENTER_SCALE } else { 1.0 };
+            appearance::apply(ui.ctx(), &self.engine.preferences, larger);
             self.looks = Some(self.engine.preferences.clone());
         }
         let title = self.engine.title();
@@ -292,9 +320,10 @@ impl Shell {
             ui.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
-        if let Some(workspace) = self.engine.layout.take().as_ref().and_then(Workspace::from_value)
+        if let Some(workspaces) =
+            self.engine.layout.take().as_ref().and_then(Workspaces::from_value)
         {
-            self.workspace = workspace;
+            self.workspaces = workspaces;
         }
         if std::mem::take(&mut self.engine.closes) {
             self.closing = true;
@@ -312,8 +341,8 @@ impl Shell {
         if has_own && self.tour.is_on() {
             self.send(Command::Tour(false));
         }
-        let workspace = &self.workspace;
-        self.engine.write_down(&|| workspace.to_value());
+        let workspaces = &self.workspaces;
+        self.engine.write_down(&|| workspaces.to_value());
     }
 
     fn can_go(&self) -> CanGo {
@@ -330,21 +359,34 @@ impl Shell {
         let can = self.can_go();
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
-        egui::Panel::top("menu").show(ui, |ui| {
-            menu::menu_bar(ui, &self.engine, &self.workspace, can, out);
-        });
+        if !self.presents {
+            egui::Panel::top("menu").show(ui, |ui| {
+                menu::menu_bar(ui, &self.engine, &self.workspaces, can, out);
+            });
+        }
+        let mut asked = Vec::new();
+        let is_empty = self.engine.entries().is_empty() && self.engine.followed_file().is_none();
+        if !is_empty && !self.presents {
+            egui::Panel::top("verdict").show(ui, |ui| {
+                let (engine, time, asked) = (&self.engine, &mut self.time, &mut asked);
+                verdict::verdict_strip(ui, &mut Cx { engine, time, out, asked });
+            });
+        }
         egui::Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });
-        let (mut places, mut asked) = (Vec::new(), Vec::new());
+        self.notices.show(ui, &self.engine, out);
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
-            let (engine, asked) = (&self.engine, &mut asked);
-            let mut cx = Cx { engine, time: &mut self.time, out, asked };
-            self.workspace.show(ui, &mut |ui, pane| {
+            let (engine, time, places) = (&self.engine, &mut self.time, &mut self.places);
+            places.clear();
+            if is_empty && !engine.is_busy() {
+                return welcome::choices(ui, engine, out);
+            }
+            self.workspaces.draw(ui, out, &mut |ui, out, pane| {
                 places.push((pane, ui.max_rect()));
                 if let Some(view) = self.views.of(pane) {
-                    view.ui(ui, &mut cx);
+                    view.ui(ui, &mut Cx { engine, time, out, asked: &mut asked });
                 }
             });
         });
@@ -354,8 +396,7 @@ impl Shell {
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
         import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
-        self.notices.show(ui.ctx(), engine, out);
-        self.tour.show(ui.ctx(), &places, out);
+        self.tour.show(ui.ctx(), &self.places, out);
         self.questions.show(ui.ctx(), engine, out);
     }
 }

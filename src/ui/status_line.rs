@@ -48,7 +48,9 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 out.push(Command::ToggleNotices);
             }
         }
-        if let Some(problem) = engine.problem() {
+        if engine.entries().is_empty() {
+            ui.weak("No recordings");
+        } else if let Some(problem) = engine.problem() {
             ui.fail(problem);
         } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;

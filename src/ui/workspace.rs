@@ -1,4 +1,6 @@
-//! Where the panes stand: a tree of tabs, rows and columns that can be dragged about, with arrangements to begin from.
+//! Where the panes stand: for each workspace a tree of tabs, rows and columns that can be dragged about.
+
+use std::collections::BTreeMap;
 
 use egui_tiles::{
     Behavior, Container, Linear, LinearDir, SimplificationOptions, TabState, Tile, TileId, Tiles,
@@ -7,7 +9,7 @@ use egui_tiles::{
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::ui::appearance::focus_ring;
-use crate::ui::command::{Pane, PaneMove, Preset};
+use crate::ui::command::{Command, Pane, PaneMove, Workspace};
 use crate::ui::{panes, trace_panes};
 
 /// What a pane along an edge of the window gets of it.
@@ -34,103 +36,208 @@ fn in_order(mut panes: Vec<Pane>) -> Vec<Pane> {
     panes
 }
 
-/// The tree of panes. Every pane is in it at most once.
+/// The arrangements of all workspaces, and the one on screen.
+#[derive(Serialize, Deserialize)]
+pub struct Workspaces {
+    shown: Workspace,
+    /// Those of workspaces that were shown.
+    arrangements: BTreeMap<Workspace, Arrangement>,
+    /// The pane that fills the window.
+    #[serde(skip)]
+    maximized: Option<Pane>,
+}
+
+impl Default for Workspaces {
+    fn default() -> Self {
+        Self::first(Workspace::Calibrate)
+    }
+}
+
+impl Workspaces {
+    fn first(shown: Workspace) -> Self {
+        let arrangements = [(shown, Arrangement::of(shown))].into();
+        Self { shown, arrangements, maximized: None }
+    }
+
+    /// Reads what [`Self::to_value`] wrote; `None` where it cannot be used.
+    pub fn from_value(value: &serde_json::Value) -> Option<Self> {
+        let mut read: Self = serde_json::from_value(value.clone()).ok()?;
+        read.show(read.shown);
+        read.arrangements.values().all(Arrangement::is_sound).then_some(read)
+    }
+
+    /// The arrangements as JSON.
+    pub fn to_value(&self) -> serde_json::Value {
+        serde_json::to_value(self).unwrap_or_default()
+    }
+
+    /// The workspace on screen.
+    pub fn shown(&self) -> Workspace {
+        self.shown
+    }
+
+    /// Shows a workspace as the user left it.
+    pub fn show(&mut self, workspace: Workspace) {
+        self.arrangements.entry(workspace).or_insert_with(|| Arrangement::of(workspace));
+        self.shown = workspace;
+        self.maximized = None;
+    }
+
+    /// Gives the workspace on screen its first arrangement.
+    pub fn reset(&mut self) {
+        self.arrangements.remove(&self.shown);
+        self.show(self.shown);
+    }
+
+    fn own(&self) -> &Arrangement {
+        &self.arrangements[&self.shown]
+    }
+
+    /// The arrangement on screen.
+    pub fn own_mut(&mut self) -> &mut Arrangement {
+        self.arrangements.entry(self.shown).or_insert_with(|| Arrangement::of(self.shown))
+    }
+
+    /// Whether the workspace on screen has this pane.
+    pub fn is_open(&self, pane: Pane) -> bool {
+        self.own().is_open(pane)
+    }
+
+    /// The panes on screen: open, and in front of their tabs.
+    pub fn on_screen(&self) -> Vec<Pane> {
+        self.maximized.map_or_else(|| self.own().on_screen(), |pane| vec![pane])
+    }
+
+    /// Brings a pane to the front: here, or else in the first workspace that has it.
+    pub fn bring(&mut self, pane: Pane) {
+        let has_it = |workspace: &Workspace| match self.arrangements.get(workspace) {
+            Some(arrangement) => arrangement.is_open(pane),
+            None => Arrangement::of(*workspace).is_open(pane),
+        };
+        let all = Workspace::ALL.iter().map(|(workspace, ..)| *workspace);
+        let place = std::iter::once(self.shown).chain(all).find(has_it);
+        self.maximized.take_if(|own| *own != pane);
+        if let Some(place) = place.filter(|place| *place != self.shown) {
+            self.show(place);
+        }
+        self.own_mut().bring(pane);
+    }
+
+    /// Lets a pane fill the window (without one, that under the focus or the largest); shows all panes again where one does.
+    pub fn toggle_maximized(&mut self, pane: Option<Pane>) {
+        self.maximized = match self.maximized {
+            Some(_) => None,
+            None => pane.filter(|pane| self.is_open(*pane)),
+        };
+    }
+
+    /// Draws the panes.
+    pub fn draw(
+        &mut self,
+        ui: &mut egui::Ui,
+        out: &mut Vec<Command>,
+        draw: &mut dyn FnMut(&mut egui::Ui, &mut Vec<Command>, Pane),
+    ) {
+        let maximized = self.maximized;
+        let own = self.own_mut();
+        let mut drawing = Drawing { draw, focus: own.focus.take(), out };
+        match maximized {
+            Some(mut pane) => {
+                ui.horizontal(|ui| {
+                    let title = egui::Label::new(egui::RichText::new(pane.title()).strong());
+                    let title = ui.add(title.sense(egui::Sense::click()));
+                    let back =
+                        ui.button("All panes").on_hover_text("Shows the whole workspace again; F9");
+                    if title.double_clicked() || back.clicked() {
+                        drawing.out.push(Command::ToggleMaximized(None));
+                    }
+                });
+                let _ = drawing.pane_ui(ui, TileId::from_u64(0), &mut pane);
+            }
+            None if own.tree.is_empty() => {
+                ui.centered_and_justified(|ui| {
+                    ui.label("Every pane of this workspace is closed; the View menu opens panes and resets the workspace");
+                });
+            }
+            None => own.tree.ui(&mut drawing, ui),
+        }
+    }
+}
+
+/// A tree of panes. Every pane is in it at most once.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
-pub struct Workspace {
+pub struct Arrangement {
     tree: Tree<Pane>,
     /// The pane that is to have the keyboard's focus.
     #[serde(skip)]
     focus: Option<Pane>,
 }
 
-impl Default for Workspace {
-    fn default() -> Self {
-        Self::preset(Preset::Calibrate)
-    }
-}
-
-impl Workspace {
-    /// One of the arrangements to begin from.
-    pub fn preset(preset: Preset) -> Self {
+impl Arrangement {
+    /// The first arrangement of a workspace.
+    pub fn of(workspace: Workspace) -> Self {
         use crate::ui::{
             calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
-            errors_pane::PANE as ERRORS, live_pane::PANE as LIVE, loops_pane::PANE as LOOPS,
-            metrology_pane::PANE as METROLOGY, models_pane::PANE as MODELS,
-            notes_pane::PANE as NOTES, recordings_panel::PANE as RECORDINGS,
-            sensor_pane::PANE as SENSOR, settings_panel::PANE as SETTINGS,
-            thresholds_pane::PANE as THRESHOLDS, trace_panes::PANE as TRACES,
+            errors_pane::PANE as ERRORS, export_pane::PANE as EXPORT, live_pane::PANE as LIVE,
+            loops_pane::PANE as LOOPS, metrology_pane::PANE as METROLOGY,
+            models_pane::PANE as MODELS, notes_pane::PANE as NOTES,
+            recordings_panel::PANE as RECORDINGS, sensor_pane::PANE as SENSOR,
+            settings_panel::PANE as SETTINGS, thresholds_pane::PANE as THRESHOLDS,
+            trace_panes::PANE as TRACES,
         };
         let mut tiles = Tiles::default();
         let mut build = Build(&mut tiles);
-        let root = match preset {
-            Preset::Calibrate => {
-                let (top, below) = (build.tabs(&[RECORDINGS]), build.tabs(&[SETTINGS]));
-                let left = build.column([top, below], 0.5);
-                let middle = build
-                    .tabs(&[TRACES, THRESHOLDS, MODELS, LOOPS, METROLOGY, LIVE, CHECK, SENSOR]);
-                let (errors, matrix) = (build.tabs(&[ERRORS]), build.tabs(&[CALIBRATION, NOTES]));
-                let foot = build.row([errors, matrix], 0.66);
-                let right = build.column([middle, foot], 0.68);
-                build.row([left, right], 0.32)
+        let (left, right, share) = match workspace {
+            Workspace::Import => {
+                let foot = build.tabs(&[SENSOR, NOTES]);
+                let traces = build.tabs(&[TRACES]);
+                (build.tabs(&[RECORDINGS]), build.column([traces, foot], 0.62), 0.4)
             }
-            Preset::InspectLoops => {
-                let left = build.tabs(&[SETTINGS, RECORDINGS]);
-                let loops = build.tabs(&[LOOPS, METROLOGY, MODELS, CHECK, SENSOR]);
-                let traces = build.tabs(&[TRACES, THRESHOLDS, ERRORS, CALIBRATION, NOTES, LIVE]);
-                let right = build.column([loops, traces], 0.5);
-                build.row([left, right], 0.26)
+            Workspace::Calibrate => {
+                let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
+                let (traces, errors) = (build.tabs(&[TRACES]), build.tabs(&[ERRORS]));
+                let left = build.column([settings, recordings], 0.5);
+                (left, build.column([traces, errors], 0.66), 0.28)
             }
-            Preset::DemonstrateThresholds => {
-                let (settings, others) = (
-                    build.tabs(&[SETTINGS, RECORDINGS]),
-                    build.tabs(&[ERRORS, CALIBRATION, NOTES]),
-                );
-                let left = build.column([settings, others], 0.62);
-                let traces = build.tabs(&[TRACES, LOOPS, METROLOGY, MODELS, LIVE, CHECK, SENSOR]);
-                let map = build.tabs(&[THRESHOLDS]);
-                let right = build.column([traces, map], 0.5);
-                build.row([left, right], 0.34)
+            Workspace::Loops => {
+                let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
+                let (traces, figures) = (build.tabs(&[TRACES]), build.tabs(&[METROLOGY]));
+                let foot = build.row([traces, figures], 0.55);
+                let loops = build.tabs(&[LOOPS]);
+                let left = build.column([settings, recordings], 0.5);
+                (left, build.column([loops, foot], 0.5), 0.24)
+            }
+            Workspace::Thresholds => {
+                let (settings, errors) = (build.tabs(&[SETTINGS]), build.tabs(&[ERRORS]));
+                let (traces, map) = (build.tabs(&[TRACES]), build.tabs(&[THRESHOLDS]));
+                let left = build.column([settings, errors], 0.5);
+                (left, build.column([traces, map], 0.5), 0.32)
+            }
+            Workspace::Models => {
+                let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
+                let (models, errors) = (build.tabs(&[MODELS]), build.tabs(&[ERRORS]));
+                let left = build.column([settings, recordings], 0.6);
+                (left, build.column([models, errors], 0.72), 0.26)
+            }
+            Workspace::Check => {
+                let (check, traces) = (build.tabs(&[CHECK]), build.tabs(&[TRACES, LIVE]));
+                (build.tabs(&[RECORDINGS]), build.column([check, traces], 0.5), 0.34)
+            }
+            Workspace::Export => {
+                let (export, errors) = (build.tabs(&[EXPORT]), build.tabs(&[ERRORS, NOTES]));
+                let matrix = build.tabs(&[CALIBRATION]);
+                (export, build.column([matrix, errors], 0.66), 0.34)
             }
         };
-        let mut workspace = Self { tree: tree(root, tiles), focus: None };
-        workspace.add_missing();
-        workspace
+        let root = build.row([left, right], share);
+        Self { tree: tree(root, tiles), focus: None }
     }
 
-    /// Puts panes that no arrangement names behind the traces.
-    fn add_missing(&mut self) {
-        for pane in panes::all().filter(|pane| !self.is_open(*pane)).collect::<Vec<_>>() {
-            let new = self.tree.tiles.insert_pane(pane);
-            if let Some(home) = self.home() {
-                self.tree.move_tile_to_container(new, home, usize::MAX, false);
-            }
-        }
-    }
-
-    /// Reads what [`Self::to_value`] wrote; `None` where it cannot be used.
-    pub fn from_value(value: &serde_json::Value) -> Option<Self> {
-        let workspace: Self = serde_json::from_value(value.clone()).ok()?;
-        let panes = in_order(workspace.panes().map(|(_, pane)| pane).collect());
-        let is_sound = panes.windows(2).all(|pair| pair[0] != pair[1]);
-        (is_sound && !panes.is_empty()).then_some(workspace)
-    }
-
-    /// The arrangement as JSON.
-    pub fn to_value(&self) -> serde_json::Value {
-        serde_json::to_value(self).unwrap_or_default()
-    }
-
-    /// Draws the panes.
-    pub fn show(&mut self, ui: &mut egui::Ui, draw: &mut dyn FnMut(&mut egui::Ui, Pane)) {
-        if self.tree.is_empty() {
-            ui.centered_and_justified(|ui| {
-                ui.label("Every pane is closed; choose some in the View menu");
-            });
-            return;
-        }
-        let focus = self.focus.take();
-        self.tree.ui(&mut Drawing { draw, focus }, ui);
+    /// Whether it holds panes, each once.
+    fn is_sound(&self) -> bool {
+        let panes = in_order(self.panes().map(|(_, pane)| pane).collect());
+        panes.windows(2).all(|pair| pair[0] != pair[1]) && !panes.is_empty()
     }
 
     /// The panes that are on screen: open, and in front among their tabs.
@@ -150,7 +257,10 @@ impl Workspace {
         if !self.is_open(pane) {
             let new = self.tree.tiles.insert_pane(pane);
             match self.home() {
-                Some(home) => self.tree.move_tile_to_container(new, home, usize::MAX, true),
+                Some(home) => {
+                    let at = self.place_in(home, pane);
+                    self.tree.move_tile_to_container(new, home, at, true);
+                }
                 None => {
                     let root = self.tree.tiles.insert_tab_tile(vec![new]);
                     self.set_root(root);
@@ -270,6 +380,15 @@ impl Workspace {
         with_traces.or_else(any).map(|(id, _)| id)
     }
 
+    /// How many tabs of this group stand before a pane in the order of menus.
+    fn place_in(&self, home: TileId, pane: Pane) -> usize {
+        let order = |pane: Pane| panes::all().position(|own| own == pane);
+        let tabs = self.tree.tiles.get_container(home).map(Container::children_vec);
+        let tabs = tabs.unwrap_or_default().into_iter();
+        let panes = tabs.filter_map(|tab| self.tree.tiles.get_pane(&tab));
+        panes.filter(|own| order(**own) < order(pane)).count()
+    }
+
     fn panes(&self) -> impl Iterator<Item = (TileId, Pane)> {
         self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
             Tile::Pane(pane) => Some((*id, *pane)),
@@ -314,9 +433,10 @@ impl Build<'_> {
 }
 
 struct Drawing<'a> {
-    draw: &'a mut dyn FnMut(&mut egui::Ui, Pane),
+    draw: &'a mut dyn FnMut(&mut egui::Ui, &mut Vec<Command>, Pane),
     /// The pane that is to have the focus.
     focus: Option<Pane>,
+    out: &'a mut Vec<Command>,
 }
 
 impl Behavior<Pane> for Drawing<'_> {
@@ -333,7 +453,7 @@ impl Behavior<Pane> for Drawing<'_> {
         }
         egui::Frame::NONE.inner_margin(egui::Margin::symmetric(6, 4)).show(ui, |ui| {
             ui.set_min_size(ui.available_size());
-            (self.draw)(ui, *pane);
+            (self.draw)(ui, self.out, *pane);
         });
         UiResponse::None
     }
@@ -342,20 +462,52 @@ impl Behavior<Pane> for Drawing<'_> {
         pane.title().into()
     }
 
-    fn on_tab_button(
+    /// Draws a tab; what closes it comes with the pointer, in a place that is kept for it.
+    fn tab_ui(
         &mut self,
         tiles: &mut Tiles<Pane>,
+        ui: &mut egui::Ui,
+        id: egui::Id,
         tile: TileId,
-        response: egui::Response,
+        state: &TabState,
     ) -> egui::Response {
-        match tiles.get_pane(&tile) {
-            Some(pane) => response.on_hover_text(pane.explanation()),
-            None => response,
+        const CLOSE: egui::Vec2 = egui::Vec2::splat(10.0);
+        const MARGIN: f32 = 8.0;
+        let text = self.tab_title_for_tile(tiles, tile);
+        let font = egui::TextStyle::Button.resolve(ui.style());
+        let text = text.into_galley(ui, Some(egui::TextWrapMode::Extend), f32::INFINITY, font);
+        let width = text.size().x + 2.0 * MARGIN + CLOSE.x;
+        let (_, place) = ui.allocate_space(egui::vec2(width, ui.available_height()));
+        let tab = ui.interact(place, id, egui::Sense::click_and_drag());
+        tab.widget_info(|| {
+            egui::WidgetInfo::selected(egui::Role::Button, true, state.active, text.text())
+        });
+        let Some(pane) = tiles.get_pane(&tile).copied() else { return tab };
+        if ui.is_rect_visible(place) && !state.is_being_dragged {
+            let fill = self.tab_bg_color(ui.visuals(), tiles, tile, state);
+            ui.painter().rect_filled(place.shrink(0.5), 0.0, fill);
+            let color = self.tab_text_color(ui.visuals(), tiles, tile, state);
+            let at = egui::pos2(place.left() + MARGIN, place.center().y - 0.5 * text.size().y);
+            ui.painter().galley(at, text, color);
         }
-    }
-
-    fn is_tab_closable(&self, tiles: &Tiles<Pane>, tile: TileId) -> bool {
-        tiles.get_pane(&tile).is_some()
+        if ui.rect_contains_pointer(place) {
+            let center = egui::pos2(place.right() - MARGIN, place.center().y);
+            let cross = egui::Rect::from_center_size(center, CLOSE);
+            let close = ui.interact(cross, id.with("close"), egui::Sense::click());
+            close.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "Close"));
+            let stroke = ui.style().interact(&close).fg_stroke;
+            let cross = cross.shrink(2.0);
+            ui.painter().line_segment([cross.left_top(), cross.right_bottom()], stroke);
+            ui.painter().line_segment([cross.right_top(), cross.left_bottom()], stroke);
+            let close = close.on_hover_text("Close; the View menu opens it again");
+            if close.clicked() {
+                self.out.push(Command::ClosePane(pane));
+            }
+        }
+        if tab.double_clicked() {
+            self.out.push(Command::ToggleMaximized(Some(pane)));
+        }
+        tab.on_hover_text(format!("{}. A double click maximises it", pane.explanation()))
     }
 
     fn tab_bg_color(
@@ -393,20 +545,46 @@ mod tests {
         panes::all().collect()
     }
 
-    fn open(workspace: &Workspace) -> Vec<Pane> {
+    fn open(workspace: &Arrangement) -> Vec<Pane> {
         in_order(workspace.panes().map(|(_, pane)| pane).collect())
     }
 
+    /// Everything in tabs beside the traces.
+    fn full() -> Arrangement {
+        let mut arrangement = Arrangement::of(Workspace::Calibrate);
+        all().into_iter().for_each(|pane| arrangement.bring(pane));
+        arrangement
+    }
+
     #[test]
-    fn every_arrangement_holds_every_pane_once() {
-        for (preset, ..) in Preset::ALL {
-            assert_eq!(open(&Workspace::preset(preset)), all(), "{preset:?}");
+    fn every_pane_has_a_workspace_and_each_shows_three_to_five_at_once() {
+        let first = Workspace::ALL.map(|(workspace, ..)| Arrangement::of(workspace));
+        assert!(first.iter().all(|own| (3..=5).contains(&own.on_screen().len())));
+        assert!(first.iter().all(Arrangement::is_sound));
+        for pane in all() {
+            assert!(first.iter().any(|own| own.is_open(pane)), "{}", pane.title());
         }
     }
 
     #[test]
+    fn a_pane_is_brought_where_it_is_and_each_workspace_keeps_its_own_arrangement() {
+        let mut workspaces = Workspaces::default();
+        workspaces.own_mut().close(named("errors"));
+        workspaces.bring(named("loops"));
+        assert_eq!(workspaces.shown(), Workspace::Loops);
+        workspaces.show(Workspace::Calibrate);
+        assert!(!workspaces.is_open(named("errors")));
+        workspaces.toggle_maximized(Some(named("traces")));
+        assert_eq!(workspaces.on_screen(), [named("traces")]);
+        workspaces.toggle_maximized(None);
+        assert_eq!(workspaces.on_screen().len(), 3);
+        workspaces.reset();
+        assert!(workspaces.is_open(named("errors")));
+    }
+
+    #[test]
     fn a_closed_pane_comes_back_to_the_traces_even_when_all_are_closed() {
-        let mut workspace = Workspace::default();
+        let mut workspace = full();
         workspace.close(named("loops"));
         assert!(!workspace.is_open(named("loops")));
         workspace.bring(named("loops"));
@@ -425,13 +603,13 @@ mod tests {
 
     #[test]
     fn a_pane_goes_to_an_edge_and_to_the_next_tabs_without_a_mouse() {
-        let mut workspace = Workspace::default();
+        let mut workspace = full();
         workspace.move_pane(named("loops"), PaneMove::Right);
         assert_eq!(open(&workspace), all());
         let mut groups = Vec::new();
         workspace.collect_tabs(workspace.tree.root(), &mut groups);
         let own = workspace.tree.tiles.find_pane(&named("loops")).unwrap();
-        let group = |workspace: &Workspace| workspace.tree.tiles.parent_of(own).unwrap();
+        let group = |workspace: &Arrangement| workspace.tree.tiles.parent_of(own).unwrap();
         assert_eq!(groups.last(), Some(&group(&workspace)));
         workspace.move_pane(named("loops"), PaneMove::NextTabs);
         assert_eq!(group(&workspace), groups[0], "after the last comes the first");
@@ -441,7 +619,7 @@ mod tests {
 
     #[test]
     fn a_pane_alone_stays_where_it_is() {
-        let mut workspace = Workspace::default();
+        let mut workspace = full();
         for pane in panes::all().filter(|pane| *pane != named("traces")) {
             workspace.close(pane);
         }
@@ -454,8 +632,8 @@ mod tests {
 
     #[test]
     fn a_pane_grows_by_what_its_neighbours_give() {
-        let mut workspace = Workspace::default();
-        let share = |workspace: &Workspace| {
+        let mut workspace = full();
+        let share = |workspace: &Arrangement| {
             let tile = workspace.tree.tiles.find_pane(&named("errors")).unwrap();
             let tabs = workspace.tree.tiles.parent_of(tile).unwrap();
             let row = workspace.tree.tiles.parent_of(tabs).unwrap();
@@ -472,16 +650,18 @@ mod tests {
     }
 
     #[test]
-    fn an_arrangement_comes_back_from_json_and_a_broken_one_does_not() {
-        let mut workspace = Workspace::preset(Preset::InspectLoops);
-        workspace.close(named("compare"));
-        let value = workspace.to_value();
-        let back = Workspace::from_value(&value).expect("what was written");
-        assert_eq!(open(&back), open(&workspace));
-        assert_eq!(back.on_screen(), workspace.on_screen());
-        assert!(Workspace::from_value(&serde_json::json!({"tree": 1})).is_none());
+    fn arrangements_come_back_from_json_and_a_broken_one_does_not() {
+        let mut workspaces = Workspaces::default();
+        workspaces.show(Workspace::Loops);
+        workspaces.own_mut().close(named("recordings"));
+        let value = workspaces.to_value();
+        let back = Workspaces::from_value(&value).expect("what was written");
+        assert_eq!(back.shown(), Workspace::Loops);
+        assert_eq!(back.on_screen(), workspaces.on_screen());
+        assert_eq!(back.to_value(), value);
+        assert!(Workspaces::from_value(&serde_json::json!({"tree": 1})).is_none());
         let twice = value.to_string().replace("\"metrology\"", "\"loops\"");
         let twice = serde_json::from_str(&twice).unwrap();
-        assert!(Workspace::from_value(&twice).is_none(), "a pane twice");
+        assert!(Workspaces::from_value(&twice).is_none(), "a pane twice");
     }
 }

@@ -10,7 +10,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use loopscope::ui;
-use loopscope::ui::{Command, PaneMove, Preset, Shell, TimeMove};
+use loopscope::ui::{Command, PaneMove, Shell, TimeMove, Workspace};
 
 /// A small generator whose numbers follow from its seed (splitmix64).
 #[derive(Clone)]
@@ -104,9 +104,10 @@ const KEYS: [Key; 30] = [
     Key::Z,
     Key::Num0,
     Key::F1,
+    Key::F2,
+    Key::F4,
     Key::F5,
-    Key::F6,
-    Key::F7,
+    Key::F9,
     Key::F10,
 ];
 
@@ -441,7 +442,7 @@ impl Hands {
         let panes: Vec<_> = ui::all_panes().collect();
         let pane = *self.random.of(&panes);
         let command = match self.random.below(6) {
-            0 => Command::Arrange(self.random.of(&Preset::ALL).0),
+            0 => Command::Show(self.random.of(&Workspace::ALL).0),
             1 => Command::MovePane(pane, self.random.of(&PaneMove::ALL).0),
             2 => Command::ClosePane(pane),
             3 => Command::Time(*self.random.of(&[

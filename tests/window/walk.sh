@@ -64,13 +64,13 @@ click 179 687
 xdotool mousemove 640 370
 picture window
 
-# F5 to F7 arrange the panes; Ctrl+1 to 9 bring one to the front.
-key F7
+# F2 to F8 show the workspaces; Ctrl+1 to 9 bring a pane to the front.
+key F5
 xdotool mousemove 200 450
 picture thresholds 6
-key F6
+key F4
 picture loops 3
-key F5
+key F3
 
 # The calibration leaves by the palette and a typed path: no desktop, so no dialog of its own.
 key ctrl+p

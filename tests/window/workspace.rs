@@ -2,7 +2,7 @@
 
 use super::*;
 use loopscope::engine::{Preferences, Theme};
-use loopscope::ui::{Pane, Preset};
+use loopscope::ui::{Pane, Workspace};
 
 fn ctrl(window: &mut Window, key: Key) {
     window.key_press_modifiers(Modifiers::COMMAND, key);
@@ -28,12 +28,14 @@ fn f_th(window: &Window) -> f64 {
 }
 
 #[test]
-fn a_pane_is_closed_brought_back_and_put_in_front() {
+fn a_pane_is_closed_opened_again_and_maximised() {
     let files = Files::new();
     let mut window = window(files.three());
     assert!(on_screen(&window, named("traces")) && !on_screen(&window, named("loops")));
     ctrl(&mut window, Key::Num6);
-    assert!(on_screen(&window, named("loops")) && !on_screen(&window, named("traces")));
+    assert!(on_screen(&window, named("loops")) && !on_screen(&window, named("errors")));
+    window.key_press(Key::F3);
+    settle(&mut window);
     let toggle = |window: &mut Window| {
         click(window, Role::Button, "View");
         click(window, Role::CheckBox, "Traces");
@@ -44,18 +46,25 @@ fn a_pane_is_closed_brought_back_and_put_in_front() {
     assert!(window.query_by_role_and_label(Role::Button, "Traces").is_none());
     toggle(&mut window);
     assert!(on_screen(&window, named("traces")), "and it is in front");
-    click(&mut window, Role::Button, "Metrology");
-    assert!(on_screen(&window, named("metrology")) && !on_screen(&window, named("traces")));
+    let traces = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect().center();
+    window.hover_at(traces);
+    window.step();
+    for n_shown in [1, 3] {
+        window.key_press(Key::F9);
+        settle(&mut window);
+        assert_eq!(shell(&window).on_screen().len(), n_shown);
+        assert!(on_screen(&window, named("traces")));
+    }
 }
 
 #[test]
-fn arrangements_come_by_menu_and_key_and_are_remembered() {
+fn workspaces_come_by_press_and_key_and_are_remembered() {
     let files = Files::new();
     let mut window = window(files.three());
-    window.key_press(Key::F6);
+    window.key_press(Key::F4);
     settle(&mut window);
     assert!(on_screen(&window, named("loops")) && on_screen(&window, named("traces")));
-    menu(&mut window, "View", Preset::ALL[2].1);
+    click(&mut window, Role::Button, Workspace::ALL[3].1);
     window.check_accessibility();
     for pane in [named("settings"), named("traces"), named("thresholds")] {
         assert!(on_screen(&window, pane), "{pane:?}");
@@ -83,7 +92,7 @@ fn six_axes_are_whole_and_high_enough_for_three_ticks_at_every_usual_size() {
     let mut window = window(Vec::new());
     for (width, height) in [(1280.0, 800.0), (1600.0, 900.0), (1920.0, 1080.0)] {
         window.set_size(Vec2::new(width, height));
-        for key in [Key::F5, Key::F6, Key::F7] {
+        for key in [Key::F3, Key::F5] {
             window.key_press(key);
             settle(&mut window);
             let mut n_plots = 0;
@@ -188,9 +197,9 @@ fn the_palette_finds_an_action_by_a_part_of_its_name() {
     let files = Files::new();
     let mut window = window(files.three());
     ctrl(&mut window, Key::P);
-    window.event(egui::Event::Text("inspect".to_owned()));
+    window.event(egui::Event::Text("space loops".to_owned()));
     window.run_steps(2);
-    assert!(has(&window, "Inspect loops") && !has(&window, "Larger"));
+    assert!(has(&window, "Workspace Loops") && !has(&window, "Larger"));
     window.key_press(Key::Enter);
     settle(&mut window);
     assert!(on_screen(&window, named("loops")));

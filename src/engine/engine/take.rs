@@ -31,7 +31,68 @@ impl Engine {
             }
         }
         self.take_tasks();
+        self.take_first_thresholds();
+        self.list_present();
         self.follow();
+    }
+
+    /// Puts the settings of now on the list of models, where it has rows and none of them is theirs.
+    fn list_present(&mut self) {
+        let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
+        if self.models.rows.is_empty() || is_moving || !self.can_keep() {
+            return;
+        }
+        let analysis = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
+        if let Some(calibration) = analysis.filter(|_| !self.models.has_present(&self.project)) {
+            let (recordings, settings) = (&self.project.recordings, &self.project.settings);
+            self.start(Task::list_present(Arc::clone(recordings), settings.clone(), calibration));
+        }
+    }
+
+    /// Looks for the thresholds with the lowest cross-validation error, unless the user has chosen some.
+    fn find_first_thresholds(&mut self) {
+        let thresholds = self.project.thresholds();
+        let features = &self.project.settings.features;
+        let is_default = features.look_backs == [self.project.default_thresholds()];
+        if is_default && self.project.applied.is_none() && !self.project.recordings.is_static() {
+            self.first_thresholds = Some((Arc::clone(&self.project.recordings), thresholds));
+            self.ask(StudyThresholds::of(&self.request(), thresholds));
+        }
+    }
+
+    /// Sets the thresholds that were looked for, unless the user has changed them, the recordings or a role meanwhile.
+    fn take_first_thresholds(&mut self) {
+        let Some((recordings, before)) = &self.first_thresholds else { return };
+        let study = self.lane::<StudyThresholds>();
+        let is_meant = Arc::ptr_eq(recordings, &self.project.recordings)
+            && self.project.settings.features.look_backs == [*before]
+            && self.project.applied.is_none();
+        if is_meant && !study.is_idle() {
+            return;
+        }
+        let map = study.answer().filter(|_| is_meant && study.is_current());
+        let map = map.and_then(|study| study.map.clone());
+        self.first_thresholds = None;
+        let Some(map) = map else { return };
+        let measure = map.scale.default_measure();
+        let Ok(found) = map.suggestion(measure) else { return };
+        // Opening the files is the step that undo takes back.
+        let set = self.project.edit(Edit::Thresholds(found.thresholds));
+        debug_assert!(set.is_ok(), "thresholds fit any recordings");
+        let shown = ShownFTh::of(map.distance);
+        let text = format!(
+            "Thresholds set to the cross-validation minimum: F_th {} {}, t_th {} s. RMSE {}, uncompensated {}{}",
+            significant(shown.factor * found.thresholds.f_th, 3),
+            shown.unit,
+            significant(found.thresholds.t_th_secs, 3),
+            significant(found.left_out, 4),
+            significant(found.conventional, 4),
+            match found.beats_conventional {
+                true => "",
+                false => ": not surely better (90 % confidence)",
+            }
+        );
+        self.tell(Level::Info, text);
     }
 
     /// Takes how far the models are that are being tried.
@@ -134,6 +195,7 @@ impl Engine {
                 }
             }
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
+            Done::Present(recordings, model) => self.models.take_present(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
     }
@@ -231,20 +293,14 @@ impl Engine {
             self.take_session(Some(path), opened);
         }
         if !recordings.is_empty() {
-            let before = self.project.thresholds();
             let refused = self.change(|project| project.add(recordings, |_| None));
-            let now = self.project.thresholds();
-            if now != before && self.project.settings.features.distance == Distance::Force {
-                let text = format!(
-                    "F_th begins at {} N: of how far the force moves in these recordings about the share that the paper's 3 N are of \
-                     its sensor's range. The pane Thresholds finds a better one",
-                    significant(now.f_th, 3)
-                );
-                self.tell(Level::Info, text);
-            }
             refused.into_iter().for_each(|refused| self.tell(Level::Error, refused));
         }
+        let has_recordings = !self.entries().is_empty();
         calibrations.into_iter().for_each(|edit| self.edit(edit));
+        if has_recordings {
+            self.find_first_thresholds();
+        }
     }
 
     /// Takes files of the session that were found; those that cannot be read are still asked for.

@@ -30,7 +30,7 @@ impl Delimiter {
     }
 
     /// Returns the delimiter as a byte; a blank stands for any run of blanks and tabs.
-    pub(super) const fn byte(self) -> u8 {
+    pub(crate) const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',

@@ -40,6 +40,11 @@ impl Arrows {
     }
 }
 
+/// Returns where the time of a line ends and where its row begins; `None` without a time and an arrow.
+pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
+    place(line).map(|at| (at, at + ARROW.len()))
+}
+
 /// Returns the position of the arrow behind the time of a line.
 fn arrow_position(line: &[u8]) -> Option<usize> {
     const LONGEST_TIME: usize = 32;

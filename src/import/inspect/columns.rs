@@ -32,7 +32,10 @@ pub struct ColumnReport {
     pub content: Content,
     /// First cells.
     pub first: Vec<String>,
-    /// Minimum.
+    /// Numbers at even places of the rows that were looked at, to draw.
+    #[serde(skip)]
+    pub outline: Vec<f32>,
+    /// The smallest number.
     pub min: Option<f64>,
     /// Maximum.
     pub max: Option<f64>,
@@ -90,7 +93,10 @@ impl Content {
     }
 }
 
-/// Returns a report on each column.
+/// Maximum number of values in the drawing of a column.
+const OUTLINE_VALUES: usize = 90;
+
+/// A report on each column.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);
@@ -140,6 +146,10 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
                 unit: rule.and_then(|rule| rule.unit.clone()).or_else(|| head.unit(index)),
                 content,
                 first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
+                outline: (numbers.iter())
+                    .step_by(numbers.len().div_ceil(OUTLINE_VALUES).max(1))
+                    .map(|value| *value as f32)
+                    .collect(),
                 min: numbers.iter().copied().reduce(f64::min),
                 max: numbers.iter().copied().reduce(f64::max),
                 runs_like_clock: runs_like_clock(times),

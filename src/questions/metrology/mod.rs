@@ -1,8 +1,7 @@
-//! Metrology figures per axis, conventional beside compensated.
+//! Metrology figures per axis, uncompensated beside compensated.
 //!
-//! [`table_by`] takes recordings with what a calibration makes of them and gives one row per [`Quantity`], each with its
-//! definition and source. Where the data cannot give a figure, a [`Reason`] stands in its place: a sentence, never a
-//! number that means nothing, and never NaN.
+//! [`table_by`] takes recordings with the loads of a calibration, and returns one row per [`Quantity`] with its definition
+//! and source. If the data do not determine a figure, its cell holds a [`Reason`] instead of a number.
 //!
 //! **Source** OIML R 60 and VDI/VDE 2638 (errors over full scale rather than over the reading), and the glossaries of
 //! load-cell makers; each row names its own. Full scale is the rated load that the user entered, else what the recordings
@@ -30,6 +29,7 @@ mod reason;
 mod settings;
 pub(crate) mod shown;
 mod table;
+mod verdict;
 
 pub(crate) use dwells::Dwell;
 pub use dwells::dwells;
@@ -42,6 +42,7 @@ pub use settings::{MetrologySettings, Rules, extents_of, extents_of_set};
 pub use shown::crosstalk;
 pub(crate) use shown::{axis_figures, figure_records, overview};
 pub use table::table_by;
+pub use verdict::{Verdict, VerdictFigure};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -50,16 +50,21 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
                 Err(reason) => missing(reason),
             },
         );
+    let is_comparable = |row: &Row, before: &Value, after: &Value| {
+        !row.quantity.is_time() && before.value.is_sign_positive() == after.value.is_sign_positive()
+    };
+    let rows = rows.column(Column::change(), |(row, cell)| {
+        match (&cell.conventional, &cell.compensated) {
+            (Ok(before), Ok(after)) if is_comparable(row, before, after) => {
+                Cell::change(before.value.abs(), after.value.abs())
+            }
+            _ => Cell::none(),
+        }
+    });
     if shown != Shown::All {
         return rows.table(title, "");
     }
-    rows.column(Column::change(), |(row, cell)| match (&cell.conventional, &cell.compensated) {
-        (Ok(before), Ok(after)) if !row.quantity.is_time() => {
-            Cell::change(before.value.abs(), after.value.abs())
-        }
-        _ => Cell::none(),
-    })
-    .words("cycles", |(_, cell)| {
+    rows.words("cycles", |(_, cell)| {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
@@ -292,8 +297,8 @@ mod tests {
     fn a_figure_is_the_same_in_every_table_and_newtons_are_never_percent() {
         let measured = measured();
         for (shown, expected) in [
-            (Shown::PercentFs, ["RMSE", "10.0", "5.00", "no FS", "no FS"]),
-            (Shown::Units, ["RMSE", "1.000", "0.5000", "1.000", "0.5000"]),
+            (Shown::PercentFs, ["RMSE", "10.0", "5.00", "-50.0 %", "no FS", "no FS", "-50.0 %"]),
+            (Shown::Units, ["RMSE", "1.000", "0.5000", "-50.0 %", "1.000", "0.5000", "-50.0 %"]),
         ] {
             assert_eq!(texts(&overview(&measured, shown), "RMSE"), expected);
         }

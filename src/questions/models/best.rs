@@ -216,7 +216,7 @@ impl Best {
         // The first is always the conventional calibration.
         let conventional = self.tried.first().unwrap_or(&tried).clone();
         tried.model.conventional = conventional.model.scores.clone();
-        tried.model.left_out.clone_from(&self.folds);
+        tried.model.left_out = format!("nested: {}", self.folds);
         let rmse = tried.model.conventional.cv_rmse.as_deref();
         let weights = weights(rmse.unwrap_or_default());
         let of = |own: &Tried| weighed(&own.squares, &weights);
@@ -577,7 +577,6 @@ impl<'a> Running<'a> {
             model: Model {
                 scores,
                 cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
-                trained: None,
                 ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
             },
             relative: 1.0,

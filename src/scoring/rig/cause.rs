@@ -29,6 +29,9 @@ const REFITTED: usize = 40;
 const STEPS: usize = 6;
 /// Weight of a parameter against a smaller error: half the logarithm of the number of units, over twice that number.
 const PARAMETER: f64 = 0.033;
+/// Ratio of the noise of a gauge in one run to that in every other. Of four runs that one makes the error a quarter larger, its mean square is
+/// 3.25 times as large, and the noise, which is a part of it, more than that.
+const NOISIER: f64 = 1.8;
 /// How much of an exchange of two columns is found, where it is one.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
@@ -51,6 +54,8 @@ pub enum Cause {
     SwappedGauges(usize, usize),
     /// The columns of two axes are exchanged.
     SwappedAxes(usize, usize),
+    /// These gauges have more noise.
+    Noise(Vec<usize>),
     /// It contradicts the others without a pattern.
     Unlike,
 }
@@ -110,6 +115,17 @@ struct Refit {
     chances: [f64; 2],
 }
 
+/// Zeros of the gauges that have another sensitivity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Zeros {
+    /// As those of the others: the gain was set about the zero, or the reference is wrong.
+    Kept,
+    /// Any, since the recording was tared anew.
+    Free,
+    /// The raw signal times the gain, zero included.
+    Scaled,
+}
+
 /// Sums about a mean of one side: of loads, and of what the fit leaves of gauges with loads.
 struct Moments {
     loads: Mat<f64>,
@@ -130,11 +146,12 @@ impl Rig {
         order.sort_by(|a, b| trials[*b].gain.total_cmp(&trials[*a].gain));
         order.truncate(REFITTED);
         let refits = order.par_iter().flat_map_iter(|at| {
-            let frees: &[bool] = match trials[*at].cause {
-                Cause::Tare | Cause::SwappedGauges(..) | Cause::SwappedAxes(..) => &[true],
-                _ => &[false, true],
+            let zeros: &[Zeros] = match trials[*at].cause {
+                Cause::Tare | Cause::SwappedGauges(..) | Cause::SwappedAxes(..) => &[Zeros::Free],
+                Cause::Gauge(_) | Cause::AllGauges => &[Zeros::Kept, Zeros::Free, Zeros::Scaled],
+                _ => &[Zeros::Kept, Zeros::Free],
             };
-            frees.iter().filter_map(|free| self.refit(&trials, *at, *free)).collect::<Vec<_>>()
+            zeros.iter().filter_map(|zeros| self.refit(&trials, *at, *zeros)).collect::<Vec<_>>()
         });
         let mut refits: Vec<Refit> = refits.collect();
         refits.push(self.drift(trials.len()));
@@ -165,7 +182,7 @@ impl Rig {
                     without: own.error,
                 })
             }
-            None => self.unlike(&errors, with),
+            None => self.noisy(with).or_else(|| self.unlike(&errors, with)),
         }
     }
 
@@ -225,10 +242,54 @@ impl Rig {
             let Some((step, gain)) = moments.step(&self.ways(&cause, &fit), &variances) else {
                 continue;
             };
+            let scaled = self.scaled_gauges(&cause);
+            let gain = gain.max(self.scaled_step(&own, &fit, &scaled, &variances).gain());
             let is_swap = matches!(cause, Cause::SwappedGauges(..) | Cause::SwappedAxes(..));
             if !is_swap || EXCHANGED.contains(&step[0]) {
                 all.push(trial(cause, gain));
             }
+        }
+        all
+    }
+
+    /// The gauges whose raw signal a cause may multiply.
+    fn scaled_gauges(&self, cause: &Cause) -> Vec<usize> {
+        match cause {
+            Cause::Gauge(gauge) => vec![*gauge],
+            Cause::AllGauges => (0..self.shape.n_gauges).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// By which share the raw signals of some gauges are larger than the fit says.
+    fn scaled_step(
+        &self,
+        sums: &Mat<f64>,
+        fit: &Forward,
+        gauges: &[usize],
+        variances: &[f64],
+    ) -> ScaledStep {
+        let shape = &self.shape;
+        let mut all = ScaledStep::default();
+        for &gauge in gauges {
+            let offset = self.scales[gauge].0 / self.scales[gauge].1;
+            // The fitted signal about its raw zero, and what is left of the gauge.
+            let mut signal = vec![0.0; shape.width()];
+            signal[0] = fit.zero[gauge] + offset;
+            for axis in 0..shape.axes.len() {
+                signal[shape.load(axis)] = fit.slopes[(gauge, axis)];
+            }
+            let mut rest: Vec<f64> = signal.iter().map(|own| -own).collect();
+            rest[0] += offset;
+            rest[shape.gauge(gauge)] = 1.0;
+            let along = |other: &[f64]| -> f64 {
+                let row =
+                    |i: usize| -> f64 { (0..other.len()).map(|j| sums[(i, j)] * other[j]).sum() };
+                let parts = (0..signal.len()).filter(|i| signal[*i] != 0.0);
+                parts.map(|i| signal[i] * row(i)).sum()
+            };
+            all.weight += along(&signal) / variances[gauge];
+            all.product += along(&rest) / variances[gauge];
         }
         all
     }
@@ -290,15 +351,15 @@ impl Rig {
                 let turn = exchanged(shape, *a, *b);
                 vec![&fit.slopes * turn - &fit.slopes]
             }
-            Cause::Tare | Cause::Drift | Cause::Unlike => Vec::new(),
+            Cause::Tare | Cause::Drift | Cause::Noise(_) | Cause::Unlike => Vec::new(),
         }
     }
 
-    fn refit(&self, trials: &[Trial], at: usize, free: bool) -> Option<Refit> {
+    fn refit(&self, trials: &[Trial], at: usize, zeros: Zeros) -> Option<Refit> {
         let Trial { is_here, cause, place, .. } = &trials[at];
         match cause {
             Cause::Tare => Some(self.refit_tare(at, is_here)),
-            _ => self.refit_gains(at, is_here, cause, *place, free),
+            _ => self.refit_gains(at, is_here, cause, *place, zeros),
         }
     }
 
@@ -339,7 +400,7 @@ impl Rig {
         is_here: &[bool],
         cause: &Cause,
         place: Where,
-        free: bool,
+        zeros: Zeros,
     ) -> Option<Refit> {
         let (shape, plain) = (&self.shape, self.sums());
         let [own, others] = [true, false].map(|side| self.side(&plain, is_here, side));
@@ -347,6 +408,7 @@ impl Rig {
         let mut fit = self.first_fit(&others, &own);
         let mut variances = fit.variances(&others, shape);
         let (mut factor, mut angles) = (1.0, vec![0.0; turns(&shape.axes).len()]);
+        let scaled = self.scaled_gauges(cause);
         let steps = match cause {
             Cause::SwappedGauges(a, b) => {
                 correction.swap = Some((*a, *b));
@@ -360,9 +422,15 @@ impl Rig {
         };
         for _ in 0..steps {
             let now = correction.of(&own, self);
-            let mean = if free { column_means(&now) } else { origin(&fit, shape) };
-            let moments = Moments::about(&now, &mean, &fit, shape);
-            let (mut step, _) = moments.step(&self.ways(cause, &fit), &variances)?;
+            let mut step = match zeros {
+                Zeros::Scaled => vec![self.scaled_step(&now, &fit, &scaled, &variances).step()?],
+                _ => {
+                    let is_free = zeros == Zeros::Free;
+                    let mean = if is_free { column_means(&now) } else { origin(&fit, shape) };
+                    let moments = Moments::about(&now, &mean, &fit, shape);
+                    moments.step(&self.ways(cause, &fit), &variances)?.0
+                }
+            };
             if *cause == Cause::Rotation {
                 let length = step.iter().map(|own| own * own).sum::<f64>().sqrt();
                 step.iter_mut().for_each(|own| *own *= (0.4 / length).min(1.0));
@@ -373,8 +441,13 @@ impl Rig {
                     return None;
                 }
             }
-            correction.take(cause, &step, shape);
-            correction.settle(cause, &fit, &own, shape, free);
+            match zeros {
+                Zeros::Scaled => correction.scale(&scaled, factor, &self.scales),
+                _ => {
+                    correction.take(cause, &step, shape);
+                    correction.settle(cause, &fit, &own, shape, zeros == Zeros::Free);
+                }
+            }
             let all = correction.of(&own, self) + &others;
             fit = Forward::of(&all, shape);
             variances = fit.variances(&all, shape);
@@ -384,8 +457,19 @@ impl Rig {
             // How much of the exchange the units show before it.
             0 => self.of_units(&plain, is_here, &self.ways(cause, &fit), &fit, &variances),
             _ => {
-                let ways = self.ways(cause, &fit);
-                let (mut values, weights) = self.of_units(&sums, is_here, &ways, &fit, &variances);
+                let (mut values, weights) = match zeros {
+                    Zeros::Scaled => {
+                        let of_unit = |own: &Mat<f64>| {
+                            let own = self.scaled_step(own, &fit, &scaled, &variances);
+                            (vec![own.step().unwrap_or(0.0)], own.weight)
+                        };
+                        sums.iter().map(of_unit).unzip()
+                    }
+                    _ => {
+                        let ways = self.ways(cause, &fit);
+                        self.of_units(&sums, is_here, &ways, &fit, &variances)
+                    }
+                };
                 let effect =
                     if *cause == Cause::Rotation { angles.clone() } else { vec![factor - 1.0] };
                 for (own, _) in values.iter_mut().zip(is_here).filter(|(_, here)| **here) {
@@ -395,12 +479,12 @@ impl Rig {
             }
         };
         let is_before = self.corrected(place).1;
-        let zeros = if free && steps > 0 { shape.axes.len() } else { 0 };
+        let n_zeros = if zeros == Zeros::Free && steps > 0 { shape.axes.len() } else { 0 };
         let own_parameters = if *cause == Cause::Rotation { angles.len() } else { steps.min(1) };
         let turned = angles.iter().map(|own| own * own).sum::<f64>().sqrt();
         Some(Refit {
             trial,
-            parameters: (zeros + own_parameters) as f64,
+            parameters: (n_zeros + own_parameters) as f64,
             values: match cause {
                 Cause::Rotation => vec![turned],
                 _ if is_before => vec![1.0 / factor],
@@ -466,6 +550,40 @@ impl Rig {
         }
     }
 
+    /// The run that has more noise than each of the others; of fewer than four it says little how much noise is usual.
+    fn noisy(&self, with: f64) -> Option<Contradiction> {
+        let n = self.n_runs();
+        let of_run = |run: usize| {
+            let ratio = |gauge: usize| {
+                let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
+                let most = others.map(|(_, own)| own.0[gauge]).fold(0.0, f64::max);
+                self.noise[run].0[gauge] / most.max(f64::MIN_POSITIVE)
+            };
+            let ratios: Vec<f64> = (0..self.shape.n_gauges).map(ratio).collect();
+            let gauges: Vec<usize> =
+                (0..ratios.len()).filter(|gauge| ratios[*gauge] > NOISIER).collect();
+            let largest = ratios.into_iter().fold(0.0, f64::max);
+            let without = if gauges.is_empty() { with } else { self.error_without(run) };
+            let is_static = self.noise[run].1;
+            (without < MATTERS * with && with - without > FALLS).then(|| Contradiction {
+                cause: if is_static { Cause::Unlike } else { Cause::Noise(gauges) },
+                place: Where::One(run),
+                values: vec![largest],
+                with,
+                without,
+            })
+        };
+        if n < ENOUGH_RUNS { None } else { (0..n).find_map(of_run) }
+    }
+
+    /// Left-out error without one run.
+    fn error_without(&self, run: usize) -> f64 {
+        let kept: Vec<usize> =
+            (0..self.units.len()).filter(|at| self.units[*at].run != run).collect();
+        let others = self.of_units_only(&kept);
+        others.error(&others.sums())
+    }
+
     /// The run whose error is out of line with the others, though its loads are not; of fewer than four nobody can say which.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
@@ -491,9 +609,7 @@ impl Rig {
             &vec![1.0; n],
             &is_worst,
         );
-        let kept: Vec<usize> = (0..self.units.len()).filter(|at| !is_here[*at]).collect();
-        let others = self.of_units_only(&kept);
-        let without = others.error(&others.sums());
+        let without = self.error_without(worst);
         // Loads that the others do not reach are predicted by an extrapolation.
         let reach = |wanted: bool| {
             let sums = self.total(|run| (run == worst) == wanted);
@@ -531,6 +647,7 @@ impl Rig {
             runs: runs.iter().map(|run| self.runs[*run].clone()).collect(),
             scales: self.scales.clone(),
             spans: self.spans.clone(),
+            noise: Vec::new(),
         }
     }
 
@@ -577,6 +694,24 @@ impl Rig {
     }
 }
 
+/// Sums over samples: the fitted raw signal squared, and times what is left, each over the variance of its gauge.
+#[derive(Clone, Copy, Debug, Default)]
+struct ScaledStep {
+    weight: f64,
+    product: f64,
+}
+
+impl ScaledStep {
+    fn step(self) -> Option<f64> {
+        (self.weight > 0.0).then(|| self.product / self.weight)
+    }
+
+    /// Sum of squares over variance that the step explains.
+    fn gain(self) -> f64 {
+        self.step().map_or(0.0, |step| step * self.product)
+    }
+}
+
 impl Correction {
     fn none(shape: &Shape) -> Self {
         let n_axes = shape.axes.len();
@@ -610,6 +745,15 @@ impl Correction {
                 self.turn = turned(shape, about) * &self.turn;
             }
             _ => {}
+        }
+    }
+
+    /// Raw signals over a factor.
+    fn scale(&mut self, gauges: &[usize], factor: f64, scales: &[(f64, f64)]) {
+        for &gauge in gauges {
+            let (mean, scale) = scales[gauge];
+            self.gain[gauge] = factor;
+            self.shift[gauge] = (factor - 1.0) * mean / scale;
         }
     }
 

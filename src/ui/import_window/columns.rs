@@ -175,13 +175,13 @@ fn column_row(
     });
     row.col(|ui| {
         let button =
-            ComboBox::from_id_salt((id, number)).selected_text(rule.is.name()).width(112.0);
-        let items = ColumnRole::all().map(|role| (role, role.name().into(), ""));
+            ComboBox::from_id_salt((id, number)).selected_text(rule.is.label()).width(112.0);
+        let items = ColumnRole::all().map(|role| (role, role.label().into(), ""));
         let button = choice(ui, button, &mut rule.is, items);
         (button.on_hover_text("What the column holds")).widget_info(|| {
             let name = format!("Role of {column}");
             egui::WidgetInfo {
-                current_text_value: Some(rule.is.name().to_owned()),
+                current_text_value: Some(rule.is.label()),
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
             }
         });
@@ -217,9 +217,25 @@ fn column_row(
             (Some(min), Some(max)) => format!("{} to {}", significant(min, 4), significant(max, 4)),
             _ => report.content.name().to_owned(),
         };
+        outline(ui, &report.outline);
         let first: Vec<String> = report.first.iter().map(|cell| shortened(cell)).collect();
         ui.label(format!("{}   {range}", first.join("  ")));
     });
+}
+
+/// Draws the values of a column as a line over their order.
+fn outline(ui: &mut egui::Ui, values: &[f32]) {
+    let (place, _) = ui.allocate_exact_size(egui::vec2(90.0, 18.0), egui::Sense::hover());
+    let (min, max) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {
+        (min.min(*value), max.max(*value))
+    });
+    let (span, last) = ((max - min).max(f32::MIN_POSITIVE), values.len().saturating_sub(1).max(1));
+    let points = values.iter().enumerate().map(|(at, value)| {
+        let (x, y) = (at as f32 / last as f32, (value - min) / span);
+        place.lerp_inside(egui::vec2(x, 1.0 - y))
+    });
+    let stroke = egui::Stroke::new(1.0, ui.visuals().text_color());
+    ui.painter().line(points.collect(), stroke);
 }
 
 /// A number with as many digits as one looks at; other text as it is.

@@ -34,8 +34,17 @@ pub(super) fn foot(
         }
     });
     ui.horizontal(|ui| {
-        let can_load = check.error.is_none() && !importing.looking;
-        if ui.press_if(can_load, "Load it", "Reads the whole file so, and remembers it for files of this shape") {
+        let columns = &inspection.table.columns;
+        let open = importing.questions.iter().find_map(|(question, is_decided)| {
+            question.still_open(&importing.map, columns).filter(|_| !is_decided)
+        });
+        let can_load = check.error.is_none() && !importing.looking && open.is_none();
+        let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
+        let load = load.on_hover_text("Reads the whole file so, and remembers it for files of this shape");
+        let why = open.map_or_else(|| "What is wrong stands above".to_owned(), |open| {
+            format!("To decide first: {open}")
+        });
+        if load.on_disabled_hover_text(why).clicked() {
             send(out, ImportCommand::Load);
         }
 

@@ -62,7 +62,7 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {
             ui.label(format!(
-                "By cross-correlation the reference seems to need {} s; it is added only if you apply it.",
+                "By cross-correlation the reference seems to need {} s. A gauge that follows the load slowly looks the same: apply it only if the clocks differ.",
                 significant(offset.offset_secs, 4)
             ));
             if ui.press("Apply", "Adds it to the reference's times") {

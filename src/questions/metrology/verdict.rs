@@ -1,0 +1,129 @@
+//! What compensation makes better and worse, figure by figure and axis by axis.
+
+use crate::calibration::Quality;
+use crate::questions::metrology::figures::Metrology;
+use crate::questions::metrology::quantity::Quantity;
+use crate::recording::Axis;
+use crate::scoring::metrics::percent_change;
+
+/// The figures of the metrology table that count in the verdict.
+const COUNTED: [Quantity; 5] = [
+    Quantity::LargestError,
+    Quantity::Hysteresis,
+    Quantity::Creep,
+    Quantity::Repeatability,
+    Quantity::ZeroReturn,
+];
+
+/// One figure, uncompensated and compensated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerdictFigure {
+    /// Short name.
+    pub name: String,
+    /// Definition, and the samples that it is taken from.
+    pub about: String,
+    /// Whether it is an RMSE, which the table of errors shows; the metrology table shows the others.
+    pub is_rmse: bool,
+    /// Magnitudes per axis, uncompensated and compensated; `None` where the samples give none.
+    pub of_axes: Vec<Option<[f64; 2]>>,
+}
+
+impl VerdictFigure {
+    /// Returns the change of each axis in whole percent; negative is better.
+    pub fn changes(&self) -> impl Iterator<Item = Option<f64>> {
+        self.of_axes.iter().map(|own| {
+            let [before, after] = (*own)?;
+            Some(percent_change(before, after)?.round())
+        })
+    }
+}
+
+/// What compensation changes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The axes.
+    pub axes: Vec<Axis>,
+    /// RMSE first, then the figures of the metrology table.
+    pub figures: Vec<VerdictFigure>,
+}
+
+impl Verdict {
+    /// Compares both calibrations by their RMSE on held-out samples (without these on test samples, then on training samples) and by
+    /// the metrology table.
+    pub fn of(quality: &Quality, metrology: &Metrology) -> Self {
+        let both = [&quality.conventional, &quality.compensated];
+        let sets: [(&str, [Option<&Vec<f64>>; 2]); 3] = [
+            ("RMSE, held-out", both.map(|own| own.cv_rmse.as_ref())),
+            ("RMSE, test", both.map(|own| own.test_rmse.as_ref())),
+            ("RMSE, train", both.map(|own| own.train_rmse.as_ref())),
+        ];
+        let scored =
+            sets.into_iter().find_map(|(name, [before, after])| Some((name, before?, after?)));
+        let rmse = scored.map(|(name, before, after)| VerdictFigure {
+            name: name.to_owned(),
+            about: "root mean squared error; held-out by cross-validation where there is one"
+                .to_owned(),
+            is_rmse: true,
+            of_axes: before
+                .iter()
+                .zip(after)
+                .map(|(before, after)| Some([*before, *after]))
+                .collect(),
+        });
+        let measured = COUNTED.into_iter().filter_map(|quantity| {
+            let row = metrology.rows.iter().find(|row| row.quantity == quantity)?;
+            let of_axes = row.cells.iter().map(|cell| {
+                let (before, after) =
+                    (cell.conventional.as_ref().ok()?, cell.compensated.as_ref().ok()?);
+                Some([before.value.abs(), after.value.abs()])
+            });
+            Some(VerdictFigure {
+                name: row.definition.name.clone(),
+                about: row.definition.definition.to_owned(),
+                is_rmse: false,
+                of_axes: of_axes.collect(),
+            })
+        });
+        Self { axes: metrology.axes.clone(), figures: rmse.into_iter().chain(measured).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::Scores;
+    use crate::questions::metrology::figures::Run;
+    use crate::questions::metrology::tests::table_of;
+
+    /// The compensated load is half as far off, but for one sample that is far off.
+    #[test]
+    fn a_lower_rmse_hides_no_larger_error() {
+        let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();
+        let reference: Vec<f64> = times.iter().map(|time| 10.0 * time.sin()).collect();
+        let off = |by: f64| reference.iter().map(|load| load + by).collect::<Vec<_>>();
+        let mut compensated = off(0.5);
+        compensated[40] += 3.0;
+        let run = Run {
+            name: "a",
+            times: &times,
+            gauges: &[],
+            reference_axes: &[Axis::Fx],
+            reference: &reference,
+            conventional: &off(1.0),
+            compensated: &compensated,
+            is_static: false,
+        };
+        let metrology = table_of(&[run], &[Axis::Fx], &[10.0]);
+        let scores = |rmse: f64| Scores { cv_rmse: Some(vec![rmse]), ..Scores::default() };
+        let quality =
+            Quality { conventional: scores(1.0), compensated: scores(0.55), ..Quality::default() };
+        let verdict = Verdict::of(&quality, &metrology);
+        let change = |name: &str| {
+            let own = verdict.figures.iter().find(|own| own.name == name).expect("a figure");
+            own.changes().next().flatten()
+        };
+        assert_eq!(change("RMSE, held-out"), Some(-45.0));
+        assert_eq!(change("Largest error"), Some(250.0));
+        assert_eq!(change("Creep"), None, "the load never dwells");
+    }
+}

@@ -1,0 +1,100 @@
+//! The strip under the menus: what compensation makes better and worse, and the way to a better model.
+
+use std::time::Duration;
+
+use egui::text::LayoutJob;
+use egui::{TextFormat, TextStyle};
+
+use crate::engine::{Action, Engine, SEARCH_MINUTES};
+use crate::questions::loops::asked::{AskVerdict, LookAt};
+use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
+use crate::questions::metrology::{Verdict, VerdictFigure};
+use crate::recording::Axis;
+use crate::ui::command::Command;
+use crate::ui::controls::Controls as _;
+use crate::ui::numbers::significant;
+use crate::ui::pane::Cx;
+use crate::ui::{errors_pane, metrology_pane, palette};
+
+/// Number of axes up to which changes stand as numbers; of more axes only their direction has room.
+const MANY_AXES: usize = 3;
+
+/// Draws the strip, and asks for what it shows.
+pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+    let engine = cx.engine;
+    ui.horizontal_wrapped(|ui| {
+        if !engine.is_trying() {
+            let find = egui::RichText::new("Find the best model").strong();
+            let about = "Tries sensible models for two minutes and proposes the most accurate; the workspace Models shows them";
+            if ui.press(find, about) {
+                let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
+                cx.out.push(Action::FindBest(limit).into());
+                cx.out.push(Command::ShowPane(super::models_pane::PANE));
+            }
+        }
+        let Some(verdict) = verdict(engine) else { return };
+        let about = "Changes of the compensated load against the uncompensated one: down is better, and so is a minus. A press shows the figures";
+        ui.weak("Compensation:").on_hover_text(about);
+        for figure in &verdict.figures {
+            one(ui, figure, &verdict.axes, cx.out);
+        }
+        if !engine.lane::<AskVerdict>().is_current() {
+            ui.weak("updating");
+        }
+    });
+    // While a slider moves, the verdict on the settings before stays.
+    let of = TableOf::usual(&engine.project().recordings);
+    let question = Question::Table(TableQuestion { of });
+    if engine.gesture.is_none()
+        && engine.is_current()
+        && let Some(look) = engine.look(None, question)
+    {
+        cx.ask::<AskVerdict>(LookAt(look));
+    }
+}
+
+/// Returns the verdict on what is shown, as far as it is known.
+fn verdict(engine: &Engine) -> Option<Verdict> {
+    let (_, analysis) = engine.exact()?;
+    let Some(Look::Table(metrology)) = engine.lane::<AskVerdict>().answer() else { return None };
+    let quality = &analysis.calibration.quality;
+    let fits = metrology.axes == analysis.calibration.axes;
+    fits.then(|| Verdict::of(quality, metrology))
+}
+
+/// Draws one figure as a button: its name, and each axis in the colour of its change.
+fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<Command>) {
+    let visuals = ui.visuals().clone();
+    let text = |color| TextFormat::simple(TextStyle::Small.resolve(ui.style()), color);
+    let (mut job, mut spoken) = (LayoutJob::default(), figure.name.clone());
+    job.append(&figure.name, 0.0, text(visuals.text_color()));
+    let mut lines = vec![figure.about.clone()];
+    for ((axis, change), values) in axes.iter().zip(figure.changes()).zip(&figure.of_axes) {
+        let (Some(change), Some([before, after])) = (change, values) else { continue };
+        let (color, sign, word) = match change {
+            change if change < 0.0 => (palette::look_back(&visuals), "↓", "better"),
+            change if change > 0.0 => (visuals.error_fg_color, "↑", "worse"),
+            _ => (visuals.weak_text_color(), "=", "the same"),
+        };
+        let shown = match axes.len() > MANY_AXES {
+            true => format!("{}{sign}", axis.symbol()),
+            false => format!("{} {change:+.0} %", axis.symbol()),
+        };
+        job.append(&shown, 5.0, text(color));
+        let [before, after] = [before, after].map(|value| significant(*value, 4));
+        let line =
+            format!("{} {before} → {after} {}: {change:+.0} %, {word}", axis.symbol(), axis.unit());
+        spoken.push_str(&format!("; {line}"));
+        lines.push(line);
+    }
+    if lines.len() == 1 {
+        job.append("–", 5.0, text(visuals.weak_text_color()));
+        lines.push("These recordings give no such figure; the Metrology pane says why".to_owned());
+    }
+    let button = ui.add(egui::Button::new(job).small());
+    button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &spoken));
+    if button.on_hover_text(lines.join("\n")).clicked() {
+        let pane = if figure.is_rmse { errors_pane::PANE } else { metrology_pane::PANE };
+        out.push(Command::ShowPane(pane));
+    }
+}

@@ -1,0 +1,51 @@
+//! What an empty window offers: files, the built-in sensor, and what was opened before.
+
+use egui::{Button, RichText};
+
+use crate::engine::{Action, Engine};
+use crate::ui::actions;
+use crate::ui::command::Command;
+
+/// Size of a choice (points).
+const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
+/// Number of recent files that are offered.
+const RECENT: usize = 5;
+
+/// Draws the choices in the middle of the window.
+pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    ui.vertical_centered(|ui| {
+        ui.add_space(0.18 * ui.available_height());
+        ui.heading("No recordings yet");
+        ui.add_space(12.0);
+        for (name, about, command) in [
+            (
+                "Open files…",
+                "Recordings, calibrations or a session; or drop them on the window",
+                Command::ChooseFiles,
+            ),
+            (
+                "Built-in sensor",
+                "A simulated six-axis sensor, to try everything on",
+                Action::OpenBuiltIn.into(),
+            ),
+        ] {
+            let button = Button::new(RichText::new(name).size(18.0)).min_size(SIZE);
+            if ui.add(button).on_hover_text(about).clicked() {
+                out.push(command);
+            }
+            ui.weak(about);
+            ui.add_space(10.0);
+        }
+        let recent = actions::recent(engine);
+        if recent.is_empty() {
+            ui.weak("Files that were opened before will stand here.");
+        } else {
+            ui.strong("Recent");
+        }
+        for action in recent.into_iter().take(RECENT) {
+            if ui.button(action.name).on_hover_text(&*action.explanation).clicked() {
+                out.push(action.command);
+            }
+        }
+    });
+}
