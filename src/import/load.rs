@@ -188,7 +188,7 @@ impl<'a> Reading<'a> {
             Stamps::Spread => timeline::spread(&mut rows.times),
         }
         if rows.times.is_empty() {
-            return Err(assemble::why_nothing_is_usable(path, &plan, rows));
+            return Err(assemble::no_usable_row(path, &plan, rows));
         }
         Ok(Table { path: path.to_owned(), plan, rows, day })
     }

@@ -199,10 +199,10 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
     const FEWEST_RUNS: usize = 30;
     const LONGEST_RUN: usize = 100;
     /// Maximum number of rows inspected; the start of a file is representative.
-    const ROWS_LOOKED_AT: usize = 20_000;
+    const INSPECTED_ROWS: usize = 20_000;
     let mut runs = [0_usize; LONGEST_RUN + 1];
     let (mut n_runs, mut length) = (0, 1);
-    let rows = || loads.chunks_exact(n_axes.max(1)).take(ROWS_LOOKED_AT);
+    let rows = || loads.chunks_exact(n_axes.max(1)).take(INSPECTED_ROWS);
     for (before, row) in rows().zip(rows().skip(1)) {
         if before == row {
             length += 1;

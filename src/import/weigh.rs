@@ -23,7 +23,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     let rotations = rotations(table, &plan, map);
     if rotations.is_empty() {
         let rows = std::mem::take(&mut table.rows);
-        return Err(assemble::why_nothing_is_usable(&table.path, &table.plan, rows));
+        return Err(assemble::no_usable_row(&table.path, &table.plan, rows));
     }
     let weights = weights(table, &plan, map)?;
     let rows = &mut table.rows;

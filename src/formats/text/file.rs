@@ -80,10 +80,10 @@ impl TextFile {
     }
 
     fn read_places(&self) -> Vec<Vec<u8>> {
-        let (n_looked_at, line_bytes) = layout::looked_at(&self.head);
+        let (n_inspected, line_bytes) = layout::inspected(&self.head);
         let bytes_per_character = self.encoding().bytes_per_character();
         // Starts before the end of the previous line, so that the first line is whole.
-        let start = (n_looked_at as u64 * bytes_per_character).saturating_sub(bytes_per_character);
+        let start = (n_inspected as u64 * bytes_per_character).saturating_sub(bytes_per_character);
         let n_more = self.whole_file_bytes().saturating_sub(start);
         let line_bytes = line_bytes * bytes_per_character as usize;
         let place_bytes =
