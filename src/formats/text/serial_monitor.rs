@@ -40,9 +40,9 @@ impl Arrows {
     }
 }
 
-/// Returns where the time of a line ends and where its row begins; `None` without a time and an arrow.
+/// Returns the end of the time of a line and the start of its row; `None` without a time and an arrow.
 pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
-    place(line).map(|at| (at, at + ARROW.len()))
+    arrow_position(line).map(|at| (at, at + ARROW.len()))
 }
 
 /// Returns the position of the arrow behind the time of a line.
