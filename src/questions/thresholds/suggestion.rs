@@ -106,7 +106,7 @@ impl ThresholdMap {
 }
 
 impl Suggestion {
-    /// Whether the minimum stands at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
+    /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
     ///
     /// The smallest values do not count, because they are the conventional calibration.
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
