@@ -252,13 +252,18 @@ impl Rig {
         all
     }
 
-    /// The gauges whose raw signal a cause may multiply.
+    /// The gauges whose raw signal a cause may multiply; none where a zero is larger than the range, since a tare looks the same then.
     fn scaled_gauges(&self, cause: &Cause) -> Vec<usize> {
-        match cause {
+        let gauges: Vec<usize> = match cause {
             Cause::Gauge(gauge) => vec![*gauge],
             Cause::AllGauges => (0..self.shape.n_gauges).collect(),
             _ => Vec::new(),
-        }
+        };
+        let is_large = |gauge: &usize| {
+            let (mean, scale) = self.scales[*gauge];
+            (mean / scale).abs() > self.spans[*gauge]
+        };
+        if gauges.iter().any(is_large) { Vec::new() } else { gauges }
     }
 
     /// By which share the raw signals of some gauges are larger than the fit says.
