@@ -133,7 +133,7 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
         }
     }
     let sweep = run(workshop.path(), &["sweep", "--train", "poses.csv"]);
-    assert!(stderr(&sweep).contains("the recordings have no times"), "{}", stderr(&sweep));
+    assert!(stderr(&sweep).contains("load cases without times"), "{}", stderr(&sweep));
 }
 
 /// A column that is a clock, or too many rows: then the time is asked for, as before.

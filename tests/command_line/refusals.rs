@@ -148,7 +148,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
         &[
             ("--train a.csv --f-th 0:5:0", &["step of F_th", "above zero"]),
             ("--train a.csv --f-th 0:5:-1", &["step of F_th", "-1"]),
-            ("--train a.csv --f-th 5:0:1", &["F_th", "exchange"]),
+            ("--train a.csv --f-th 5:0:1", &["F_th", "must not be above"]),
             ("--train a.csv --t-th 5,3", &["t_th", "rising"]),
             ("--train a.csv --t-th 5,5", &["t_th", "once"]),
             ("--train a.csv --t-th -1", &["t_th", "-1"]),

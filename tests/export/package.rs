@@ -225,7 +225,7 @@ fn a_library_tries_what_a_sensor_meets() {
     let bytes = fs::read(at("arm.zip")).unwrap();
     assert_eq!(bytes, fs::read(at("second/arm.zip")).unwrap());
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
-    assert_eq!(zip.len(), 14);
+    assert_eq!(zip.len(), 16);
     for index in 0..zip.len() {
         let mut file = zip.by_index(index).unwrap();
         let mut content = String::new();

@@ -13,17 +13,6 @@ pub(super) fn of_difference(values: &[Vec<f64>], weights: &[f64], is_here: &[boo
     of_slope(values, weights, &line)
 }
 
-/// The chance that the mean of normal values around zero lies this far above it; 1 where it lies below.
-pub(super) fn of_mean_above_zero(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let squares: f64 = values.iter().map(|own| (own - mean).powi(2)).sum();
-    match mean > 0.0 && n > 1.0 {
-        true => 0.5 * beyond_f(n * mean * mean * (n - 1.0) / squares, 1.0, n - 1.0),
-        false => 1.0,
-    }
-}
-
 /// The chance that values follow a line in `x` this much.
 pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
     let largest = weights.iter().copied().fold(0.0, f64::max);
@@ -134,10 +123,6 @@ mod tests {
         let is_here = [false, false, false, true, true, true];
         let own = of_difference(&values, &[1.0; 6], &is_here);
         assert!((own - 0.007_182).abs() < 2e-6, "{own}");
-        // `stats.ttest_1samp([1, 2, 3, 6, 7, 9], 0, alternative="greater")`.
-        let own = of_mean_above_zero(&values.concat());
-        assert!((own - 0.007_458_56).abs() < 1e-7, "{own}");
-        assert_eq!(of_mean_above_zero(&[-1.0, -2.0]), 1.0);
         assert_eq!(of_difference(&values[..2], &[1.0; 2], &[false, true]), 1.0);
     }
 }

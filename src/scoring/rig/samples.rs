@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use crate::recording::{Recording, median};
+use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward};
-use crate::scoring::rig::{Rig, chance};
 
 /// Maximum number of samples of a recording whose spectrum is taken.
 const SPECTRUM: usize = 1024;
@@ -21,9 +21,11 @@ const BENDS: f64 = 0.005;
 /// Ratio of the share that a bend explains of one gauge to that of each other: a bend of all gauges is the sensor's own.
 const OTHERS_BEND: f64 = 4.0;
 /// Minimum number of visits of a load to its largest value.
-const VISITS: usize = 4;
-/// Chance that the visits of one axis to one end look clipped.
-const BY_CHANCE: f64 = 0.001;
+const VISITS: usize = 3;
+/// Standard errors by which the gauges rise in these visits: less than one in a million by noise.
+const RISES: f64 = 5.0;
+/// Highest harmonic of the loads in which hysteresis leaves much.
+const HARMONIC: usize = 3;
 
 /// A fault of single channels.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,15 +92,13 @@ impl Rig {
                     let left = |k: usize| rest.left[k * n + gauge];
                     let size = move |k: usize| match own.is_static() {
                         true => left(k).abs(),
-                        // A straight line over three samples leaves √6 of their noise.
-                        false => (left(k) - 2.0 * left(k + 1) + left(k + 2)).abs() / 6_f64.sqrt(),
+                        false => bend([left(k), left(k + 1), left(k + 2)]),
                     };
                     let last =
                         own.n_samples() - if own.is_static() { 0 } else { 2.min(own.n_samples()) };
                     (0..last).map(size)
                 });
-                // The median size of a normal deviate.
-                median(sizes).unwrap_or(0.0) / 0.6745
+                deviation(sizes)
             };
             (0..n).map(of_gauge).collect()
         };
@@ -135,8 +135,8 @@ impl Rig {
             for (gauge, lines) in lines.iter_mut().enumerate() {
                 let power = powers(n, |k| rest.left[k * n_gauges + gauge]);
                 let all: f64 = power.iter().sum();
-                let Some(peak) =
-                    (highest + 4..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b]))
+                let Some(peak) = (HARMONIC * highest + 4..power.len())
+                    .max_by(|a, b| power[*a].total_cmp(&power[*b]))
                 else {
                     continue;
                 };
@@ -228,7 +228,7 @@ impl Rig {
                 let end = (columns.iter())
                     .flat_map(|(own, at)| own.loads()[*at..].iter().step_by(own.axes().len()))
                     .fold(f64::NEG_INFINITY, |end, load| end.max(outward * load));
-                let mut rises = Vec::new();
+                let (mut rises, mut bends) = (Vec::new(), Vec::new());
                 for (own, at) in &columns {
                     let load = |k: usize| own.loads()[k * own.axes().len() + at];
                     let shown = |k: usize| -> f64 {
@@ -239,6 +239,8 @@ impl Rig {
                             })
                             .sum()
                     };
+                    let all: Vec<f64> = (0..own.n_samples()).map(shown).collect();
+                    bends.extend(all.windows(3).map(|own| bend([own[0], own[1], own[2]])));
                     let samples: Vec<usize> = (0..own.n_samples()).collect();
                     for visit in samples
                         .chunk_by(|a, b| outward * load(*a) == end && outward * load(*b) == end)
@@ -249,13 +251,15 @@ impl Rig {
                         }
                         let inner = &visit[n / 4..n - n / 4];
                         let inner = &inner[usize::from(n < 4)..inner.len() - usize::from(n < 4)];
-                        let mean =
-                            inner.iter().map(|k| shown(*k)).sum::<f64>() / inner.len() as f64;
+                        let mean = inner.iter().map(|k| all[*k]).sum::<f64>() / inner.len() as f64;
                         // The greater of both ends: noise alone makes this negative.
-                        rises.push(mean - shown(visit[0]).max(shown(visit[n - 1])));
+                        rises.push(mean - all[visit[0]].max(all[visit[n - 1]]));
                     }
                 }
-                if rises.len() >= VISITS && chance::of_mean_above_zero(&rises) < BY_CHANCE {
+                let visits = rises.len() as f64;
+                let noise = deviation(bends.into_iter());
+                let mean = rises.iter().sum::<f64>() / visits.max(1.0);
+                if rises.len() >= VISITS && mean * visits.sqrt() > RISES * noise {
                     let load = outward * end;
                     found.push(ChannelFault::ClippedReference { axis, load, visits: rises.len() });
                 }
@@ -263,6 +267,16 @@ impl Rig {
         }
         found
     }
+}
+
+/// How far three samples are from a straight line, as large as the noise of one of them.
+fn bend([a, b, c]: [f64; 3]) -> f64 {
+    (a - 2.0 * b + c).abs() / 6_f64.sqrt()
+}
+
+/// Standard deviation of normal values with these sizes.
+fn deviation(sizes: impl Iterator<Item = f64>) -> f64 {
+    median(sizes).unwrap_or(0.0) / 0.6745
 }
 
 /// Powers at whole numbers of periods in `n` samples, from none to half of them, under a Hann window.
