@@ -43,11 +43,7 @@ const REFERENCE_TIMES: [&str; 8] = [
 #[derive(Clone, Debug)]
 pub(crate) enum Entry {
     Numbers(Array),
-    /// List of texts.
-    Texts {
-        name: String,
-        texts: Vec<String>,
-    },
+    Texts { name: String, texts: Vec<String> },
 }
 
 impl Entry {
@@ -141,7 +137,6 @@ impl Array {
         }
     }
 
-    /// Returns the transposed matrix.
     fn transposed(mut self) -> Self {
         if self.shape.len() == 2 {
             self.shape.reverse();

@@ -282,7 +282,6 @@ impl<'de> Visitor<'de> for Values<'_> {
     }
 }
 
-/// Rows that were read so far.
 struct Table {
     budget: Budget,
     channels: Vec<Channel>,

@@ -167,7 +167,6 @@ pub struct LiveTable {
     /// Keys of the columns in JSON lines.
     keys: Option<LineKeys>,
     n_rows: f64,
-    /// Newest value of each auxiliary channel.
     held: Vec<Newest>,
     /// Converter for the lines of a device, with the start of its clock.
     device: Option<(DeviceRows, Instant)>,
@@ -178,7 +177,6 @@ pub struct LiveTable {
 struct Newest {
     /// Value; NaN before the first one.
     value: f64,
-    /// Time of the value (s).
     secs: f64,
     /// Time since the first value (s), and the number of values after the first.
     since_first: (f64, u64),
@@ -446,9 +444,7 @@ const TAIL_BYTES: usize = 256;
 pub struct GrowingFile {
     path: PathBuf,
     file: File,
-    /// Number of bytes read so far.
     n_read: u64,
-    /// Last bytes that were read.
     tail: Vec<u8>,
     lines: ArrivingLines,
 }

@@ -39,7 +39,6 @@ pub struct Loaded {
     pub map: Option<Box<ColumnMap>>,
 }
 
-/// Settings for reading files.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading<'a> {
     pub progress: &'a Progress,
@@ -86,7 +85,6 @@ impl<'a> Reading<'a> {
         Ok(Loaded { map: map.map(|map| Box::new(map.clone())), ..sides.joined()? })
     }
 
-    /// Reads gauges and reference.
     pub fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
         let parts = map.map_or(&[][..], |map| &map.table.text.parts);
         let opened = self.open(path, parts)?;

@@ -12,7 +12,6 @@ use crate::import::map::ColumnMap;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// Temporary folder with files.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -40,7 +39,6 @@ fn map(parts: &str) -> ColumnMap {
     ColumnMap::from_json(text.as_bytes()).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// Reads one file by one map.
 fn read_one(content: &str, parts: &str) -> Result<Loaded, ReadError> {
     Folder::with(&[("run.csv", content)]).read("run.csv", &map(parts))
 }
@@ -263,7 +261,7 @@ fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
         folder.read("a.csv", &map(TWO_FILES)).unwrap_err().text(Face::CommandLine)
     };
     let apart = messages("100,1\n101,2\n");
-    assert!(apart.contains("the gauges run from 0 s to 1 s, the reference in"), "{apart}");
+    assert!(apart.contains("The gauges run from 0 s to 1 s, the reference in"), "{apart}");
     assert!(apart.contains("clock_offset_secs"), "{apart}");
     let back = messages("0,1\n1,2\n0.5,3\n");
     assert!(

@@ -29,7 +29,6 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// Returns the map of the table.
     pub fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
         let rules = self.rules.iter();
         TableMap {

@@ -18,7 +18,6 @@ const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
 /// Maximum sample interval of a recording (s); with a longer step the unit must be another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
-/// Units of times.
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
 /// Minimum median step of whole numbers in microseconds. It decides for 1 kHz instead of milliseconds at 1 Hz.
@@ -73,7 +72,6 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     cuts
 }
 
-/// Sorts rows by time.
 pub(super) fn sort(rows: &mut Rows) {
     let mut order: Vec<usize> = (0..rows.times.len()).collect();
     order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));

@@ -27,22 +27,16 @@ pub struct LoadWarning {
 /// Cause of a warning. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
-    /// A row is skipped because of one of its cells.
     #[error("{column} {}", trouble.message(&shown(value)))]
     Cell { column: NamedColumn, value: String, trouble: Trouble },
-    /// A row is skipped because it is shorter than the header.
     #[error("{actual} cells, but the table has {expected} columns. Row skipped")]
     TooFewCells { expected: usize, actual: usize },
-    /// A row is longer than the header, and its extra cells are ignored.
     #[error("{actual} cells, but the table has {expected} columns. Extra cells ignored")]
     TooManyCells { expected: usize, actual: usize },
-    /// A number has a comma where a point is expected.
     #[error("{column} contains {}. Its comma is read as a decimal point", shown(value))]
     DecimalComma { column: NamedColumn, value: String },
-    /// A gauge never changes.
     #[error("column {column} (gauge {}) is {value} in every row. Is it connected?", shown(name))]
     ConstantGauge { column: usize, name: String, value: f64 },
-    /// An auxiliary channel has no value in some rows.
     #[error(
         "{}auxiliary {}) has no value in {}{}. The previous value is used there",
         column.map_or_else(|| "a channel (".to_owned(), |column| format!("column {column} (")),
@@ -51,88 +45,70 @@ pub enum Cause {
         longest_secs.map_or_else(String::new, |secs| format!(", for at most {secs:.3} s"))
     )]
     HeldAuxiliary { column: Option<usize>, name: String, n_rows: usize, longest_secs: Option<f64> },
-    /// Time jumps or goes back, and a new recording starts.
     #[error("time goes from {from_secs} s to {to_secs} s. A new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
-    /// A 32-bit counter of the time wraps around.
     #[error(
         "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. Times are continued"
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
-    /// Pauses are taken for the rhythm of a logger, so no new recording starts.
     #[error(
         "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends one. If this is wrong, set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
-    /// Two samples have the same time.
     #[error("time {time_secs} s repeats the time of the row before")]
     RepeatedTime { time_secs: f64 },
-    /// A logger wrote some rows late.
     #[error(
         "{count} rows stand after rows with later times, each less than a gap late. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
     )]
     LateRows { count: usize },
-    /// The clock is coarser than the samples.
     #[error(
         "most rows repeat the time of the row before. To spread them evenly up to the next time, set \"stamps\": \"spread\" under \"table\" in a column map"
     )]
     CoarseStamps,
-    /// The header gives no unit of time, and the values do not look like seconds.
     #[error(
         "{column} has no unit and is read in {unit}, judged by its values. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
         unit = unit.symbol()
     )]
     AssumedTimeUnit { column: NamedColumn, unit: TimeUnit },
-    /// Day and month may be exchanged.
     #[error(
         "the dates of {column} are read as {order}, but could also be {other}. If they are, set \"unit\": \"{other}\" in a column map"
     )]
     AssumedDateOrder { column: NamedColumn, order: &'static str, other: &'static str },
-    /// Several columns could be the time.
     #[error(
         "several columns could be the time. Used: {}. Ignored: {}",
         shown(used),
         listed(others)
     )]
     SeveralTimes { used: String, others: Vec<String> },
-    /// Several topics or structs could be the reference.
     #[error(
         "several columns could be the reference. Used: {}. Ignored: {}. To use others, choose them in a column map (\"is\": \"Fx\" and so on)",
         listed(used),
         listed(others)
     )]
     SeveralReferences { used: Vec<String>, others: Vec<String> },
-    /// Some columns are neither time nor gauge nor reference.
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
-    /// Some columns look like loads, but their axis is unknown.
     #[error(
         "{} looks like a load without an axis, so it is not used as the reference. Name it Fx, Fy, Fz, Mx, My or Mz, or choose its axis in a column map",
         listed(names)
     )]
     UnnamedLoads { names: Vec<String> },
-    /// Lines above the table are skipped.
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
-    /// Each row holds either gauges or the reference.
     #[error(
         "each row holds either gauges or the reference, at its own time. The reference is interpolated at the times of the gauges"
     )]
     TurnByTurn,
-    /// The reference is held between fewer measurements.
     #[error(
         "the reference changes only every {samples_each} samples (sample-and-hold). It lags behind the gauges by up to {samples_each} samples"
     )]
     HeldReference { samples_each: usize },
-    /// A gauge sample has no reference at its time.
     #[error("no reference at {time_secs} s on the gauges' clock. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
-    /// A row is skipped because its pose is not a rotation.
     #[error(
         "the pose is not a rotation but a quaternion of length zero or a matrix that is not orthogonal. Row skipped"
     )]
     NotARotation,
-    /// A weight's own acceleration is too large to be neglected.
     #[error(
         "the weight's own acceleration adds up to {percent:.1} % of the full scale of {}{}",
         axis.symbol(),
@@ -143,26 +119,21 @@ pub enum Cause {
         }
     )]
     Inertia { axis: Axis, percent: f64, is_counted: bool },
-    /// A file of arrays holds more than the table.
     #[error("not part of the table, so left out: {}", listed(names))]
     LeftOut { names: Vec<String> },
-    /// There is no time, so rows are read as load cases.
     #[error(
         "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads within {} % are the same). Features of the past cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
         100.0 * SAME_LOAD_SHARE
     )]
     LoadCases { n_rows: usize, n_cases: usize },
-    /// Several topics, sheets, groups or structs could be the table.
     #[error(
         "the file holds several tables. Read: {}. Not read: {}. To choose others, list them as \"parts\" under \"text\" in a column map",
         listed(used),
         listed(others)
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
-    /// The end of a recording is missing.
     #[error("the file ends early, as if its recorder was stopped. The existing part is read")]
     EndsEarly,
-    /// Samples in bursts are averaged.
     #[error("{n_before} samples in bursts are averaged to {n_after}")]
     AveragedBursts { n_before: usize, n_after: usize },
 }
@@ -202,21 +173,13 @@ impl Cause {
 /// Reason why a cell makes its row unusable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// The cell is empty, but a number is needed.
     Empty,
-    /// The cell is not a number.
     NotANumber,
-    /// The number is NaN or infinite.
     NotFinite,
-    /// The cell is not a date or a time of day.
     NotATime,
-    /// The status word reports an error.
     StatusError,
-    /// The value marks a missing value.
     Dropout,
-    /// The value is the code of meters for out of range.
     Overload,
-    /// The mount is not in the map.
     UnknownMount,
 }
 

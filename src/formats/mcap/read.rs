@@ -239,7 +239,6 @@ impl Shape {
     }
 }
 
-/// One message of a topic.
 #[derive(Debug)]
 struct Sample {
     /// Time stamp inside the message (ns), if it has one.

@@ -18,7 +18,6 @@ pub(crate) struct ArrivingLines {
     encoding: Option<Encoding>,
     /// Bytes that are not decoded yet.
     raw: Vec<u8>,
-    /// Decoded text.
     text: Vec<u8>,
     /// Start in `text` of the line that is not returned yet.
     start: usize,
@@ -28,7 +27,6 @@ pub(crate) struct ArrivingLines {
 }
 
 impl ArrivingLines {
-    /// Appends the bytes that have arrived.
     pub fn push(&mut self, bytes: &[u8]) {
         self.raw.extend_from_slice(bytes);
         if self.encoding.is_some() || self.raw.contains(&b'\n') || self.raw.len() >= ENCODING_BYTES

@@ -35,7 +35,6 @@ const BLOCKS_PER_THREAD: usize = 8;
 /// Maximum number of blocks that are parsed at a time. It limits memory on machines with many cores.
 const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
 
-/// Opened text file with its start.
 #[derive(Debug)]
 pub(crate) struct TextFile {
     path: PathBuf,

@@ -32,10 +32,10 @@ pub struct ColumnReport {
     pub content: Content,
     /// First cells.
     pub first: Vec<String>,
-    /// Numbers at even places of the rows that were looked at, to draw.
+    /// Numbers at evenly spaced rows of the sample, for drawing.
     #[serde(skip)]
     pub outline: Vec<f32>,
-    /// The smallest number.
+    /// Minimum.
     pub min: Option<f64>,
     /// Maximum.
     pub max: Option<f64>,
@@ -96,7 +96,7 @@ impl Content {
 /// Maximum number of values in the drawing of a column.
 const OUTLINE_VALUES: usize = 90;
 
-/// A report on each column.
+/// Returns a report on each column.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);

@@ -41,7 +41,6 @@ fn resolved<'a>(
     }
 }
 
-/// Input of a plan.
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,

@@ -74,7 +74,6 @@ fn decoded(text: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// Returns a unit without surrounding brackets.
 pub(super) fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
