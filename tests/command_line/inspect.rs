@@ -139,7 +139,7 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
         (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
         (&["inspect", "folder"], ["folder", "no recordings"]),
         (&["inspect", "a.csv", "--write-map", "a.csv"], ["a.csv", "read"]),
-        (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no directory"]),
+        (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no folder"]),
     ] {
         let output = run(workshop.path(), arguments);
         let told = stderr(&output);

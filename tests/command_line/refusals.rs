@@ -157,7 +157,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
             ("--train a.csv --measure mx", &["no Mx", "Fz"]),
             ("--train a.csv --measure moments", &["no axis", "choose"]),
             ("--train short.csv", &["4 training samples", "record longer"]),
-            ("--train a.csv --svg gone/map.svg", &["no directory gone"]),
+            ("--train a.csv --svg gone/map.svg", &["no folder gone"]),
             ("--train a.csv --csv ./a.csv", &["./a.csv", "read"]),
         ],
     );
@@ -182,7 +182,7 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
         &[
             ("--train a.csv --export c.xml", &["c.xml", ".json"]),
             ("--train a.csv --export c", &["ending"]),
-            ("--train a.csv --export gone/c.json", &["gone/c.json", "no directory gone"]),
+            ("--train a.csv --export gone/c.json", &["gone/c.json", "no folder gone"]),
             ("--train a.csv --export folder.json --force", &["folder.json", "directory"]),
             ("--train a.csv --export kept.json --force", &["kept.json", "read-only"]),
             ("--train a.csv --export kept.json", &["kept.json", "already", "--force"]),
