@@ -1,4 +1,4 @@
-//! The command line: the window, or one job for scripts and machines without a display.
+//! The command line. It opens the window, or runs one job for scripts and machines without a display.
 
 mod apply;
 mod best;
@@ -42,31 +42,31 @@ use crate::shown::printable;
 
 pub use messages::tell;
 
-/// Calibrate force/torque sensors and see what their past does to them.
+/// Calibrate force/torque sensors, and compensate their hysteresis.
 #[derive(Debug, Parser)]
 #[command(
     version,
     long_version = about::long_version(),
     after_help = examples(&[
-        ("loopscope", "the window on the built-in sensor"),
-        ("loopscope press_*.csv test.csv", "the window on these recordings"),
-        ("loopscope work.json", "a session, or a calibration"),
+        ("loopscope", "opens the window on the built-in sensor"),
+        ("loopscope press_*.csv test.csv", "opens the window on these recordings"),
+        ("loopscope work.json", "opens a session or a calibration in the window"),
     ]),
     args_conflicts_with_subcommands = true
 )]
 pub struct Cli {
-    /// The job; without one the window opens.
+    /// The job to run. Without a job, the window opens.
     #[command(subcommand)]
     pub job: Option<Job>,
-    /// Recordings, a session or a calibration to open in the window; `inspect --help` lists the formats of recordings.
+    /// Recordings, a session or a calibration to open in the window. `inspect --help` lists the file formats of recordings.
     pub files: Vec<PathBuf>,
 }
 
 impl Cli {
-    /// Understands these words, the program's name first.
+    /// Parses the command line; the first word is the program's name.
     ///
     /// # Errors
-    /// What clap finds, with a way out where it knows none; or a word that is no command and no file.
+    /// Returns clap's error, with a tip where clap has none, or an error for a word that is neither a command nor a file.
     pub fn understood(words: &[OsString]) -> Result<Self, clap::Error> {
         let mut cli = Self::try_parse_from(words)
             .map_err(|error| misspelt(words).unwrap_or_else(|| with_way_out(error, words)))?;
@@ -82,7 +82,7 @@ impl Cli {
     }
 }
 
-/// What clap says of a first word that is like a command and is nothing else.
+/// Returns clap's error for a first word that resembles a command and is not a file.
 fn misspelt(words: &[OsString]) -> Option<clap::Error> {
     let [program, word, ..] = words else {
         return None;
@@ -92,14 +92,14 @@ fn misspelt(words: &[OsString]) -> Option<clap::Error> {
         return None;
     }
     let command = Cli::command();
-    // Without the files, which any word could be.
+    // The positional FILE argument is left out, because it would accept any word.
     let jobs = clap::Command::new("loopscope").subcommands(command.get_subcommands().cloned());
     let error = jobs.try_get_matches_from([program, word]).err()?;
     let is_like_one = error.get(ContextKind::SuggestedSubcommand).is_some();
     is_like_one.then_some(error)
 }
 
-/// Where a recording is named bare, how it is named; where no number stands for one, how it is written.
+/// Adds a tip to clap's error: recordings need `--train`, and numbers are written without a unit.
 fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     let is_not = match error.source() {
         Some(why) if why.is::<ParseFloatError>() => {
@@ -131,12 +131,12 @@ fn with_way_out(mut error: clap::Error, words: &[OsString]) -> clap::Error {
     error
 }
 
-/// Makes the list of jobs; each says in its own file what it is for.
+/// Defines the enum of jobs. The help text of a job is the doc comment of its arguments.
 macro_rules! jobs {
     ($($name:ident($job:ty)),* $(,)?) => {
-        /// What can be done without a window.
+        /// Jobs that run without a window.
         #[derive(Debug, Subcommand)]
-        #[expect(missing_docs, reason = "it would stand in the place of what the job says of itself")]
+        #[expect(missing_docs, reason = "a doc comment here would replace the job's own help text")]
         pub enum Job {
             $($name(Box<$job>)),*
         }
@@ -167,7 +167,7 @@ jobs! {
     Man(installed::ManJob),
 }
 
-/// Does a job; errors go to standard error, one line each.
+/// Runs a job and prints its errors on standard error, one line each.
 pub fn run(job: &Job) -> ExitCode {
     run::run(job.work(), Cli::command)
 }

@@ -1,8 +1,7 @@
-//! Recordings that are not plain text: files that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one as
-//! LabVIEW does (`tests/formats/generate.py`)
-//! give the closed-form numbers they were made of; whatever is done to them never panics.
+//! Recordings in files that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one in LabVIEW's form
+//! (`tests/formats/generate.py`). They give the closed-form numbers of their making, and damaged ones never panic.
 //!
-//! Sample k of 40 stands at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
+//! Sample k of 40 is at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
 
 use std::fs;
 use std::io::Write as _;
@@ -30,12 +29,12 @@ fn error(path: &Path) -> String {
     read(path, None, &[], &Progress::default()).unwrap_err().to_string()
 }
 
-/// The one recording of a file, and everything that is said about it.
+/// Returns the only recording of a file, and its warnings.
 fn sound(path: &Path) -> (Recording, String) {
     let mut loaded = loaded(path);
-    let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
-    assert_eq!(loaded.recordings.len(), 1, "{told:?}");
-    (loaded.recordings.remove(0), told.join("\n"))
+    let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(loaded.recordings.len(), 1, "{messages:?}");
+    (loaded.recordings.remove(0), messages.join("\n"))
 }
 
 fn gauge(k: usize, j: usize) -> f64 {
@@ -46,7 +45,7 @@ fn load(k: usize, a: usize) -> f64 {
     10.0 * (a + 1) as f64 - k as f64 / 2.0
 }
 
-/// Checks every number of a recording that has all samples, from this time on.
+/// Checks every number of a recording with all samples, whose times start at `start_secs`.
 #[track_caller]
 fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis]) {
     assert_eq!(recording.n_samples(), N);
@@ -66,74 +65,80 @@ fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis])
 }
 
 fn check_numpy(folder: &Path) {
-    let (plain, told) = sound(&folder.join("plain.npz"));
+    let (plain, messages) = sound(&folder.join("plain.npz"));
     check(&plain, 0.0, 6, &Axis::ALL);
     for part in ["operator (texts)", "settings (Python objects)", "rate (one number)"] {
-        assert!(told.contains(part), "{told}");
+        assert!(messages.contains(part), "{messages}");
     }
-    let (packed, told) = sound(&folder.join("packed.npz"));
+    let (packed, messages) = sound(&folder.join("packed.npz"));
     check(&packed, 0.0, 6, &Axis::ALL);
-    assert_eq!(told, "");
-    // Aligned records: what fills up between fields is none.
+    assert_eq!(messages, "");
+    // Aligned records: the padding between fields is not a field.
     for name in ["records.npy", "records.npz"] {
-        let (records, told) = sound(&folder.join(name));
+        let (records, messages) = sound(&folder.join(name));
         assert_eq!(records.gauges(), plain.gauges(), "{name}");
         assert_eq!(records.gauge_names(), plain.gauge_names());
         assert_eq!(records.times(), plain.times(), "{name}");
         assert_eq!(records.axes(), [Axis::Fx, Axis::Mz]);
         assert_eq!(records.loads()[2..4], [load(1, 0), 2.0 * load(1, 5)]);
-        assert!(told.contains("label (texts), "), "{told}");
-        assert!(told.contains("legs (lists of records)"), "{told}");
+        assert!(messages.contains("label (texts), "), "{messages}");
+        assert!(messages.contains("legs (lists of records)"), "{messages}");
     }
 }
 
 fn check_json_lines(folder: &Path) {
-    let (recording, told) = sound(&folder.join("run.jsonl"));
+    let (recording, messages) = sound(&folder.join("run.jsonl"));
     check(&recording, 0.0, 6, &Axis::ALL);
-    assert!(told.contains("note (no numbers)"), "{told}");
+    assert!(messages.contains("note (no numbers)"), "{messages}");
 }
 
 fn check_matlab(folder: &Path) {
     for name in ["plain.mat", "packed.mat"] {
-        let (recording, told) = sound(&folder.join(name));
+        let (recording, messages) = sound(&folder.join(name));
         check(&recording, 0.0, 6, &Axis::ALL);
         for part in ["counts", "note (text)", "rig (a struct)", "z (complex numbers)"] {
-            assert!(told.contains(part), "{told}");
+            assert!(messages.contains(part), "{messages}");
         }
     }
-    let (older, told) = sound(&folder.join("older.mat"));
+    let (older, messages) = sound(&folder.join("older.mat"));
     check(&older, 0.0, 6, &Axis::ALL);
     for part in ["note (text)", "z (complex numbers)"] {
-        assert!(told.contains(part), "{told}");
+        assert!(messages.contains(part), "{messages}");
     }
 }
 
 #[cfg(feature = "parquet")]
 fn check_parquet(folder: &Path) {
     check_dated(&folder.join("dated.parquet"));
-    let (recording, told) = sound(&folder.join("snappy.parquet"));
+    let (recording, messages) = sound(&folder.join("snappy.parquet"));
     check(&recording, 0.0, 6, &Axis::ALL);
-    assert!(told.contains("label (no numbers), pose.list.element (lists)"), "{told}");
+    assert!(messages.contains("label (no numbers), pose.list.element (lists)"), "{messages}");
     for name in ["gzip.parquet", "lz4.parquet", "none.parquet", "zstd.parquet"] {
-        let (recording, told) = sound(&folder.join(name));
+        let (recording, messages) = sound(&folder.join(name));
         assert_eq!(recording.n_samples(), N - 2);
         assert_eq!(recording.gauges()[..4], [1.0, 1.25, 1.5, 2.25]);
-        assert!(told.contains(":4: column 2 (S1) holds NaN, which is not a finite"), "{told}");
-        assert!(told.contains("(2 times, last on line 5)"), "{told}");
+        assert!(
+            messages.contains(":4: column 2 (S1) holds NaN, which is not a finite"),
+            "{messages}"
+        );
+        assert!(messages.contains("(2 times, last on line 5)"), "{messages}");
     }
-    let told = error(&folder.join("brotli.parquet"));
-    assert!(told.contains("is compressed by brotli") && told.contains("snappy"), "{told}");
+    let messages = error(&folder.join("brotli.parquet"));
+    assert!(
+        messages.contains("is compressed by brotli") && messages.contains("snappy"),
+        "{messages}"
+    );
 }
 
 #[cfg(feature = "mcap")]
 fn check_mcap(folder: &Path) {
     for name in ["plain.mcap", "zstd.mcap", "lz4.mcap"] {
-        let (recording, told) = sound(&folder.join(name));
+        let (recording, messages) = sound(&folder.join(name));
         let text = "left out: /joints (sensor_msgs/msg/JointState), /note (std_msgs/msg/String)";
-        assert!(told.contains(text), "{told}");
+        assert!(messages.contains(text), "{messages}");
         if name == "plain.mcap" {
-            // The reference ends a sample earlier; between its samples it is on the line, which is exact here.
-            assert!(told.contains("no reference at"), "{told}");
+            // The reference ends one sample earlier. It is linear, so interpolation is exact.
+            assert!(messages.contains("no reference at"), "{messages}");
             assert_eq!(recording.n_samples(), N - 1);
             assert_eq!(recording.loads()[6..12], [9.5, 19.5, 29.5, 39.5, 49.5, 59.5]);
         } else {
@@ -142,14 +147,14 @@ fn check_mcap(folder: &Path) {
     }
 }
 
-/// Reads by the map that looking proposes, with these parts of the file in it.
+/// Reads by the proposed map, with these parts of the file in it.
 fn read_parts(path: &Path, parts: &[&str]) -> Result<Loaded, String> {
     let found = inspect(path, Known::Nothing, &Progress::default()).unwrap();
     let mut text = found.map.table.text.clone();
     text.parts = parts.iter().map(|part| (*part).to_owned()).collect();
     let found = inspect(path, Known::Layout(&text), &Progress::default());
     let map = found.map_err(|error| error.to_string())?.map;
-    // What is written is read again.
+    // The written map is read again.
     let mut json = Vec::new();
     map.write_json(&mut json).unwrap();
     let map = ColumnMap::from_json(&json).unwrap();
@@ -157,16 +162,16 @@ fn read_parts(path: &Path, parts: &[&str]) -> Result<Loaded, String> {
 }
 
 fn check_structs(folder: &Path) {
-    let (recording, told) = sound(&folder.join("struct.mat"));
+    let (recording, messages) = sound(&folder.join("struct.mat"));
     assert_eq!(recording.gauge_names()[0], "run.S1");
     assert_eq!((recording.gauges_at(3)[5], recording.loads()[6]), (gauge(3, 5), load(1, 0)));
     assert_eq!(recording.axes(), Axis::ALL);
-    assert!(told.contains("run.out.unit (text), run.note (text), gain"), "{told}");
+    assert!(messages.contains("run.out.unit (text), run.note (text), gain"), "{messages}");
     check_dated(&folder.join("dated.mat"));
     let path = folder.join("structs.mat");
-    let (recording, told) = sound(&path);
+    let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &Axis::ALL);
-    assert!(told.contains("run(1) is read, not read: run(2)"), "{told}");
+    assert!(messages.contains("run(1) is read, not read: run(2)"), "{messages}");
     let both = read_parts(&path, &["run(1)", "run(2)"]).unwrap();
     let lengths: Vec<usize> = both.recordings.iter().map(Recording::n_samples).collect();
     assert_eq!(lengths, [N, 10]);
@@ -182,9 +187,9 @@ fn check_dated(path: &Path) {
 
 #[cfg(feature = "hdf5")]
 fn check_hdf5(folder: &Path) {
-    let (recording, told) = sound(&folder.join("plain.h5"));
+    let (recording, messages) = sound(&folder.join("plain.h5"));
     check(&recording, 0.0, 6, &Axis::ALL);
-    assert!(told.contains("note (text)"), "{told}");
+    assert!(messages.contains("note (text)"), "{messages}");
     let (recording, _) = sound(&folder.join("newer.mat"));
     check(&recording, 0.0, 6, &Axis::ALL);
     let (frame, _) = sound(&folder.join("frame.h5"));
@@ -192,12 +197,12 @@ fn check_hdf5(folder: &Path) {
     let (recording, _) = sound(&folder.join("chunked.h5"));
     assert_eq!(recording.gauges(), frame.gauges());
     assert_eq!(recording.loads()[3..6], [0, 1, 2].map(|a| 2.0 * load(1, a)));
-    let (recording, told) = sound(&folder.join("records.h5"));
+    let (recording, messages) = sound(&folder.join("records.h5"));
     assert_eq!(recording.gauges(), frame.gauges());
     assert_eq!(recording.axes(), [Axis::Fx, Axis::Mz]);
     assert_eq!(recording.loads()[2..4], [load(1, 0), load(1, 5)]);
-    assert_eq!(told, "");
-    let (recording, told) = sound(&folder.join("gaps.h5"));
+    assert_eq!(messages, "");
+    let (recording, messages) = sound(&folder.join("gaps.h5"));
     check(&recording, 0.0, 6, &Axis::ALL[..3]);
     for gap in [
         "F (60 of 180 values: never written)",
@@ -206,12 +211,12 @@ fn check_hdf5(folder: &Path) {
         "never (never written)",
         "never_in_chunks (never written)",
     ] {
-        assert!(told.contains(gap), "no {gap} in {told}");
+        assert!(messages.contains(gap), "no {gap} in {messages}");
     }
     let path = folder.join("runs.h5");
-    let (recording, told) = sound(&path);
+    let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &[]);
-    assert!(told.contains("second is read, not read: first"), "{told}");
+    assert!(messages.contains("second is read, not read: first"), "{messages}");
     let first = read_parts(&path, &["first"]).unwrap();
     assert_eq!(first.recordings[0].n_samples(), 10);
 }
@@ -219,18 +224,18 @@ fn check_hdf5(folder: &Path) {
 #[cfg(feature = "xlsx")]
 fn check_workbooks(folder: &Path) {
     let path = folder.join("sheets.xlsx");
-    let (recording, told) = sound(&path);
+    let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &Axis::ALL);
     assert_eq!(recording.gauge_units()[0], "mV/V");
-    assert!(told.contains("Data is read, not read: Short"), "{told}");
-    assert!(told.contains("label (text), Notes (no numbers in rows)"), "{told}");
+    assert!(messages.contains("Data is read, not read: Short"), "{messages}");
+    assert!(messages.contains("label (text), Notes (no table of numbers)"), "{messages}");
     check_dated(&folder.join("dated.xlsx"));
     let short = read_parts(&path, &["Short"]).unwrap();
     assert_eq!(short.recordings[0].n_samples(), 5);
     let differ = read_parts(&path, &["Data", "Short"]).unwrap_err();
-    assert!(differ.contains("not called the same"), "{differ}");
-    let (recording, told) = sound(&folder.join("dates.xlsx"));
-    assert_eq!(told, "");
+    assert!(differ.contains("have different names"), "{differ}");
+    let (recording, messages) = sound(&folder.join("dates.xlsx"));
+    assert_eq!(messages, "");
     // Midnight before 6 March 2024 in UTC.
     assert_eq!(
         [0, 1, 2, 3, 4].map(|k| recording.clock_time(k)),
@@ -240,18 +245,18 @@ fn check_workbooks(folder: &Path) {
 }
 
 fn check_labview(folder: &Path) {
-    let (recording, told) = sound(&folder.join("segments.lvm"));
+    let (recording, messages) = sound(&folder.join("segments.lvm"));
     check(&recording, 0.0, 6, &Axis::ALL[..1]);
-    assert_eq!((recording.gauge_units()[5].as_str(), told.as_str()), ("mV/V", ""));
+    assert_eq!((recording.gauge_units()[5].as_str(), messages.as_str()), ("mV/V", ""));
 }
 
-/// Of three wrenches the one that is called the reference, of two arrays that of gauges; or whichever is wanted.
+/// The wrench named as reference and the array named as gauges are read, or any other topics that are wanted.
 #[cfg(feature = "mcap")]
 fn check_several_topics(folder: &Path) {
     let path = folder.join("several.mcap");
-    let (recording, told) = sound(&path);
+    let (recording, messages) = sound(&path);
     let text = "/strain, /ati/wrench is read, not read: /ft, /joints, /estimate, /temperatures";
-    assert!(told.contains(text), "{told}");
+    assert!(messages.contains(text), "{messages}");
     assert_eq!((recording.gauges()[0], recording.loads()[0]), (gauge(0, 0), -load(0, 0)));
     let other = read_parts(&path, &["/ft", "/temperatures"]).unwrap();
     let other = &other.recordings[0];
@@ -281,17 +286,17 @@ fn sheets_are_read_wherever_their_header_is() {
 }
 
 #[test]
-fn segments_of_labview_go_on_where_their_clock_does() {
+fn labview_segments_continue_on_their_clock() {
     check_labview(&fixture(""));
 }
 
 #[cfg(feature = "mcap")]
 #[test]
-fn of_several_topics_one_pair_is_read_and_the_others_are_named() {
+fn one_pair_of_several_topics_is_read_and_the_others_are_named() {
     check_several_topics(&fixture(""));
 }
 
-/// One matrix as `save -v4` writes it: five integers, the name, the numbers column by column.
+/// Returns one matrix as `save -v4` writes it: five integers, the name, the numbers column by column.
 fn mat4(is_big_endian: bool, kind: u32, shape: [u32; 2], name: &str, data: &[Vec<u8>]) -> Vec<u8> {
     let first = kind + if is_big_endian { 1000 } else { 0 };
     let integers = [first, shape[0], shape[1], 0, name.len() as u32 + 1];
@@ -308,7 +313,7 @@ fn mat4(is_big_endian: bool, kind: u32, shape: [u32; 2], name: &str, data: &[Vec
 }
 
 #[test]
-fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
+fn matlab_version_4_is_read_in_all_kinds_and_byte_orders() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mat");
     type Stored = fn(f64) -> Vec<u8>;
@@ -330,7 +335,7 @@ fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
             let n = N as u32;
             let note = "5 March 2024".bytes().map(|code| double(f64::from(code)));
             let time = rows().map(|k| double(k / 64.0)).collect();
-            // Whole numbers, in any of the kinds.
+            // Whole numbers in each of the kinds.
             let gauges = (0..2).flat_map(|j| rows().map(move |k| bytes(k * 3.0 + f64::from(j))));
             let mut content = [
                 write(1, [1, 12], "recorded_on", note.collect()),
@@ -341,12 +346,12 @@ fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
             .concat();
             fs::write(&path, &content).unwrap();
             check_dated(&path);
-            let (recording, told) = sound(&path);
+            let (recording, messages) = sound(&path);
             assert_eq!(recording.gauges()[2..4], [3.0, 4.0], "{kind} {is_big_endian}");
             assert_eq!(recording.gauges()[2 * N - 1], 118.0);
             assert_eq!(recording.times()[N - 1], 39.0 / 64.0);
             let left_out = "recorded_on (text), where (a sparse matrix)";
-            assert!(told.contains(left_out), "{told}");
+            assert!(messages.contains(left_out), "{messages}");
             content.pop();
             fs::write(&path, &content).unwrap();
             assert!(error(&path).contains("the file ends inside S; it was cut short"));
@@ -360,9 +365,9 @@ fn matlab_of_version_4_is_read_in_all_its_kinds_and_orders() {
     assert!(error(&path).contains("the file ends inside S"));
 }
 
-/// Each with the way out that its own tools offer.
+/// Each error names a way to convert the file with its own tools.
 #[test]
-fn what_is_not_read_says_how_else() {
+fn unsupported_formats_are_refused_with_a_way_out() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     for (start, way_out) in [
@@ -375,8 +380,8 @@ fn what_is_not_read_says_how_else() {
         (b"MDF     4.10", "asammdf"),
     ] {
         fs::write(&path, [start, &[0; 600]].concat()).unwrap();
-        let told = error(&path);
-        assert!(told.contains("not text but") && told.contains(way_out), "{told}");
+        let messages = error(&path);
+        assert!(messages.contains("not text but") && messages.contains(way_out), "{messages}");
     }
     let mut archive = zip::ZipWriter::new(fs::File::create(&path).unwrap());
     let options =
@@ -397,7 +402,7 @@ fn lines_of_json_are_samples() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.txt");
     let line = |k: usize| match k {
-        // What Python writes for a number that is none, a missing one, a damaged line, and a blank one.
+        // As Python writes NaN, a missing key, a damaged line, and a blank line.
         3 => r#"{"time": "2024-03-05T10:00:03Z", "S": [NaN, 1], "is_on": true}"#.to_owned(),
         4 => r#"{"time": "2024-03-05T10:00:04Z", "is_on": true}"#.to_owned(),
         5 => r#"{"time": "2024-03-05T10:00:05Z", "S": [2.5,"#.to_owned(),
@@ -411,7 +416,7 @@ fn lines_of_json_are_samples() {
     let content: Vec<String> = (0..30).map(line).collect();
     let content = format!("\u{feff}{}\n{{\"time\": \"20", content.join("\r\n"));
     fs::write(&path, &content).unwrap();
-    let (recording, told) = sound(&path);
+    let (recording, messages) = sound(&path);
     assert_eq!(recording.n_samples(), 27);
     assert_eq!(recording.gauges_at(3), [6.5, 12.0]);
     assert_eq!(recording.clock_time(0), 1_709_632_800.0);
@@ -422,7 +427,7 @@ fn lines_of_json_are_samples() {
         "lines that are no JSON objects (1)",
         "ends early",
     ] {
-        assert!(told.contains(part), "{part} in {told}");
+        assert!(messages.contains(part), "{part} in {messages}");
     }
     fs::write(&path, content + &" ".repeat(1 << 20)).unwrap();
     assert!(error(&path).contains("a line is longer than 1048576 bytes"));
@@ -434,9 +439,9 @@ fn lines_of_json_are_samples() {
     error(&path);
 }
 
-/// What this program itself writes is no recording, on one line or on many.
+/// Files that this program writes are not recordings, on one line or on many.
 #[test]
-fn documents_of_json_are_no_lines_of_samples() {
+fn json_documents_are_not_lines_of_samples() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     let proposed = inspect(&fixture("plain.npz"), Known::Nothing, &Progress::default()).unwrap();
@@ -454,7 +459,7 @@ fn documents_of_json_are_no_lines_of_samples() {
 }
 
 #[test]
-fn matrices_of_matlab_are_read_packed_or_not() {
+fn matrices_of_matlab_are_read_with_or_without_compression() {
     check_matlab(&fixture(""));
 }
 
@@ -483,7 +488,7 @@ fn without_its_feature_an_mcap_recording_is_named() {
 }
 
 #[test]
-fn files_made_now_read_like_those_made_then() {
+fn newly_generated_files_read_like_the_stored_ones() {
     let folder = tempfile::tempdir().unwrap();
     let script = fixture("generate.py");
     let made = Command::new("python3").arg(script).arg(folder.path()).output();
@@ -518,23 +523,26 @@ fn files_made_now_read_like_those_made_then() {
     }
 }
 
-/// Every other sample of the reference; the one between two is on their line, which is exact here.
+/// The reference has every other sample. It is linear, so interpolation is exact.
 #[test]
 fn arrays_on_two_clocks_are_joined() {
-    let (recording, told) = sound(&fixture("two_clocks.npz"));
+    let (recording, messages) = sound(&fixture("two_clocks.npz"));
     assert_eq!(recording.axes(), &Axis::ALL[..3]);
     assert_eq!(recording.n_samples(), N - 1);
     for k in 0..N - 1 {
         assert_eq!(recording.loads()[3 * k..3 * k + 3], [load(k, 0), load(k, 1), load(k, 2)]);
     }
-    assert!(told.contains("no reference at 0.609375 s"), "{told}");
+    assert!(messages.contains("no reference at 0.609375 s"), "{messages}");
 }
 
 #[test]
 fn an_array_without_names_needs_a_map_and_is_read_by_it() {
     let path = fixture("lone.npy");
-    let told = error(&path);
-    assert!(told.contains("an array of 13 columns without names; say what they are"), "{told}");
+    let messages = error(&path);
+    assert!(
+        messages.contains("an array of 13 columns without names; say what they are"),
+        "{messages}"
+    );
     let proposed = inspect(&path, Known::Nothing, &Progress::default()).unwrap();
     assert_eq!(proposed.table.columns[0].is, ColumnRole::Time);
     assert_eq!((proposed.table.about_rows, proposed.table.kind), (40, Some("NumPy array")));
@@ -561,7 +569,7 @@ fn a_map_chooses_among_arrays_as_among_columns_of_text() {
     assert_eq!(loaded.recordings[0].loads()[0], -10_000.0);
 }
 
-/// Twice the same array as gauges once panicked, as two axes it left one of them all zeros.
+/// The same array listed twice must not panic as gauges, nor give an axis of zeros.
 #[test]
 fn an_array_that_a_map_lists_by_name_and_by_number_is_refused() {
     for name in ["plain.npz", "plain.mat"] {
@@ -576,15 +584,15 @@ fn an_array_that_a_map_lists_by_name_and_by_number_is_refused() {
             let is_free = report.is == ColumnRole::Ignore;
             assert_eq!(read.is_ok(), is_free, "{}", report.header);
             if let Err(error) = read {
-                let told = format!("column {} is listed twice, as", report.number);
-                assert!(error.to_string().contains(&told), "{error}");
+                let messages = format!("column {} is listed twice, as", report.number);
+                assert!(error.to_string().contains(&messages), "{error}");
             }
         }
     }
 }
 
 #[test]
-fn the_content_decides_not_the_name() {
+fn the_content_decides_and_not_the_file_name() {
     let folder = tempfile::tempdir().unwrap();
     for (name, other) in [("packed.npz", "run.csv"), ("plain.mat", "run.txt")] {
         let path = folder.path().join(other);
@@ -599,22 +607,22 @@ fn the_content_decides_not_the_name() {
 }
 
 #[test]
-fn what_holds_no_table_says_what_it_holds_instead() {
+fn files_without_a_table_list_their_contents() {
     let folder = tempfile::tempdir().unwrap();
-    let told = |content: &[u8]| {
+    let messages = |content: &[u8]| {
         let path = folder.path().join("run");
         fs::write(&path, content).unwrap();
         error(&path)
     };
     assert!(error(&fixture("objects.npy")).contains("holds Python objects; save it as"));
     let empty_archive = [&b"PK\x05\x06"[..], &[0; 18]].concat();
-    assert!(told(&empty_archive).contains("no numbers in rows in this file"));
+    assert!(messages(&empty_archive).contains("no table of numbers"));
     let mut matlab73 = b"MATLAB 7.3 MAT-file".to_vec();
     matlab73.resize(512, b' ');
-    assert!(told(&matlab73).contains("save it with `save FILE -v7`"));
+    assert!(messages(&matlab73).contains("save it with `save FILE -v7`"));
     let matlab5 = [&b"MATLAB 5.0 MAT-file"[..], &[b' '; 105], b"\x00\x01IM"].concat();
-    assert!(told(&matlab5).contains("no numbers in rows"));
-    assert!(told(b"PK\x03\x04 S.npy is cut off").contains("the archive is damaged"));
+    assert!(messages(&matlab5).contains("no table of numbers"));
+    assert!(messages(b"PK\x03\x04 S.npy is cut off").contains("the archive is damaged"));
 }
 
 fn npy(header: &str, data: &[u8]) -> Vec<u8> {
@@ -622,7 +630,7 @@ fn npy(header: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
 }
 
-/// Sizes that no memory has: each is an answer, made without asking for that memory.
+/// Declared sizes larger than any memory give an error, without allocating that memory.
 #[test]
 fn declared_sizes_are_not_believed() {
     let folder = tempfile::tempdir().unwrap();
@@ -634,15 +642,15 @@ fn declared_sizes_are_not_believed() {
     }
     let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 0), }\n";
     fs::write(&path, npy(header, &[])).unwrap();
-    assert!(error(&path).contains("no numbers in rows"));
+    assert!(error(&path).contains("no table of numbers"));
     for order in ["False", "True"] {
         let header = format!("{{'descr': '<f8', 'fortran_order': {order}, 'shape': (0, 3), }}\n");
         fs::write(&path, npy(&header, &[])).unwrap();
-        assert!(error(&path).contains("no numbers in rows"));
+        assert!(error(&path).contains("no table of numbers"));
     }
     for (descr, shape, expected) in [
         ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(2,)", "the file ends inside the array"),
-        ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(0,)", "no numbers in rows"),
+        ("[('t', '<f8'), ('S1', '<f8', (999999999,))]", "(0,)", "no table of numbers"),
         ("[('t', '<f8', (9999999999, 9999999999))]", "(0,)", "its header describes no kind"),
         ("[('t', '<U1'), ('S1', '<f8', (0,))]", "(99999999999,)", "holds records without numbers"),
         ("[('t', '<f8'), ('S1', '|O')]", "(2,)", "holds Python objects"),
@@ -674,12 +682,12 @@ fn a_text_of_mcap_that_is_longer_than_its_record_is_damage() {
         let mut damaged = content.clone();
         damaged[at - 4..at].copy_from_slice(&0xffff_fff0_u32.to_le_bytes());
         fs::write(&path, damaged).unwrap();
-        let told = error(&path);
-        assert!(told.contains("a text is longer than its record"), "{told}");
+        let messages = error(&path);
+        assert!(messages.contains("a text is longer than its record"), "{messages}");
     }
 }
 
-/// All fixtures that this build reads.
+/// Returns all fixtures that this build reads.
 fn fixtures() -> Vec<PathBuf> {
     let mut endings = vec!["npz", "npy", "mat", "lvm", "jsonl"];
     if cfg!(feature = "hdf5") {
@@ -705,18 +713,18 @@ fn fixtures() -> Vec<PathBuf> {
     paths
 }
 
-/// Only crates that read a format may panic inside, never the readers of this project.
+/// Checks that only crates that read a format panic, never the readers of this project.
 #[track_caller]
 fn check_no_defect(fixture: &Path, error: &ReadError) {
     let by_crate = ["parquet", "h5", "xlsx"];
     let ending = fixture.extension().and_then(|ending| ending.to_str());
     let is_by_crate = ending.is_some_and(|ending| by_crate.contains(&ending));
-    let told = error.to_string();
-    assert!(is_by_crate || !told.contains("its reader failed"), "{fixture:?}: {told}");
+    let messages = error.to_string();
+    assert!(is_by_crate || !messages.contains("its reader failed"), "{fixture:?}: {messages}");
 }
 
 #[test]
-fn a_file_that_is_cut_short_says_so() {
+fn a_file_that_is_cut_short_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     for fixture in fixtures() {
@@ -724,16 +732,16 @@ fn a_file_that_is_cut_short_says_so() {
         for part in 1..24 {
             fs::write(&path, &content[..content.len() * part / 24]).unwrap();
             match read(&path, None, &[], &Progress::default()) {
-                // What a killed recorder leaves behind, and whole matrices, are used.
+                // What a killed recorder leaves behind, and whole matrices, are read.
                 Ok(loaded) => {
-                    let told: Vec<String> =
+                    let messages: Vec<String> =
                         loaded.warnings.iter().map(ToString::to_string).collect();
-                    // What is left of a text is rows, of HDF5 those datasets that are whole.
+                    // The remaining rows of a text are read, and the complete datasets of HDF5.
                     let may_be_whole = ["mat", "lvm", "h5"];
                     let ending = fixture.extension().and_then(|ending| ending.to_str());
                     let is_whole = ending.is_some_and(|ending| may_be_whole.contains(&ending));
-                    let is_told = told.iter().any(|told| told.contains("ends early"));
-                    assert!(is_told || is_whole, "{fixture:?} {part}: {told:?}");
+                    let is_told = messages.iter().any(|messages| messages.contains("ends early"));
+                    assert!(is_told || is_whole, "{fixture:?} {part}: {messages:?}");
                 }
                 Err(ReadError::File { source: FileError::Io(source), .. }) => {
                     panic!("{fixture:?}: {source}")
@@ -761,7 +769,7 @@ fn mutated_files_never_panic() {
         for _ in 0..100 {
             let mut content = sound.clone();
             for _ in 0..=next(4) {
-                // Sizes and kinds stand at the start and the end more than elsewhere.
+                // Sizes and kinds are mostly at the start and at the end of a file.
                 let at = match next(3) {
                     0 => next(content.len().min(400)),
                     1 => content.len() - 1 - next(content.len().min(400)),
@@ -784,7 +792,7 @@ fn mutated_files_never_panic() {
     assert!(n_read > 50, "{n_read} files were read");
 }
 
-/// A workbook of one sheet with these rows and shared strings.
+/// Writes a workbook of one sheet with these rows and shared strings.
 #[cfg(feature = "xlsx")]
 fn workbook(path: &Path, rows: &str, strings: &str) {
     let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
@@ -818,10 +826,10 @@ fn workbook(path: &Path, rows: &str, strings: &str) {
     archive.finish().unwrap();
 }
 
-/// The memory that a workbook takes is that of its cells, wherever they stand and whatever they share.
+/// The memory for a workbook depends on its filled cells, not on their positions or on shared texts.
 #[cfg(feature = "xlsx")]
 #[test]
-fn cells_at_the_far_corner_and_shared_texts_take_no_memory_of_their_own() {
+fn distant_cells_and_shared_texts_take_no_extra_memory() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.xlsx");
     let heads = ["t", "S1", "Fz [N]"].map(|name| format!(r#"<c t="str"><v>{name}</v></c>"#));
@@ -833,8 +841,8 @@ fn cells_at_the_far_corner_and_shared_texts_take_no_memory_of_their_own() {
     let table = format!("<row>{}</row>{rows}", heads.concat());
     let corner = r#"<row r="1048576"><c r="XFD1048576" t="str"><v>x</v></c></row>"#;
     workbook(&path, &format!("{table}{corner}"), ">");
-    let (recording, told) = sound(&path);
-    assert_eq!(recording.n_samples(), N, "{told}");
+    let (recording, messages) = sound(&path);
+    assert_eq!(recording.n_samples(), N, "{messages}");
     assert_eq!(recording.gauges()[N - 1], gauge(N - 1, 0));
 
     let many = format!("<row>{}</row>", r#"<c t="s"><v>0</v></c>"#.repeat(5000));
@@ -846,7 +854,7 @@ fn cells_at_the_far_corner_and_shared_texts_take_no_memory_of_their_own() {
     workbook(&path, &table, &lie);
     assert!(error(&path).contains("4294967295 texts"), "{}", error(&path));
 
-    // Numbers on a diagonal: few cells, and a table of 40,000 rows and 4,096 columns.
+    // Numbers on a diagonal: few cells in a table of 40,000 rows and 4,096 columns.
     let letter = |at: usize| char::from(b'A' + (at % 26) as u8);
     let cell = |k: usize| {
         let column: String = [k % 5000 / 676, k % 676 / 26, k % 26].map(letter).iter().collect();
@@ -856,7 +864,7 @@ fn cells_at_the_far_corner_and_shared_texts_take_no_memory_of_their_own() {
     assert!(error(&path).contains("Data would unpack to more than"), "{}", error(&path));
 }
 
-/// An archive of arrays.
+/// Writes an archive of arrays.
 fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
     let mut archive = zip::ZipWriter::new(fs::File::create(path).unwrap());
     let options =
@@ -871,9 +879,9 @@ fn npz(path: &Path, arrays: &[(&str, Vec<f64>)]) {
     archive.finish().unwrap();
 }
 
-/// What a pause does is the same for arrays as for text.
+/// A pause ends a recording in arrays as in text.
 #[test]
-fn presses_in_arrays_are_recordings_and_bursts_are_told() {
+fn presses_in_arrays_are_recordings_and_bursts_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.npz");
     for (pause, n_recordings) in [(0.3, 1), (10.0, 60)] {
@@ -883,8 +891,8 @@ fn presses_in_arrays_are_recordings_and_bursts_are_told() {
         npz(&path, &[("t", times), ("S1", gauge)]);
         let loaded = loaded(&path);
         assert_eq!(loaded.recordings.len(), n_recordings);
-        let told = loaded.warnings[0].to_string();
-        assert_eq!(told.contains("rows come in bursts"), n_recordings == 1, "{told}");
+        let messages = loaded.warnings[0].to_string();
+        assert_eq!(messages.contains("rows come in bursts"), n_recordings == 1, "{messages}");
         let map = inspect(&path, Known::Nothing, &Progress::default()).unwrap().map;
         let map = ColumnMap { gap_secs: Some(0.1), ..map };
         let cut = read(&path, Some(&map), &[], &Progress::default()).unwrap();
@@ -892,24 +900,24 @@ fn presses_in_arrays_are_recordings_and_bursts_are_told() {
     }
 }
 
-/// The crate that reads Parquet panics on some damaged files; that is told of the file, and of nothing else.
+/// The crate that reads Parquet panics on some damaged files. This becomes an error of the file.
 #[cfg(feature = "parquet")]
 #[test]
-fn a_reader_that_fails_inside_is_an_error_of_the_file() {
+fn a_panic_of_a_reader_is_an_error_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.parquet");
     let mut content = fs::read(fixture("gzip.parquet")).unwrap();
     content[806] = 207;
     fs::write(&path, content).unwrap();
-    let told = error(&path);
-    assert!(told.contains("run.parquet: the file is damaged"), "{told}");
+    let messages = error(&path);
+    assert!(messages.contains("run.parquet: the file is damaged"), "{messages}");
     let binary = env!("CARGO_BIN_EXE_loopscope");
     let output = Command::new(binary).arg("inspect").arg(&path).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!((output.status.code(), told.lines().count()), (Some(1), 1), "{told}");
+    let messages = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), messages.lines().count()), (Some(1), 1), "{messages}");
 }
 
-/// More arrays than a table may have columns: nothing takes longer than in proportion.
+/// With more arrays than a table may have columns, the time still grows only in proportion.
 #[test]
 fn thousands_of_arrays_are_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();

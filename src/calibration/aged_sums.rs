@@ -1,9 +1,10 @@
-//! What a look-back adds to the sums, by the age of the past sample: all t_th from one pass.
+//! Contribution of a look-back to the sums by age of the past sample: the sums for all t_th from one pass.
 //!
-//! For one F_th the search with the longest t_th finds every past sample that a shorter one finds; where the found one
-//! is too old for the shorter, that finds none, and the look-back's columns, relative to the present, are zero. So t_th
-//! only decides which samples take part in the products *of these columns*. Guarantees: added class by class to sums in
-//! which the columns are zero, the products give the sums of each t_th in turn.
+//! For one F_th, the search with the longest t_th finds the past samples for every shorter t_th as well. If the past
+//! sample is too old for the shorter t_th, the columns of the look-back are zero. t_th therefore only decides which
+//! samples contribute to the products *of these columns*.
+//!
+//! Guarantees: added class by class to sums in which these columns are zero, the products give the sums for each t_th.
 
 use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::NormalEquations;
@@ -13,19 +14,19 @@ use crate::calibration::sums::{Pass, TakesRows, cold_past};
 use crate::features::Design;
 use crate::progress::Progress;
 
-/// The products of look-backs' columns with all columns, kept apart by the age of the past sample.
+/// Products of the columns of look-backs with all columns, separated by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgedSums {
-    /// The look-backs' first column.
+    /// First column of the look-backs.
     first: usize,
     n_columns: usize,
     stride: usize,
-    /// One `rows × stride` matrix per class; rows beyond `n_columns` mean nothing.
+    /// One `rows × stride` matrix per class. Rows beyond `n_columns` are not valid.
     products: Vec<f64>,
 }
 
 impl AgedSums {
-    /// No samples yet: `n_classes` ages, the first `n_look_backs` of `design`.
+    /// Creates empty sums for `n_classes` ages and the first `n_look_backs` of `design`.
     pub fn new(design: &Design, n_axes: usize, n_look_backs: usize, n_classes: usize) -> Self {
         let (first, n_columns) = (design.n_gauges(), design.n_gauges() * n_look_backs);
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
@@ -33,7 +34,7 @@ impl AgedSums {
         Self { first, n_columns, stride, products: vec![0.0; n_classes * rows * stride] }
     }
 
-    /// The memory that one of these takes with the first look-back (bytes).
+    /// Returns the memory for the first look-back in bytes.
     pub fn size_bytes(design: &Design, n_axes: usize, n_classes: usize) -> usize {
         let stride = NormalEquations::stride_of(design.n_columns() + n_axes);
         n_classes * design.n_gauges().next_multiple_of(TILE) * stride * size_of::<f64>()
@@ -43,10 +44,10 @@ impl AgedSums {
         self.n_columns.next_multiple_of(TILE) * self.stride
     }
 
-    /// Adds the products of the samples in one class of age to sums in which their look-back was zero.
+    /// Adds the products of one age class to sums in which the look-back columns of these samples are zero.
     ///
     /// # Panics
-    /// If there is no such class, or the sums are over other columns.
+    /// If the class does not exist, or the sums have other columns.
     pub fn add_class_to(&self, class: usize, sums: &mut NormalEquations) {
         assert_eq!(sums.stride(), self.stride, "sums over the same columns");
         let products = &self.products[class * self.class_len()..];
@@ -55,7 +56,7 @@ impl AgedSums {
 }
 
 impl TakesRows for AgedSums {
-    /// Neighbours in the same class are multiplied together.
+    /// Consecutive rows of the same class are multiplied together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
         let (class_len, stride) = (self.class_len(), self.stride);
         pulp::Arch::new().dispatch(
@@ -84,19 +85,19 @@ impl TakesRows for AgedSums {
 /// One F_th with every t_th of a grid, for one recording.
 #[derive(Clone, Copy, Debug)]
 pub struct ThresholdAges<'a> {
-    /// The past samples of the first look-back with the longest t_th; a sample's own index where there is none.
+    /// Past samples of the first look-back with the longest t_th; a sample's own index if there is none.
     pub past: &'a [u32],
-    /// The past samples of the further look-backs, which stay as they are.
+    /// Past samples of the other look-backs, which do not change.
     pub further: &'a [Vec<u32>],
-    /// The t_th, rising (s): class i holds the ages above the one before and up to this one.
+    /// Values of t_th in rising order (s). Class i has the ages above the previous value and up to this one.
     pub t_ths_secs: &'a [f64],
 }
 
-/// The products of each piece of a recording by age; like [`recording_sums`](crate::calibration::recording_sums) in
-/// all else, or like [`cold_sums`](crate::calibration::cold_sums).
+/// Returns the products of each piece by age, otherwise like [`recording_sums`](crate::calibration::recording_sums), or
+/// like [`cold_sums`](crate::calibration::cold_sums) if `is_cold`.
 ///
 /// # Panics
-/// If the recording has no reference, a piece reaches beyond it, or the design has no look-back.
+/// If the recording has no reference, a piece extends beyond it, or the design has no look-back.
 pub fn aged_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -138,7 +139,7 @@ mod tests {
     use crate::features::{Blocks, Creep, FeatureSettings, LoadPath, Thresholds};
     use crate::recording::simulated;
 
-    /// Sums in which the look-back is zero, plus classes in turn, against one pass for each t_th.
+    /// Compares sums without look-back plus age classes with one pass for each t_th.
     #[test]
     fn classes_of_age_add_up_to_the_sums_of_each_t_th() {
         let set = simulated::recordings(3);

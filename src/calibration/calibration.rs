@@ -1,7 +1,7 @@
-//! What a fit leaves behind: matrices, blocks, what was learned, and how good it is.
+//! Calibration: the result of a fit, with its quality.
 //!
-//! Guarantees: a [`Calibration`] that exists is whole (shapes match, every number finite), whether it was fitted or
-//! read; applied to a recording it gives the numbers that the fit gave.
+//! Guarantees: a [`Calibration`], fitted or read, has matching shapes and finite numbers. Applied to a recording, it
+//! gives the same loads as the fit.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -25,80 +25,81 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::recording::{Axis, GroupedBy, Identity, Recording, Tare, span};
 
-/// What the field `format` of a calibration file says.
+/// Value of the key `format` in a calibration file.
 pub const FORMAT: &str = "loopscope calibration";
-/// Version of the file that this program writes and reads.
+/// Version of calibration files that this program writes and reads.
 pub const VERSION: u32 = 2;
 
-/// Root mean squared errors per axis; `None` where nothing could be scored.
+/// Root mean squared errors per axis; `None` if there is nothing to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// On the recordings that were fitted.
+    /// Error on the training recordings.
     pub train_rmse: Option<Vec<f64>>,
-    /// On the recordings in the test role.
+    /// Error on the test recordings.
     pub test_rmse: Option<Vec<f64>>,
-    /// Each group of training recordings scored by a fit to the others; see [`CrossValidation`].
+    /// Error on each group of training recordings with a fit to the others; see [`CrossValidation`].
     pub cv_rmse: Option<Vec<f64>>,
 }
 
-/// How the calibration that a sensor came with does on the recordings that another was made with.
+/// Errors of the manufacturer's calibration on the recordings of a new calibration.
 ///
-/// **Shapes** one entry per axis; `None` where the factory's calibration lacks it, or nothing could be scored.
+/// **Shapes** one entry per axis; `None` if the manufacturer's calibration lacks the axis, or nothing can be scored.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FactoryScores {
     /// RMSE over the training recordings.
     pub train_rmse: Vec<Option<f64>>,
     /// RMSE over the test recordings.
     pub test_rmse: Vec<Option<f64>>,
-    /// What was added for want of a tare, in the axis' unit.
+    /// Offset added on each axis because there is no tare, in the unit of the axis.
     pub offsets: Vec<Option<f64>>,
 }
 
-/// How good a calibration was on the recordings it was made with.
+/// Quality of a calibration on the recordings from which it was made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Quality {
-    /// Samples that were fitted.
+    /// Number of training samples.
     pub n_train: u64,
-    /// Samples in the test role.
+    /// Number of test samples.
     pub n_test: u64,
-    /// With the present sample alone.
+    /// Scores of the conventional calibration, which uses the present sample alone.
     pub conventional: Scores,
-    /// With what the blocks and the regressor add.
+    /// Scores with history and regressor.
     pub compensated: Scores,
-    /// How many of the linear fit's features are independent.
+    /// Number of independent features of the linear fit.
     pub rank: usize,
-    /// Largest over smallest singular value of the independent columns of the linear fit, standardised and each scaled
-    /// to unit length; `None` where no column is independent.
+    /// Ratio of the largest to the smallest singular value of the independent columns, standardised and scaled to unit
+    /// length. `None` if no column is independent.
     pub condition: Option<f64>,
-    /// The strength of the linear fit's ridge, per axis; empty where each block has its own.
+    /// Ridge strength of the linear fit per axis; empty if each block has its own.
     pub ridge: Vec<f64>,
-    /// Whether the kernel's ridge stands at an end of what is tried.
+    /// End of the range of candidates at which the kernel's ridge lies, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernel_ridge_edge: Option<GridEdge>,
-    /// Two standard deviations of the load around the compensated one, as far as the regressor knows them: root mean square
-    /// over the test samples, or without any over the training samples, per axis.
+    /// Two standard deviations of the load around the compensated load, if the regressor gives them. Root mean square
+    /// over the test samples, or over the training samples without any, per axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<Vec<f64>>,
-    /// Where each block has a ridge of its own: what was chosen.
+    /// Ridge strengths of each block, if blocks have their own.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ridge_by_block: Vec<BlockRidge>,
-    /// What was left out in turn; `None` where nothing was, or whoever wrote it did not say.
+    /// Groups held out in cross-validation; `None` without cross-validation, or if the file does not contain it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cross_validation: Option<CrossValidation>,
-    /// How certain the coefficients of the compensated matrix are, where parts were left out and it has not too many.
+    /// Standard errors of the compensated matrix, if there is a cross-validation and the matrix is not too large.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<CoefficientErrors>,
-    /// Value within which 95 % of the held-out errors lie, where enough groups were held out.
+    /// Value within which 95 % of the held-out errors lie, if enough groups were held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
-    /// How many coefficients are free, with the ridge, on the axis with most, right after a linear fit; no file keeps it.
+    /// Effective number of coefficients with the ridge, for the axis with most. Known after a linear fit, and not
+    /// stored in files.
     #[serde(skip)]
     pub free_coefficients: Option<f64>,
 }
 
 impl Quality {
-    /// The ridge in words; `None` where nothing is shrunk.
+    /// Returns a description of the ridge, or `None` without ridge.
     pub fn ridge_in_words(&self, axes: &[Axis]) -> Option<String> {
         let by_axis = |texts: &mut dyn Iterator<Item = String>| {
             let named = axes.iter().zip(texts);
@@ -109,7 +110,7 @@ impl Quality {
             let blocks = self.ridge_by_block.iter().map(|own| {
                 let text = |strength: &Option<f64>| match strength {
                     Some(strength) => format!("{strength:e}"),
-                    None => "left away".to_owned(),
+                    None => "removed".to_owned(),
                 };
                 let strengths = by_axis(&mut own.strengths.iter().map(text));
                 format!("{}: {strengths}", own.block)
@@ -122,28 +123,28 @@ impl Quality {
     }
 }
 
-/// How one block is shrunk.
+/// Ridge of one block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BlockRidge {
-    /// The block in words.
+    /// Description of the block.
     pub block: String,
-    /// The strength per axis; `None` where the block does not help and is left away.
+    /// Strength per axis; `None` if the block does not help and is removed.
     pub strengths: Vec<Option<f64>>,
 }
 
-/// What cross-validation leaves out in turn.
+/// Groups that cross-validation holds out in turn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
-    /// What a group is.
+    /// Criterion of the groups.
     pub by: GroupedBy,
-    /// How many groups there are.
+    /// Number of groups.
     pub groups: usize,
-    /// The parts that they are left out in: as many, or fewer where some are left out together.
+    /// Number of folds. It is smaller than the number of groups if some groups are held out together.
     pub parts: usize,
 }
 
 impl CrossValidation {
-    /// Whether blocks are left out, for want of recordings.
+    /// Returns true if contiguous blocks are held out because there are too few recordings.
     pub fn is_by_block(&self) -> bool {
         self.by == GroupedBy::Block
     }
@@ -165,39 +166,39 @@ impl fmt::Display for CrossValidation {
     }
 }
 
-/// A fit that could go through every sample it was made of.
+/// Fit with at least as many coefficients as samples, which could reproduce every training sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined {
-    /// Samples that were fitted.
+    /// Number of training samples.
     pub samples: u64,
-    /// Coefficients of each axis.
+    /// Number of coefficients per axis.
     pub coefficients: usize,
 }
 
 impl Undetermined {
-    /// What it does to the calibration.
+    /// Returns the finding for this fit.
     pub(crate) fn finding(&self) -> Finding {
         let Self { samples, coefficients } = self;
         let seen =
-            format!("only {samples} training samples for {coefficients} coefficients of each axis");
+            format!("only {samples} training samples for {coefficients} coefficients per axis");
         Finding::new(Id::Undetermined, Verdict::Insufficient, seen)
     }
 }
 
-/// A calibration that can be saved, read and applied.
+/// Calibration that can be saved, read and applied.
 ///
-/// Its maps know their columns by what they are. In a file the columns have names instead: see [`Calibration::in_file`].
+/// Maps refer to columns by kind. In a file the columns have names; see [`Calibration::in_file`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Always [`FORMAT`].
     pub format: String,
-    /// The file's version, at most [`VERSION`].
+    /// File version, at most [`VERSION`].
     pub version: u32,
-    /// The program that made it.
+    /// Program that made the calibration.
     pub program: String,
-    /// Whether it was made from the built-in simulated sensor rather than from a real one.
+    /// True if the calibration was made from the built-in simulated sensor.
     pub simulated: bool,
-    /// Which sensor it is of, who calibrated it, when, and against what.
+    /// Identity of the sensor, and date, operator and reference of the calibration.
     #[serde(default, skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
     /// Gauge names in column order.
@@ -208,82 +209,82 @@ pub struct Calibration {
     pub units: Vec<String>,
     /// The full scale of each axis, in its unit.
     pub full_scale: Vec<f64>,
-    /// Whether that of each axis is the rated load, which the user entered; empty where none is entered.
+    /// True for each axis whose full scale is the rated load entered by the user; empty if none is.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<bool>,
-    /// Whether the model has an offset term.
+    /// True if the model has an offset term.
     pub offset: bool,
-    /// Every how many-th sample was fitted.
+    /// Decimation: every n-th sample was used.
     pub decimation: usize,
-    /// A longer step than this is a gap (s): after it the history starts anew.
+    /// Gap length (s). After a longer step the history starts anew.
     pub gap_secs: f64,
-    /// Look-backs and lags keep no samples that are closer to each other than this (s).
+    /// Minimum time between samples kept for look-backs and lags (s).
     pub history_step_secs: f64,
-    /// The load of each axis, in its unit, beyond which nothing is known of the sensor: the rated one where the user entered it,
-    /// else a fifth above the largest that it was fitted to; zero or
-    /// missing where it is not known.
+    /// Largest load of each axis for which the sensor is known, in the unit of the axis: the rated load if entered,
+    /// else 1.2 times the largest training load. Zero or missing if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
-    /// Between which values each gauge is to be believed; `None` at an end where that is not known, empty where it is of no gauge.
+    /// Range of valid readings of each gauge; `None` for an unknown limit, empty if all are unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gauge_limits: Vec<(Option<f64>, Option<f64>)>,
-    /// What is appended to the gauges.
+    /// Features that are appended to the gauges.
     pub features: FeatureSettings,
-    /// How gauges are standardised: for play radii, monomials, and what was learned.
+    /// Standardisation of gauges for play radii, monomials and nonlinear regressors.
     pub gauge_scale: GaugeScale,
-    /// How the compensated load is made of the features.
+    /// Regressor of the compensated load.
     #[serde(default)]
     pub regressor: Regressor,
-    /// The load from the present gauges.
+    /// Conventional calibration: the load from the present gauges.
     pub conventional: LinearMap,
-    /// The linear part of the compensated load; none for a network or a kernel that stands alone.
+    /// Linear part of the compensated load; `None` for a network or kernel without linear stage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compensated: Option<LinearMap>,
-    /// What a network or a kernel adds to it.
+    /// Network or kernel that is added to the linear part.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub learned: Option<Learned>,
-    /// How good it was.
+    /// Quality on the recordings of the fit.
     pub quality: Quality,
     /// Names of the training recordings.
     pub trained_on: Vec<String>,
-    /// The median of the training recordings' rates, before decimation (Hz); `None` where it is not known.
+    /// Median sample rate of the training recordings before decimation (Hz); `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
-    /// The files of the training and test recordings, as far as they were looked at; see
+    /// Files of the training and test recordings, if they were read again; see
     /// [`with_sources`](crate::export::with_sources).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<UsedRecording>,
-    /// How their gauges were tared; gauges that it is applied to must be tared, too.
+    /// Tare of the training recordings. If there is one, gauges must also be tared before the calibration is applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
 }
 
-/// No gauge and no load is as great; single precision has it.
+/// Value that no gauge and no load reaches, in the range of single precision.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
 
-/// How far apart kept samples are at least where nobody says (s): a third of a step of recordings of this rate, so that jitter
-/// drops none of them, and the memory of a robot that samples faster stays what these recordings need.
+/// Returns the default minimum time between kept samples (s): about a third of the step of the recordings. Jitter then
+/// drops no sample, and a robot that samples faster needs no more memory.
 pub(crate) fn history_step_by_rate(rate_hz: Option<f64>) -> f64 {
     const UNKNOWN_RATE_HZ: f64 = 1000.0;
-    // No simple fraction: the last digits of no clock decide.
+    // The factor is no simple fraction, so rounding of times cannot decide which samples are kept.
     0.3137 / rate_hz.unwrap_or(UNKNOWN_RATE_HZ)
 }
 
-/// What a calibration makes of a recording.
+/// Loads that a calibration computes for a recording.
 ///
-/// **Shapes** loads `n × n_axes` row-major; `past` one index per sample for each look-back.
+/// **Shapes** loads are `n × n_axes` row-major; `past` has one index per sample for each look-back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AppliedLoads {
-    /// Conv.: from the present gauges.
+    /// Uncompensated load, from the present gauges.
     pub conventional: Vec<f64>,
-    /// Comp.: with what the blocks and the regressor add.
+    /// Compensated load, with history and regressor.
     pub compensated: Vec<f64>,
-    /// The past sample of each sample; its own index where there is none.
+    /// Past sample of each sample, or its own index if there is none.
     pub past: Vec<Vec<u32>>,
 }
 
 impl Calibration {
-    /// Where each gauge is clipped, below and above, with what no gauge reaches where that is not known; `None` where it is known of none.
+    /// Returns the lower and upper clipping limits of all gauges, or `None` if all are unknown. Unknown limits get
+    /// [`NEVER_REACHED`].
     pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {
         let ends = |end: fn(&(Option<f64>, Option<f64>)) -> f64| {
             self.gauge_limits.iter().map(end).collect()
@@ -293,9 +294,9 @@ impl Calibration {
         (!self.gauge_limits.is_empty()).then_some([low, high])
     }
 
-    /// Whether a gauge shows what it is not to be believed.
+    /// Returns true if a gauge reading is at or beyond its limits.
     pub fn has_gauge_beyond(&self, gauges: impl Iterator<Item = f64>) -> bool {
-        // What a tare took off and is put back rounds.
+        // Subtracting a tare and adding it again causes rounding errors.
         let rounding = |limit: f64| 1e-12 * limit.abs();
         let mut limits = self.gauge_limits.iter().zip(gauges);
         limits.any(|((low, high), gauge)| {
@@ -304,7 +305,7 @@ impl Calibration {
         })
     }
 
-    /// What auxiliary channels of a recording show that was not trained, in sentences.
+    /// Returns a sentence for each auxiliary channel that leaves its training range in this recording.
     pub fn auxiliary_beyond(&self, recording: &Recording) -> Vec<String> {
         let Ok(prepared) = self.prepared(recording) else {
             return Vec::new();
@@ -316,7 +317,7 @@ impl Calibration {
         outside
             .map(|(channel, range)| {
                 format!(
-                    "{} of {} is {}, and was trained from {}",
+                    "{} of {} is {}, but the training recordings cover {}",
                     channel.name,
                     recording.name(),
                     span(range, &channel.unit),
@@ -326,23 +327,23 @@ impl Calibration {
             .collect()
     }
 
-    /// Whether an auxiliary channel shows what was not trained.
+    /// Returns true if an auxiliary channel is outside its training range.
     pub fn has_auxiliary_beyond(&self, auxiliary: &[f64]) -> bool {
         let mut channels = self.features.auxiliary.iter().zip(auxiliary);
         channels.any(|(channel, value)| channel.is_beyond(*value))
     }
 
-    /// This calibration with the identity that the user entered; what it knows stays where nothing is entered.
+    /// Returns the calibration with the identity entered by the user. Items that were not entered keep their value.
     pub fn of_sensor(&self, identity: &Identity) -> Self {
         Self { identity: self.identity.with(identity), ..self.clone() }
     }
 
-    /// The names of the columns of the compensated matrix, in order.
+    /// Returns the column names of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
     }
 
-    /// How many numbers a load is made with: coefficients that are not zero, and what was learned.
+    /// Returns the number of parameters: nonzero coefficients, and numbers of the network or kernel.
     pub fn n_coefficients(&self) -> usize {
         let maps = self.compensated.iter().chain([&self.conventional]);
         let linear =
@@ -351,12 +352,12 @@ impl Calibration {
         linear.sum::<usize>() + learned
     }
 
-    /// What the columns of the compensated matrix are.
+    /// Returns the columns of the compensated matrix.
     pub fn columns(&self) -> Vec<Column> {
         self.features.columns(self.gauges.len(), self.offset)
     }
 
-    /// The rows that the compensated load is made of.
+    /// Returns the design of the compensated load.
     pub fn design(&self) -> Design {
         Design {
             features: self.features.clone(),
@@ -366,17 +367,17 @@ impl Calibration {
         }
     }
 
-    /// What the look-back multiplies the difference on each axis with.
+    /// Returns the weight of each axis in the distance of the look-back.
     pub fn distance_weights(&self) -> Vec<f64> {
         self.features.distance.weights(&self.axes, &self.full_scale)
     }
 
-    /// The step of the training recordings (s), where it is known.
+    /// Returns the sampling step of the training recordings (s), if known.
     pub fn step_secs(&self) -> Option<f64> {
         self.rate_hz.map(f64::recip)
     }
 
-    /// The regressor and the blocks in words.
+    /// Returns a description of regressor and features.
     pub fn describe(&self) -> String {
         let blocks = self.features.describe();
         let blocks = if blocks.is_empty() { "no history" } else { &blocks };
@@ -386,33 +387,34 @@ impl Calibration {
         }
     }
 
-    /// Whether it was fitted to no more samples than it has coefficients.
+    /// Returns the numbers of samples and coefficients if there are no more samples than coefficients.
     pub fn undetermined(&self) -> Option<Undetermined> {
         let (samples, coefficients) = (self.quality.n_train, self.design().n_columns());
         (samples > 0 && samples <= coefficients as u64)
             .then_some(Undetermined { samples, coefficients })
     }
 
-    /// Why there are no scores of left-out recordings, where there are none though it was fitted.
+    /// Returns the reason why there are no cross-validation scores, or `None` if there are, or the calibration was not
+    /// fitted here.
     pub fn why_not_left_out(&self) -> Option<&'static str> {
         if self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0 {
             return None;
         }
         Some(match self.learned {
             Some(Learned::Network(_)) => {
-                "the network was not cross-validated: nobody asked for it, or it was stopped, or too little is left without a \
-                 part"
+                "the network was not cross-validated: this was off, or was cancelled, or too few samples remain without a \
+                 fold"
             }
             Some(Learned::Kernel(_)) => {
-                "the cross-validation was stopped, or too little is left to fit without a part"
+                "the cross-validation was cancelled, or too few samples remain without a fold"
             }
             None => {
-                "there are too few training samples: without a part of them, fewer remain than there are coefficients"
+                "there are too few training samples: without a fold, fewer samples remain than there are coefficients"
             }
         })
     }
 
-    /// The kernel's ridge and where it stands, if that is at an end of what is tried.
+    /// Returns the kernel's ridge if it lies at an end of the range of candidates, and which end.
     pub(crate) fn kernel_ridge_at_edge(&self) -> Option<(GridEdge, f64)> {
         let Some(Learned::Kernel(kernel)) = &self.learned else {
             return None;
@@ -420,7 +422,7 @@ impl Calibration {
         Some((self.quality.kernel_ridge_edge?, kernel.band.strength))
     }
 
-    /// The axes on which a second stage adds nothing to the linear one.
+    /// Returns the axes on which the second stage adds nothing to the linear stage.
     pub(crate) fn linear_alone(&self) -> Vec<Axis> {
         let Some(learned) = self.learned.as_ref().filter(|_| self.regressor.is_hybrid()) else {
             return Vec::new();
@@ -430,10 +432,10 @@ impl Calibration {
         silent.map(|(_, axis)| *axis).collect()
     }
 
-    /// Checks that a recording has the gauges that the calibration was made for.
+    /// Checks that a recording has the gauges of the calibration.
     ///
     /// # Errors
-    /// [`CalibrationError::Gauges`] if it has not.
+    /// [`CalibrationError::Gauges`] if it has other gauges.
     pub fn check_gauges(&self, recording: &Recording) -> Result<(), CalibrationError> {
         if recording.gauge_names() == self.gauges {
             Ok(())
@@ -446,11 +448,11 @@ impl Calibration {
         }
     }
 
-    /// The recording with the auxiliary channels that the calibration was made for, and no others, and with gauges that a tare
-    /// made as the calibration knows them.
+    /// Returns the recording with only the auxiliary channels of the calibration, and with gauges tared as in the
+    /// calibration.
     ///
     /// # Errors
-    /// [`CalibrationError`] if it has other gauges, or lacks a channel.
+    /// [`CalibrationError`] if it has other gauges or lacks a channel.
     pub fn prepared<'a>(
         &self,
         recording: &'a Recording,
@@ -488,10 +490,10 @@ impl Calibration {
         }
     }
 
-    /// Applies the calibration to every sample of a recording, whose history starts with its first sample.
+    /// Applies the calibration to every sample of a recording. The history starts at the first sample.
     ///
     /// # Errors
-    /// [`CalibrationError`] if the recording's gauges are not those that it was made for, or an auxiliary channel is missing.
+    /// [`CalibrationError`] if the gauges differ, or an auxiliary channel is missing.
     pub fn apply(&self, recording: &Recording) -> Result<AppliedLoads, CalibrationError> {
         let recording = &*self.prepared(recording)?;
         let conventional = loads_from_gauges(&self.conventional, recording);
@@ -507,7 +509,7 @@ impl Calibration {
         Ok(AppliedLoads { conventional, compensated, past })
     }
 
-    /// The compensated load of every sample, `n × n_axes` row-major.
+    /// Returns the compensated load of every sample, `n × n_axes` row-major.
     pub(crate) fn compensated_loads(&self, recording: &Recording, past: &[Vec<u32>]) -> Vec<f64> {
         let design = self.design();
         let mut loads = vec![0.0; recording.n_samples() * self.axes.len()];
@@ -517,12 +519,12 @@ impl Calibration {
         loads
     }
 
-    /// Whether the load of any sample can be made without those before it, and quickly.
+    /// Returns true if the load of any sample can be computed quickly and without earlier samples.
     pub(crate) fn is_quick_anywhere(&self) -> bool {
         self.learned.is_none() && !self.features.has_memory()
     }
 
-    /// The compensated loads of some samples, `n × n_axes` row-major, where [`Self::is_quick_anywhere`].
+    /// Computes the compensated loads of some samples, `n × n_axes` row-major. Requires [`Self::is_quick_anywhere`].
     pub(crate) fn compensated_loads_of(
         &self,
         design: &Design,
@@ -536,8 +538,8 @@ impl Calibration {
         self.over_blocks(stream, recording, past, samples.start, loads, take);
     }
 
-    /// The standard deviation of the load around the compensated one, `n × n_axes` row-major, where the regressor
-    /// knows it.
+    /// Returns the standard deviation of the load around the compensated load, `n × n_axes` row-major, if the regressor
+    /// gives it.
     pub(crate) fn deviations(&self, recording: &Recording, past: &[Vec<u32>]) -> Option<Vec<f64>> {
         let learned = self.learned.as_ref().filter(|learned| learned.knows_deviation())?;
         let n_axes = self.axes.len();
@@ -552,8 +554,8 @@ impl Calibration {
         Some(deviations)
     }
 
-    /// Calls `take` with raw rows from sample `first` on, rows for what was learned (empty without), room to work, and a part of
-    /// `out`, which has a number for each axis of each sample.
+    /// Calls `take` for blocks of samples from `first` on: raw rows, inputs of the nonlinear part (empty without),
+    /// buffers, and the part of `out` for these samples.
     fn over_blocks(
         &self,
         mut stream: FeatureStream<'_>,
@@ -580,7 +582,7 @@ impl Calibration {
         }
     }
 
-    /// The one place where features become compensated loads.
+    /// Computes compensated loads from features. All other functions use this one.
     pub(crate) fn loads_of_rows(
         &self,
         raw: &[f64],
@@ -601,7 +603,7 @@ impl Calibration {
     }
 }
 
-/// A channel with its unit.
+/// Returns the name of a channel with its unit.
 fn named(name: &str, unit: &str) -> String {
     match unit {
         "" => name.to_owned(),
@@ -609,10 +611,10 @@ fn named(name: &str, unit: &str) -> String {
     }
 }
 
-/// Rows that are made before they are used.
+/// Number of rows computed at a time.
 const BLOCK: usize = 256;
 
-/// Appends the standardised features without the offset: what networks and kernels learn from.
+/// Appends the standardised features without offset, the inputs of networks and kernels.
 pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>) {
     let start = inputs.len();
     inputs.extend(raw);
@@ -620,10 +622,10 @@ pub(crate) fn learned_inputs(design: &Design, raw: &[f64], inputs: &mut Vec<f64>
     inputs.truncate(start + raw.len() - usize::from(design.offset));
 }
 
-/// The past samples of a recording, one list for each look-back.
+/// Past samples of a recording, one list per look-back.
 pub(crate) type Past = Vec<Vec<u32>>;
 
-/// The past samples of each look-back; some samples have none once the work is cancelled.
+/// Returns the past samples of each look-back. After cancellation, the remaining samples have none.
 pub(crate) fn past_samples(
     features: &FeatureSettings,
     path: &LoadPath,

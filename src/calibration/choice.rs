@@ -1,57 +1,58 @@
-//! The one rule of choice: which of several fits predicts left-out samples best, and which is the smallest that is nearly as
-//! good. It serves models, ridge strengths, thresholds, radii and time constants.
+//! Rule of choice among several fits: the fit with the lowest held-out error, and the smallest fit nearly as good. It
+//! serves models, ridge strengths, thresholds, radii and time constants.
 //!
-//! Guarantees: two fits are compared block by block, on the same left-out samples, so that what makes a block hard for both
-//! cancels. The lowest and the highest tenth of the differences (at least one of five blocks or more) do not count, so one
-//! wild block neither makes nor hides a difference. Nothing is taken that is not below the conventional calibration with a
-//! confidence of 90 %, or that is worse than 1.1 times the conventional error in a group.
+//! Guarantees: fits are compared block by block on the same held-out samples, so the difficulty of a block cancels. The
+//! lowest and the highest tenth of the differences are ignored (at least one each, from five blocks on), so one extreme
+//! block decides nothing. A fit is eligible only if its error is below the conventional one with 90 % confidence and in
+//! no group above 1.1 times the conventional one.
 
-/// Largest error of a group that a fit may have, relative to the conventional calibration's.
+/// Maximum ratio of a fit's error to the conventional error in one group.
 const HARM: f64 = 1.1;
-/// Share of the differences that is left aside at each end.
+/// Share of the differences that is ignored at each end.
 const TRIMMED: f64 = 0.1;
-/// Fewest blocks of which one is left aside at each end.
+/// Minimum number of blocks for which one difference is ignored at each end.
 const FEWEST_TRIMMED: usize = 5;
-/// Fewest blocks of a group by which its own scatter is known.
+/// Minimum number of blocks in a group for an estimate of the group's own scatter.
 const FEWEST_OF_GROUP: usize = 3;
-/// The smaller of two settings of one model is taken where its error exceeds the lowest by less than this share.
+/// Maximum excess of the error, as a share of the lowest error, at which the smaller of two settings of one model is
+/// chosen.
 pub(crate) const NEARLY: f64 = 0.01;
-/// Fits whose errors differ by a smaller share are equal; rounding must not decide.
+/// Maximum relative difference of equal errors. Rounding must not decide.
 const TIE: f64 = 1e-9;
 
-/// The left-out samples, cut into contiguous blocks.
+/// Held-out samples, cut into contiguous blocks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
-    /// Samples of each block.
+    /// Number of samples of each block.
     pub samples: Vec<f64>,
     /// Group of each block.
     pub groups: Vec<usize>,
 }
 
-/// Adds the squared errors of all axes, each times its weight: one number for each block of `squares`, `n_blocks × n_axes`.
+/// Returns the weighted sum over axes of the squared errors in each block. `squares` is `n_blocks × n_axes`.
 pub(crate) fn weighed(squares: &[f64], weights: &[f64]) -> Vec<f64> {
     let of_block = |own: &[f64]| own.iter().zip(weights).map(|(own, weight)| own * weight).sum();
     squares.chunks_exact(weights.len().max(1)).map(of_block).collect()
 }
 
-/// How the mean squared errors of two fits differ over the same blocks.
+/// Difference between the mean squared errors of two fits over the same blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// First fit's pooled mean squared error less the second's.
+    /// Pooled mean squared error of the first fit minus that of the second.
     pub difference: f64,
-    /// The same without the lowest and highest differences.
+    /// Difference without the lowest and the highest block differences.
     pub trimmed: f64,
     /// Standard error of the trimmed difference.
     pub standard_error: f64,
-    /// Blocks that count.
+    /// Number of blocks in the trimmed difference.
     counted: usize,
 }
 
 impl Comparison {
-    /// Returns whether the first error is below the second with a confidence of 90 %: the trimmed difference by Student's t,
-    /// and the pooled one, too.
+    /// Returns true if the first error is below the second with 90 % confidence: the trimmed difference by Student's t,
+    /// and the sign of the pooled difference.
     ///
-    /// Two blocks scatter too little for that; there both must agree.
+    /// The scatter of only two blocks is not known, so both must agree.
     fn is_below(&self) -> bool {
         let needed = match self.counted {
             0 | 1 => return false,
@@ -62,14 +63,15 @@ impl Comparison {
     }
 }
 
-/// Returns the value that Student's t stays below with a probability of 90 %.
+/// Returns the 90 % quantile of Student's t.
 fn t_of_90_percent(freedom: usize) -> f64 {
     match freedom {
         0 => f64::INFINITY,
         1 => 3.077_683_537,
         2 => 1.885_618_083,
         n => {
-            // Cornish and Fisher's series around the normal quantile; its error is below 0.003 from three degrees on.
+            // Cornish-Fisher series around the normal quantile. Its error is below 0.003 from three degrees of freedom
+            // on.
             let (z, n) = (1.281_551_566_f64, n as f64);
             let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
             z + (z3 + z) / (4.0 * n)
@@ -79,39 +81,39 @@ fn t_of_90_percent(freedom: usize) -> f64 {
     }
 }
 
-/// Why a fit cannot be taken.
+/// Reason why a fit is not eligible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    /// Its error is not below the conventional calibration's with a confidence of 90 %.
+    /// The error is not below the conventional one with 90 % confidence.
     NotBetter,
-    /// Its error in a group, relative to the conventional calibration's there.
+    /// The error in one group is too large.
     Harms {
-        /// The group.
+        /// Index of the group.
         group: usize,
-        /// Error relative to the conventional calibration's.
+        /// Ratio of the fit's error to the conventional error in this group.
         ratio: f64,
     },
 }
 
-/// What a comparison of fits comes to; positions are those of the fits.
+/// Result of a comparison of fits, given by index.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// The fit with the lowest error of those that can be taken.
+    /// Eligible fit with the lowest error.
     pub accurate: usize,
-    /// The smallest fit that is nearly as good.
+    /// Smallest fit that is nearly as good.
     pub smallest: usize,
-    /// Why each fit cannot be taken; `None` where it can.
+    /// Reason why each fit is not eligible; `None` if it is.
     pub refused: Vec<Option<Refusal>>,
 }
 
 impl Blocks {
-    /// Returns blocks of which each is a group of its own.
+    /// Creates blocks of which each is its own group.
     pub fn of_parts(samples: &[u64]) -> Self {
         let samples: Vec<f64> = samples.iter().map(|n| *n as f64).collect();
         Self { groups: (0..samples.len()).collect(), samples }
     }
 
-    /// Compares the summed squared errors of two fits, block by block.
+    /// Compares the summed squared errors of two fits block by block.
     pub fn compare(&self, one: &[f64], other: &[f64]) -> Comparison {
         let mut blocks: Vec<(f64, f64)> = (one.iter().zip(other).zip(&self.samples))
             .filter(|(_, n)| **n > 0.0)
@@ -129,7 +131,7 @@ impl Blocks {
         };
         let difference = mean(&blocks);
         let trimmed = mean(&blocks[aside..n - aside]);
-        // Winsorised variance (Yuen 1974), each block counting by its share of the samples.
+        // Winsorised variance (Yuen 1974), with each block weighted by its number of samples.
         let ends = (n > 0).then(|| (blocks[aside].0, blocks[n - 1 - aside].0));
         let (low, high) = ends.unwrap_or_default();
         blocks.iter_mut().for_each(|(own, _)| *own = own.clamp(low, high));
@@ -146,17 +148,17 @@ impl Blocks {
         }
     }
 
-    /// Returns whether one fit's error is below `factor` times another's with a confidence of 90 %.
+    /// Returns true if one error is below `factor` times another with 90 % confidence.
     pub fn is_below(&self, one: &[f64], other: &[f64], factor: f64) -> bool {
         let other: Vec<f64> = other.iter().map(|own| factor * factor * (1.0 - TIE) * own).collect();
         one.iter().all(|own| own.is_finite()) && self.compare(one, &other).is_below()
     }
 
-    /// Returns the group in which a fit errs most relative to the conventional calibration, where that is beyond what is
-    /// allowed.
+    /// Returns the group with the largest ratio of the fit's error to the conventional error, if the ratio is above the
+    /// limit.
     ///
-    /// A group of several blocks must be beyond it with a confidence of 90 %. A smaller group is judged against the mean
-    /// conventional error where its own is lower: a fit may be worse than an error that is small by luck.
+    /// A group of several blocks must exceed the limit with 90 % confidence. For a smaller group, the limit uses the
+    /// mean conventional error if the group's own is lower, because that may be small by chance.
     fn harm(&self, own: &[f64], conventional: &[f64]) -> Option<Refusal> {
         let pooled = conventional.iter().sum::<f64>() / self.samples.iter().sum::<f64>();
         let n_groups = self.groups.iter().max().map_or(0, |last| last + 1);
@@ -183,10 +185,10 @@ impl Blocks {
         })
     }
 
-    /// Chooses among `n` fits, the conventional calibration first and then from the smallest to the largest.
-    /// `squares(at)` are the summed squared errors of each block, all axes weighed together.
+    /// Chooses among `n` fits: the conventional calibration, then all others from the smallest to the largest.
+    /// `squares(at)` are the summed squared errors of each block, weighted over axes.
     ///
-    /// The smallest is the first whose error exceeds the lowest by less than the share `within`, with a confidence of 90 %.
+    /// The smallest is the first fit whose error is within the share `within` of the lowest, with 90 % confidence.
     pub fn choose<'a>(
         &self,
         n: usize,
@@ -223,10 +225,10 @@ impl Blocks {
     }
 }
 
-/// Chooses a setting of one model: the position of the last of `n_tried`, which is the simplest, whose error over the parts is
-/// nearly the lowest. `square(at, part)` is the sum of squares of a part.
+/// Chooses a setting of one model and returns its index among `n_tried`, of which the last is the simplest. `square(at,
+/// part)` is the squared error of a part.
 ///
-/// The last one takes the place of the conventional calibration: the others must be below it with a confidence of 90 %.
+/// The last setting replaces the conventional calibration: others must be better with 90 % confidence.
 pub(crate) fn simplest_good(
     n_tried: usize,
     n_parts: usize,
@@ -237,22 +239,22 @@ pub(crate) fn simplest_good(
         (0..n_tried).rev().map(|at| (0..n_parts).map(|part| square(at, part)).collect()).collect();
     let is_finite = |own: &Vec<f64>| own.iter().all(|square| square.is_finite());
     if !is_finite(&squares[0]) {
-        // What is simplest cannot be fitted: the simplest that can be.
+        // The simplest setting cannot be fitted, so the simplest one that can be fitted is chosen.
         return (0..n_tried).rev().find(|at| is_finite(&squares[last - at])).unwrap_or(0);
     }
     let blocks = Blocks::of_parts(&vec![1; n_parts]);
     last - blocks.choose(n_tried, NEARLY, |at| &squares[at]).smallest
 }
 
-/// How much of what a second stage has learned may be added to the linear one, the most first; with nothing the linear one
-/// stands alone.
+/// Shares of a second stage that may be added to the linear one, largest first. With zero, the linear stage stands
+/// alone.
 pub(crate) const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 
-/// The position of the best of [`SHARES`]; nothing, where that is nearly as good. `square(at, part)` is the sum of squares of a
-/// part with a share.
+/// Returns the index of the best of [`SHARES`], preferring zero if it is nearly as good. `square(at, part)` is the
+/// squared error of a part.
 ///
-/// What is learned is not shrunk a second time: a share between only says that two stages agree about the direction, not
-/// about the size.
+/// This is no further shrinkage: a share below one means that the stages agree about the direction but not about the
+/// size.
 pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     let sum = |at: &usize| (0..n_parts).map(|part| square(*at, part)).sum::<f64>();
     let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));
@@ -265,15 +267,15 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// Ten blocks in groups of two; fits with these mean squared errors in each block.
+    /// Chooses among fits with these mean squared errors in ten blocks, which form groups of two.
     fn chosen(within: f64, fits: &[[f64; 10]]) -> Choice {
         let blocks = Blocks { samples: vec![1.0; 10], groups: (0..10).map(|at| at / 2).collect() };
         blocks.choose(fits.len(), within, |at| &fits[at])
     }
 
-    /// From tables of Student's t.
+    /// Values from tables of Student's t.
     #[test]
-    fn the_quantile_is_that_of_tables() {
+    fn the_quantile_equals_tables() {
         for (freedom, expected) in
             [(1, 3.078), (2, 1.886), (3, 1.638), (4, 1.533), (9, 1.383), (30, 1.310), (1000, 1.282)]
         {
@@ -281,7 +283,8 @@ mod tests {
         }
     }
 
-    /// Without a tenth at each end the mean of 1 … 10 stays; Yuen's standard error is that of the winsorised values over 0.8.
+    /// Without a tenth at each end, the mean of 1 … 10 stays the same. Yuen's standard error is that of the winsorised
+    /// values over 0.8.
     #[test]
     fn the_standard_error_is_yuens() {
         let one: Vec<f64> = (1..=10).map(f64::from).collect();
@@ -302,10 +305,10 @@ mod tests {
     }
 
     #[test]
-    fn of_two_that_are_as_good_the_smaller_is_taken() {
+    fn of_two_equally_good_fits_the_smaller_is_chosen() {
         let found = chosen(0.05, &[[1.0; 10], [0.5; 10], [0.5; 10]]);
         assert_eq!(found.smallest, 1);
-        // 3 % above the lowest RMSE, in every block.
+        // The RMSE is 3 % above the lowest in every block.
         let near = 0.5 * 1.03 * 1.03;
         let found = chosen(0.05, &[[1.0; 10], [near; 10], [0.5; 10]]);
         assert_eq!((found.accurate, found.smallest), (2, 1));
@@ -313,7 +316,7 @@ mod tests {
         assert_eq!((found.accurate, found.smallest), (2, 2));
     }
 
-    /// A fold that goes wrong widens the standard error, and must not let its candidate pass.
+    /// An extreme block raises the standard error, and must not make its candidate eligible.
     #[test]
     fn one_wild_block_does_not_make_a_candidate_good() {
         let mut wild = [0.3; 10];
@@ -326,7 +329,7 @@ mod tests {
         assert!((ratio - (50.3_f64 / 2.0).sqrt()).abs() < 1e-12);
     }
 
-    /// A block that is hard for all alike neither hides nor makes a difference.
+    /// A block with large errors in all fits must not hide a difference.
     #[test]
     fn one_wild_block_does_not_hide_a_gain() {
         let (mut conventional, mut better) = ([1.0; 10], [0.5; 10]);
@@ -348,7 +351,7 @@ mod tests {
         assert_eq!(chosen(0.05, &[[1.0; 10], harms]).accurate, 1);
     }
 
-    /// A group that the conventional calibration hardly errs in is not harmed by an error that is small beside the others'.
+    /// An error that is large only relative to a very small conventional error does not count as harm.
     #[test]
     fn a_group_without_error_does_not_refuse_all() {
         let (mut conventional, mut own) = ([1.0; 10], [0.3; 10]);
@@ -357,7 +360,7 @@ mod tests {
         assert_eq!(chosen(0.05, &[conventional, own]).accurate, 1);
     }
 
-    /// One group with many blocks, two blocks, one block.
+    /// Checks one group of six blocks, then two blocks, then one block.
     #[test]
     fn few_parts_must_agree() {
         let blocks = Blocks { samples: vec![5.0; 6], groups: vec![0; 6] };
@@ -369,7 +372,7 @@ mod tests {
         assert!(!Blocks::of_parts(&[1]).is_below(&[0.1], &[1.0], 1.0));
     }
 
-    /// Noise alone: a candidate that is no better is taken in no more than a tenth of the cases, at the chosen confidence.
+    /// With noise alone, a candidate is accepted in at most a tenth of the cases, as the confidence requires.
     #[test]
     fn noise_is_taken_for_a_gain_in_a_tenth_of_the_cases() {
         let mut random = Random::new(5, &[]);
@@ -382,7 +385,7 @@ mod tests {
         assert!((100..260).contains(&taken), "{taken} of 2000");
     }
 
-    /// Over three parts the second is 1, 2, 3 worse than the first.
+    /// Over three parts, the second setting is worse than the first by 1, 2, 3.
     #[test]
     fn the_simplest_is_taken_unless_another_is_surely_better() {
         let worse = [[5.0, 5.0, 5.0], [6.0, 7.0, 8.0]];
@@ -393,9 +396,9 @@ mod tests {
         assert_eq!(simplest_good(2, 3, |at, _| broken[at]), 0);
     }
 
-    /// What remains of a target of 1 when a share of `learned` is taken off it, part by part.
+    /// Squared rest of a target of 1 when a share of `learned` is subtracted, part by part.
     #[test]
-    fn a_second_stage_is_taken_by_its_best_share_or_not_at_all() {
+    fn a_second_stage_is_added_with_its_best_share_or_not_at_all() {
         let share = |learned: [f64; 4]| {
             let rest = |at: usize, part: usize| (1.0 - SHARES[at] * learned[part]).powi(2);
             SHARES[best_share(4, rest)]

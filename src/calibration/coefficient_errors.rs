@@ -5,23 +5,24 @@ use serde::{Deserialize, Serialize};
 use crate::calibration::calibration::CrossValidation;
 use crate::calibration::linear_map::LinearMap;
 
-/// Maximum number of features with standard errors: with more they take too long to follow a slider.
+/// Maximum number of features with standard errors. More would take too long after each move of a slider.
 pub(crate) const MOST_FEATURES: usize = 48;
 
-/// The delete-one-group jackknife of the coefficients.
+/// Standard errors of the coefficients by the delete-one-group jackknife.
 ///
-/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981: with fits θᵢ to all parts but one, each of G in turn,
-/// `var = (G − 1)/G Σ (θᵢ − θ̄)²`. Parts are those of cross-validation, as neighbouring samples know of each other.
+/// **Source** B. Efron, C. Stein, "The jackknife estimate of variance", 1981. With fits θᵢ that each leave out one of G
+/// parts: `var = (G − 1)/G Σ (θᵢ − θ̄)²`. The parts are the folds of cross-validation, because neighbouring samples are
+/// correlated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoefficientErrors {
-    /// What was left out in turn.
+    /// Parts that were left out in turn.
     pub left_out: CrossValidation,
-    /// Standard error of each coefficient of the compensated matrix: a row per axis, a column per feature.
+    /// Standard error of each coefficient of the compensated matrix, one row per axis and one column per feature.
     pub standard: Vec<Vec<f64>>,
 }
 
 impl CoefficientErrors {
-    /// Of the matrices of fits that leave each part out; `None` with fewer than two.
+    /// Computes the errors from the matrices of fits without each part; `None` with fewer than two fits.
     pub fn of(left_out: CrossValidation, fits: &[LinearMap]) -> Option<Self> {
         let matrices: Vec<&Vec<Vec<f64>>> = fits.iter().map(|map| &map.matrix).collect();
         let n = matrices.len();
@@ -38,12 +39,12 @@ impl CoefficientErrors {
         Some(Self { standard: (0..first.len()).map(of_axis).collect(), left_out })
     }
 
-    /// Whether it is of a matrix of this shape.
+    /// Returns true if the shape is that of the matrix.
     pub(crate) fn is_of(&self, n_axes: usize, n_columns: usize) -> bool {
         self.standard.len() == n_axes && self.standard.iter().all(|row| row.len() == n_columns)
     }
 
-    /// All numbers of it.
+    /// Returns all numbers.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
         self.standard.iter().flatten()
     }
@@ -53,7 +54,8 @@ impl CoefficientErrors {
 mod tests {
     use super::*;
 
-    /// Of a mean, the jackknife is what everybody knows: s²/n. Values 1, 2, 6 leave the means 4, 3.5, 1.5; s²/n is 7/3.
+    /// For a mean, the jackknife gives the known s²/n. The values 1, 2, 6 have the leave-one-out means 4, 3.5, 1.5, and
+    /// s²/n is 7/3.
     #[test]
     fn of_a_mean_it_is_the_variance_over_the_number() {
         let fits = [4.0, 3.5, 1.5].map(|mean| LinearMap::new(Vec::new(), vec![vec![mean, -mean]]));

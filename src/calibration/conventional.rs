@@ -1,7 +1,7 @@
-//! The conventional calibration: the present gauges alone (Eq. 3-8).
+//! Conventional calibration: the load from the present gauges alone (Eq. 3-8).
 //!
-//! It depends on the training recordings and on whether there is an offset, not on thresholds; it also says where the
-//! look-back finds the past, so it is fitted first and kept.
+//! It depends on the training recordings and the offset, but not on thresholds. The look-back searches with its loads,
+//! so it is fitted first and kept.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::features::{Design, FeatureSettings, GaugeScale};
 use crate::progress::Progress;
 use crate::recording::Recording;
 
-/// The least-squares load from the present gauges, with the scale that all further columns share.
+/// Least-squares load from the present gauges, with the scale that all other columns share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conventional {
     /// Shift and scale of the gauges over the training recordings.
@@ -23,11 +23,11 @@ pub struct Conventional {
 }
 
 impl Conventional {
-    /// Fits the training recordings, then once more what that fit leaves over: the second round takes away the
-    /// rounding errors of the first. Once the work is cancelled, it means nothing.
+    /// Fits the training recordings, then fits the residuals once more to remove rounding errors. The result is not
+    /// valid after cancellation.
     ///
     /// # Panics
-    /// If there is no training recording, or they differ in their columns.
+    /// If there is no training recording, or their columns differ.
     pub fn fit(training: &[&Recording], offset: bool, progress: &Progress) -> Self {
         let first = training.first().expect("there is a training recording");
         let n_axes = first.axes().len();
@@ -72,7 +72,7 @@ mod tests {
     use faer::Mat;
     use faer::linalg::solvers::SolveLstsq as _;
 
-    /// Gauges far from zero and on unlike scales; loads nearly linear in them.
+    /// Returns a recording whose gauges are far from zero and on different scales, with nearly linear loads.
     fn recording() -> Recording {
         let n = 400;
         let mut gauges = Vec::new();

@@ -1,9 +1,9 @@
-//! A calibration at work: one sample in, one load out, as a robot runs it.
+//! Estimator: computes one load per sample at run time, as on a robot.
 //!
-//! Guarantees: the numbers are those of [`Calibration::apply`] on the same samples as recordings that follow each other, as far
-//! as their clock does not leap (features to the last bit; a network's sums may round differently); memory is bounded by the
-//! longest t_th and lag; a bad sample is refused and leaves no trace in what follows; a clock that was set anew starts the
-//! history anew within [`STRAYS`] samples, so no load is ever that of an older sample. Exported code does the same.
+//! Guarantees: the loads equal those of [`Calibration::apply`] on the same samples, if the clock does not jump
+//! (features bit for bit; sums of a network may be rounded differently). Memory is bounded by the longest t_th and lag.
+//! A bad sample is refused and does not affect later samples. If the clock is reset, the history starts anew within
+//! [`STRAYS`] samples, so no load is that of an older sample. Exported code behaves the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
 use crate::calibration::learned::LearnedScratch;
@@ -12,27 +12,27 @@ use crate::calibration::validate::CalibrationError;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
-/// Number of samples in a row with times off the clock from which on the clock counts as set anew.
+/// Number of consecutive samples with an implausible time after which the clock counts as reset.
 pub const STRAYS: u32 = 3;
 
-/// The blocks of a calibration, ready to run.
+/// A calibration and the state of its blocks.
 #[derive(Debug)]
 pub struct Estimator<'a> {
     calibration: &'a Calibration,
     design: &'a Design,
     stream: FeatureStream<'a>,
     look_back: LiveLookBack,
-    /// The time of the last sample that was taken.
+    /// Time of the last accepted sample (s).
     last_secs: Option<f64>,
-    /// What is added to times for a counter that has begun anew.
+    /// Time added after the wrap of a 32-bit counter (s).
     wrapped_secs: f64,
-    /// When the history began: at the first sample, after a gap, at a restart.
+    /// Start of the history (s): the first sample, or the first sample after a gap or restart.
     since_secs: f64,
-    /// Number of samples in a row that were off the clock.
+    /// Number of consecutive samples with an implausible time.
     strays: u32,
-    /// What a tare takes off the gauges.
+    /// Offset that taring subtracts from each gauge.
     gauge_zero: Vec<f64>,
-    /// What was taken off the gauges before they came here.
+    /// Offset that was subtracted from each gauge before this estimator.
     came_less: Vec<f64>,
     gauges: Vec<f64>,
     raw: Vec<f64>,
@@ -42,22 +42,22 @@ pub struct Estimator<'a> {
     compensated: Vec<f64>,
 }
 
-/// Why a sample was refused.
+/// Reason why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum SampleError {
-    #[error("{actual} gauges are given where the calibration needs {expected}")]
+    #[error("the sample has {actual} gauges, but the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },
-    #[error("{actual} auxiliary channels are given where the calibration needs {expected}")]
+    #[error("the sample has {actual} auxiliary channels, but the calibration needs {expected}")]
     Auxiliary { expected: usize, actual: usize },
     #[error("the time, a gauge or an auxiliary channel is not a finite number")]
     NotFinite,
-    #[error("the time {time} s is before the last, {last_secs} s, or a leap after it")]
+    #[error("the time {time} s is before or too far after that of the last sample, {last_secs} s")]
     OffTheClock { last_secs: f64, time: f64 },
 }
 
 impl SampleError {
-    /// Returns the status of a sample that was refused for this.
+    /// Returns the status of a sample refused for this reason.
     pub const fn status(&self) -> Status {
         match self {
             Self::OffTheClock { .. } => Status::REJECTED_TIME,
@@ -69,10 +69,10 @@ impl SampleError {
 }
 
 impl<'a> Estimator<'a> {
-    /// Before the first sample; `design` is the calibration's own.
+    /// Creates the estimator before the first sample. `design` is the design of the calibration.
     ///
     /// # Errors
-    /// [`CalibrationError`] if the calibration is not whole.
+    /// [`CalibrationError`] if the calibration is not valid.
     pub fn new(calibration: &'a Calibration, design: &'a Design) -> Result<Self, CalibrationError> {
         calibration.validate()?;
         let n_axes = calibration.axes.len();
@@ -96,41 +96,48 @@ impl<'a> Estimator<'a> {
         })
     }
 
-    /// Tares: from now on gauges count from `mean`, the mean of some samples of the unloaded sensor. The history starts anew.
+    /// Tares with `mean`, the mean gauge readings of the unloaded sensor. The history starts anew.
     ///
     /// # Errors
-    /// [`SampleError`] if it is not one finite number for each gauge; then nothing changes.
+    /// [`SampleError`] if `mean` is not one finite number per gauge. The state is then unchanged.
     pub fn tare(&mut self, mean: &[f64]) -> Result<(), SampleError> {
         self.check_numbers(mean, &[])?;
         let zero = mean.iter().zip(self.calibration.unloaded());
         self.gauge_zero = zero.map(|(mean, unloaded)| mean - unloaded).collect();
-        self.forget();
-        self.last_secs = None;
+        self.reset();
         Ok(())
     }
 
-    /// From now on gauges come with these numbers taken off by a tare of their recording. It only matters for where gauges are
-    /// clipped, which a calibration of gauges that were not tared knows of gauges as they are measured.
+    /// Starts anew as after a cold start; a tare is kept.
+    pub fn reset(&mut self) {
+        self.forget();
+        self.last_secs = None;
+        self.wrapped_secs = 0.0;
+    }
+
+    /// Sets the offsets that were already subtracted from the gauges of later samples. They are needed only to detect
+    /// clipping if the calibration was fitted to gauges that were not tared.
     pub(crate) fn come_less(&mut self, offsets: impl Iterator<Item = f64>) {
         self.came_less.clear();
         self.came_less.extend(offsets);
     }
 
-    /// Takes the next sample and gives its compensated load, and what became of the sample.
+    /// Processes the next sample and returns its status and compensated load.
     ///
-    /// A time that is before the last, or more than [`LEAP_SECS`] after it, is off the clock, unless a counter of 32 bits has
-    /// begun anew. Such a sample is refused; the [`STRAYS`]th in a row is taken as the first of a clock that was set anew. The
-    /// same time again is no time gone by, as in recordings. A step longer than the calibration's gap is one.
+    /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit
+    /// counter wrapped. Such a sample is refused. The [`STRAYS`]th in a row is accepted as the first sample of a clock
+    /// that was reset. A repeated time counts as no elapsed time, as in recordings. A step longer than the
+    /// calibration's gap is a gap.
     ///
-    /// **Units** `time` (s); gauges as in the training recordings; loads (N) and (N·m).
+    /// **Units** `time` in s, gauges as in the training recordings, loads in N and N·m.
     ///
     /// # Errors
-    /// [`SampleError`] if the sample cannot be used; the next good one goes on where the last good one was.
+    /// [`SampleError`] if the sample cannot be used. The next good sample continues after the last good one.
     pub fn update(&mut self, time: f64, gauges: &[f64]) -> Result<(Status, &[f64]), SampleError> {
         self.update_with(time, gauges, &[])
     }
 
-    /// [`Self::update`] for a calibration that uses auxiliary channels, which are given in its order and units.
+    /// Processes a sample as [`Self::update`], for a calibration with auxiliary channels, given in its order and units.
     ///
     /// # Errors
     /// As [`Self::update`].
@@ -167,7 +174,8 @@ impl<'a> Estimator<'a> {
         Ok((status, &self.compensated))
     }
 
-    /// Returns true if a gauge, as it was measured or tared like the limits, is clipped.
+    /// Returns true if a gauge is clipped. The gauges are compared as measured, or tared if the limits are of tared
+    /// gauges.
     fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
         let is_tared = self.calibration.tare.is_some();
         let as_measured = gauges.iter().zip(&self.came_less);
@@ -179,7 +187,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Forgets the past; a tare is kept.
+    /// Clears the history but keeps the tare.
     fn forget(&mut self) {
         self.strays = 0;
         self.stream = FeatureStream::new(self.design);
@@ -198,7 +206,7 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// What is to become of a sample; the history is forgotten as far as it must be.
+    /// Returns the status of a sample, and clears the history if its time requires it.
     fn judge(
         &mut self,
         time: f64,
@@ -263,13 +271,13 @@ impl<'a> Estimator<'a> {
         );
     }
 
-    /// The conventional load of the newest sample; NaN if it was refused.
+    /// Returns the conventional load of the newest sample, or NaN if it was refused.
     pub fn conventional(&self) -> &[f64] {
         &self.conventional
     }
 }
 
-/// A look-back before the first sample.
+/// Creates the look-back before the first sample.
 fn look_back(calibration: &Calibration) -> LiveLookBack {
     let look_backs = calibration.features.look_backs.iter();
     let longest_secs = look_backs.map(|look_back| look_back.t_th_secs);
@@ -411,9 +419,9 @@ mod tests {
         assert_eq!(estimator.conventional(), undisturbed.conventional());
     }
 
-    /// From the third sample of the new clock on the loads are those of an estimator that knows nothing else.
+    /// From the third sample of the new clock on, the loads equal those of a new estimator.
     #[test]
-    fn a_clock_that_was_set_anew_starts_the_history_anew() {
+    fn a_clock_reset_restarts_the_history() {
         let recording = Arc::clone(&some_built_in().entries()[1].recording);
         let calibration = calibration(every_block(), Regressor::Linear);
         let design = calibration.design();
@@ -438,9 +446,9 @@ mod tests {
         }
     }
 
-    /// Bursts with one stamp: what the recording's fit and `apply` make of them.
+    /// Bursts of samples with one time stamp give the same loads as `apply`.
     #[test]
-    fn the_same_time_again_is_no_time_gone_by() {
+    fn a_repeated_time_counts_as_no_elapsed_time() {
         let recording = Arc::clone(&some_built_in().entries()[1].recording);
         let times = recording.times().chunks(4).flat_map(|few| vec![few[0]; few.len()]);
         let stamped = Recording::new(
@@ -456,8 +464,8 @@ mod tests {
         assert_runs_as_applied(&calibration, &stamped.unwrap(), 0.0);
     }
 
-    /// Samples that are missing cost no more than the history that went with them: right after a pause the compensated load is
-    /// no worse than the conventional one, but for what its noise is anyway.
+    /// Missing samples cost only their history: after a pause, the compensated load is at least as good as the
+    /// conventional load, except for its noise.
     #[test]
     fn after_a_pause_the_load_is_no_worse_than_without_history() {
         let all = simulated::recordings(7);

@@ -1,4 +1,4 @@
-//! The expected error of a calibration: per axis the value within which 95 % of the held-out errors lie.
+//! Expected error of a calibration: for each axis the value within which 95 % of the held-out errors lie.
 
 use std::fmt;
 
@@ -24,7 +24,7 @@ pub struct AxisExpectedError {
     pub unit: String,
     /// Smallest and largest load of the recordings.
     pub range: (f64, f64),
-    /// The larger of the two values below; `None` where the axis hardly moves in the recordings.
+    /// The larger of the two values below; `None` if the load on the axis hardly changes.
     pub value: Option<f64>,
     /// Value in percent of full scale.
     pub percent_fs: Option<f64>,
@@ -40,23 +40,23 @@ pub struct AxisExpectedError {
 pub struct ExpectedError {
     /// Figures of each axis.
     pub axes: Vec<AxisExpectedError>,
-    /// What was left out in turn; `None` where only test recordings count.
+    /// Samples held out in cross-validation; `None` if only test recordings are used.
     pub cross_validation: Option<HeldOut>,
-    /// The test recordings; `None` without any.
+    /// Samples of the test recordings; `None` without any.
     pub test: Option<HeldOut>,
-    /// Conditions that the recordings do not show, in a sentence.
+    /// Sentence on conditions that the recordings do not cover.
     pub not_covered: String,
 }
 
 impl ExpectedError {
-    /// Returns the value of an axis in its unit, or why there is none.
+    /// Returns the value of an axis in its unit, or the reason why there is none.
     pub fn of_axis(&self, axis: Axis) -> Result<f64, String> {
         let own = self.axes.iter().find(|own| own.axis == axis);
         own.and_then(|own| own.value)
             .ok_or_else(|| format!("{} hardly moves in the recordings", axis.symbol()))
     }
 
-    /// Returns sentences that belong beside the figures: what was held out, and what is not covered.
+    /// Returns the sentences beside the figures: the held-out samples, and the conditions that are not covered.
     pub fn notes(&self) -> Vec<String> {
         vec![format!("{self}."), self.not_covered.clone()]
     }

@@ -1,4 +1,4 @@
-//! How calibrations stand in files.
+//! Calibration files in JSON.
 
 use serde::Deserialize;
 use serde_json::Value;
@@ -8,18 +8,18 @@ use crate::calibration::validate::CalibrationError;
 use crate::calibration::validate::{check_features, check_head};
 use crate::features::FeatureSettings;
 
-/// Why bytes are no calibration that can be used.
+/// Reason why a file is not a valid calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationFileError {
-    /// They are no JSON, or a field is missing or of another kind.
-    #[error("not a calibration in JSON: {0}")]
+    /// The file is not JSON, or a field is missing or has a wrong type.
+    #[error("not a calibration file: {0}")]
     Json(#[from] serde_json::Error),
-    /// What they say cannot be used.
+    /// The values are not valid.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
 }
 
-/// What a file says of itself.
+/// Format and version of a file.
 #[derive(Deserialize)]
 struct Head {
     format: String,
@@ -27,10 +27,10 @@ struct Head {
 }
 
 impl Calibration {
-    /// Reads what [`Calibration::in_file`] is written as; everything that a file could have wrong is checked.
+    /// Reads and validates the JSON of [`Calibration::in_file`].
     ///
     /// # Errors
-    /// [`CalibrationFileError`] with the first thing found.
+    /// [`CalibrationFileError`] for the first fault.
     pub fn from_json(content: &[u8]) -> Result<Self, CalibrationFileError> {
         let head: Head = serde_json::from_slice(content)?;
         check_head(&head.format, head.version)?;
@@ -42,7 +42,7 @@ impl Calibration {
             [("conventional", &mut calibration.conventional, &FeatureSettings::present())];
         let compensated = calibration.compensated.iter_mut();
         let compensated = compensated.map(|map| ("compensated", map, features));
-        // What the columns are is settled by their order, which gauges, features and offset fix; names are only compared.
+        // The order of the columns follows from gauges, features and offset. Names in the file are only compared.
         for (field, map, features) in conventional.into_iter().chain(compensated) {
             map.columns = features.columns(gauges.len(), offset);
             let names = std::mem::take(&mut map.names_in_file);
@@ -55,10 +55,10 @@ impl Calibration {
         Ok(calibration)
     }
 
-    /// The keys of a file that this calibration was read from which mean nothing to this program, each with where it stands.
+    /// Returns the unknown keys of the file from which this calibration was read, each with its place.
     ///
     /// # Errors
-    /// If the bytes are no JSON.
+    /// If the content is not JSON.
     pub fn unknown_keys(&self, content: &[u8]) -> Result<Vec<String>, serde_json::Error> {
         let file: Value = serde_json::from_slice(content)?;
         let known = serde_json::to_value(self.in_file())?;
@@ -67,7 +67,7 @@ impl Calibration {
         Ok(unknown)
     }
 
-    /// The calibration as its file has it: the columns of its maps with their names.
+    /// Returns the calibration in file form, with named columns.
     pub fn in_file(&self) -> Self {
         let mut file = self.clone();
         for map in std::iter::once(&mut file.conventional).chain(&mut file.compensated) {
@@ -77,7 +77,7 @@ impl Calibration {
     }
 }
 
-/// Adds the keys of `file` that `known` has not, but for those that say nothing.
+/// Adds the keys of `file` that are not in `known`, except keys without content.
 fn add_unknown(file: &Value, known: &Value, place: &str, unknown: &mut Vec<String>) {
     match (file, known) {
         (Value::Object(file), Value::Object(known)) => {

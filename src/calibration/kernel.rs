@@ -1,11 +1,11 @@
-//! Kernel ridge regression on landmarks: the mean of a Gaussian process (references 20 and 21 of the paper), which is
-//! also the least-squares support vector machine (reference 13), with its band.
+//! Kernel ridge regression on landmarks, with an uncertainty band. It is the mean of a Gaussian process (references 20
+//! and 21 of the paper), and also the least-squares support vector machine (reference 13).
 //!
-//! `k(x, l) = e^(−|x − l|² / 2ℓ²)` between a sample and m landmarks becomes, whitened by the landmarks' own kernel matrix
-//! (Nyström), m columns of unit prior variance. From there on it is ridge regression from sums, one
-//! [`NormalEquations`](crate::calibration::NormalEquations) for each part that cross-validation leaves out: samples are passed over, never stored.
+//! The kernel is `k(x, l) = e^(−|x − l|² / 2ℓ²)` between a sample and m landmarks. Whitened by the kernel matrix of the
+//! landmarks (Nyström), it gives m columns of unit prior variance. The rest is ridge regression from sums, with one
+//! [`NormalEquations`](crate::calibration::NormalEquations) per fold of the cross-validation. Samples are not stored.
 //!
-//! Guarantees: no randomness; far from every landmark the answer falls back to the mean, and the band says so.
+//! Guarantees: no randomness. Far from every landmark the prediction is the mean, and the band is wide.
 
 mod fitting;
 mod model;

@@ -1,4 +1,4 @@
-//! What a network or a kernel has learned: the load itself, or what the linear calibration leaves over (hybrid).
+//! Nonlinear part of a calibration: learns the load, or the residuals of the linear calibration (hybrid).
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use crate::calibration::kernel::{Kernel, KernelError, KernelScratch};
 use crate::calibration::network::{Network, NetworkError};
 use crate::calibration::settings::Learner;
 
-/// A regression that is not linear, on standardised features (without the offset).
+/// Nonlinear regression on standardised features, without the offset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Learned {
@@ -16,18 +16,18 @@ pub enum Learned {
     Kernel(Kernel),
 }
 
-/// What makes a learned regression unusable.
+/// Fault that makes a nonlinear regression unusable.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LearnedError {
-    /// The network's.
+    /// Fault of the network.
     #[error(transparent)]
     Network(#[from] NetworkError),
-    /// The kernel's.
+    /// Fault of the kernel.
     #[error(transparent)]
     Kernel(#[from] KernelError),
 }
 
-/// Room for the steps between a row and its answer.
+/// Buffers for intermediate results.
 #[derive(Clone, Debug, Default)]
 pub struct LearnedScratch {
     kernel: KernelScratch,
@@ -35,7 +35,7 @@ pub struct LearnedScratch {
 }
 
 impl Learned {
-    /// What learned it.
+    /// Returns the kind of the regression.
     pub fn learner(&self) -> Learner {
         match self {
             Self::Network(_) => Learner::Network,
@@ -43,7 +43,7 @@ impl Learned {
         }
     }
 
-    /// What it is made of, in words.
+    /// Returns a description.
     pub fn describe(&self) -> String {
         match self {
             Self::Kernel(kernel) => format!(
@@ -64,7 +64,7 @@ impl Learned {
         }
     }
 
-    /// How many numbers it consists of.
+    /// Returns the number of stored numbers.
     pub fn n_numbers(&self) -> usize {
         match self {
             Self::Network(network) => network.n_parameters(),
@@ -75,10 +75,10 @@ impl Learned {
         }
     }
 
-    /// Checks what a file could have wrong.
+    /// Checks everything that a file may contain.
     ///
     /// # Errors
-    /// [`LearnedError`] with the first thing found.
+    /// [`LearnedError`] for the first fault.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), LearnedError> {
         match self {
             Self::Network(network) => Ok(network.validate(n_columns, n_axes)?),
@@ -86,7 +86,7 @@ impl Learned {
         }
     }
 
-    /// Adds the answers for whole rows to `loads`, `n × n_axes` row-major.
+    /// Adds the predictions for rows to `loads`, `n × n_axes` row-major.
     pub fn add(
         &self,
         rows: &[f64],
@@ -111,7 +111,7 @@ impl Learned {
         }
     }
 
-    /// Multiplies the answers with these shares, one per axis; without any it stays what it is.
+    /// Multiplies the predictions by a factor per axis. Without factors nothing changes.
     pub fn scale(&mut self, shares: &[f64]) {
         match self {
             Self::Kernel(kernel) => kernel.scale(shares),
@@ -119,7 +119,7 @@ impl Learned {
         }
     }
 
-    /// Whether the answer on an axis is zero whatever the row: after a linear stage it stands alone there.
+    /// Returns true if the prediction on an axis is always zero, so that the linear stage stands alone.
     pub fn is_silent(&self, axis: usize) -> bool {
         let is_zero = |values: &[f64]| values.iter().all(|value| *value == 0.0);
         match self {
@@ -130,13 +130,13 @@ impl Learned {
         }
     }
 
-    /// Whether [`Learned::deviations`] has an answer.
+    /// Returns true if [`Learned::deviations`] gives values.
     pub fn knows_deviation(&self) -> bool {
         matches!(self, Self::Kernel(_))
     }
 
-    /// Writes the standard deviations of the loads around the answers for whole rows, `n × n_axes` row-major; zero where
-    /// the regression does not know.
+    /// Writes the standard deviations of the loads around the predictions, `n × n_axes` row-major, or zeros if the
+    /// regression has none.
     pub fn deviations(
         &self,
         rows: &[f64],

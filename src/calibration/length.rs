@@ -1,18 +1,18 @@
-//! Lists of another length than is needed: the one check of all parts of a calibration.
+//! Check of the length of lists, for all parts of a calibration.
 
-/// A list that is too short or too long.
+/// List with a wrong number of entries.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{field} has {actual} entries where {expected} are needed")]
+#[error("{field} has {actual} entries, but it must have {expected}")]
 pub struct WrongLength {
     pub field: String,
     pub expected: usize,
     pub actual: usize,
 }
 
-/// Checks how long a list is.
+/// Checks the number of entries of a list.
 ///
 /// # Errors
-/// [`WrongLength`] if that is not what is expected.
+/// [`WrongLength`] if the numbers differ.
 pub(super) fn check_length(field: &str, expected: usize, actual: usize) -> Result<(), WrongLength> {
     if actual == expected {
         Ok(())

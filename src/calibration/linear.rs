@@ -1,54 +1,54 @@
-//! Linear least squares from sums alone (Eq. 8), with the rank it really has, and ridge regression from the same sums.
+//! Linear least squares and ridge regression from sums (Eq. 8), with the numerical rank.
 //!
-//! Guarantees: a column that is zero, or that those before it in the order of [`ColumnKind`] already explain, gets the
-//! coefficient zero; so a past that never differs leaves the conventional answer, exactly.
+//! Guarantees: a column that is zero, or that earlier columns in the order of [`ColumnKind`] explain, gets the
+//! coefficient zero. A past that equals the present therefore gives exactly the conventional calibration.
 
 use faer::{Mat, Side};
 
 use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 
-/// A column counts as explained by the others when what is left of its squared length is below this share.
+/// Maximum unexplained share of a column's squared length for the column to count as explained by others.
 ///
-/// Sums carry relative rounding errors near 1e-15; squared lengths, so columns down to 1e-6 of their length survive.
+/// Sums have relative rounding errors near 1e-15. A column that is 1e-6 of its length away from the others is kept.
 const EXPLAINED_BELOW: f64 = 1e-12;
 
 /// A least-squares solution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// `p × q`, row-major; zero where a column was left out.
+    /// Coefficients, `p × q` row-major; zero for columns without influence.
     pub coefficients: Vec<f64>,
-    /// How many columns are independent.
+    /// Number of independent columns.
     pub rank: usize,
 }
 
-/// The columns of a fit, and what their targets lack already.
+/// Columns of a fit, and coefficients that the targets already account for.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms<'a> {
-    /// The columns that are fitted; the others get zero coefficients.
+    /// Indices of the fitted columns. Other columns get zero coefficients.
     pub used: &'a [usize],
-    /// For every column of the sums, what it is.
+    /// Kind of each column of the sums.
     pub kinds: &'a [ColumnKind],
-    /// The coefficients that were taken off the loads before they became targets, `p × q` row-major; empty for none.
+    /// Coefficients that were subtracted from the loads to give the targets, `p × q` row-major; empty for none.
     ///
-    /// A fit that cannot tell a column from the others must not keep what somebody else knew of it: its coefficient on the
-    /// load is zero, so the one on these targets is what takes the known one away.
+    /// A column that cannot be distinguished from others must have the total coefficient zero. Its coefficient on these
+    /// targets is then minus the known one.
     pub known: &'a [f64],
 }
 
-/// How the coefficients of [`ColumnKind::Appended`] are shrunk: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`.
+/// Shrinkage of the coefficients of [`ColumnKind::Appended`]: `min ‖Y − XB‖² + Σ penaltyⱼ bⱼ²`.
 ///
-/// Targets are what the conventional calibration leaves over, and gauges and offset are not shrunk: the stronger the
-/// ridge, the nearer the answer to the conventional one.
+/// Targets are residuals of the conventional calibration, and gauges and offset are not shrunk. A stronger ridge
+/// therefore moves the result towards the conventional calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ridge<'a> {
     /// Plain least squares.
     None,
-    /// `penaltyⱼ = strength · ‖xⱼ‖²`, the strength from zero up: 1 halves the coefficient of a lone column.
+    /// `penaltyⱼ = strength · ‖xⱼ‖²` with strength ≥ 0. Strength 1 halves the coefficient of a single column.
     Relative(f64),
-    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, a share for each column of the sums; zero for what is not shrunk.
+    /// `penaltyⱼ = shareⱼ · ‖xⱼ‖²`, with a share for each column of the sums; zero for no shrinkage.
     Shares(&'a [f64]),
-    /// `penaltyⱼ = strength`, from zero up: the variance of the noise over that of the coefficient.
+    /// `penaltyⱼ = strength ≥ 0`: the ratio of the noise variance to the variance of the coefficient.
     Absolute(f64),
 }
 
@@ -65,15 +65,15 @@ impl Ridge<'_> {
     }
 }
 
-/// Solves `min ‖Y − XB‖²`, shrunk by `ridge`.
+/// Solves `min ‖Y − XB‖²` with a ridge.
 ///
-/// Cholesky on columns scaled to unit length, pivoting diagonally within each [`ColumnKind`]. The cost does not depend on the
-/// number of samples: `O(p³ + p²q)`.
+/// Uses a Cholesky factorisation of columns scaled to unit length, with diagonal pivoting within each [`ColumnKind`].
+/// The cost `O(p³ + p²q)` does not depend on the number of samples.
 ///
-/// **Source** Eq. 5 and 8; with a ridge the diagonal of `XᵀX` grows by the penalties.
+/// **Source** Eq. 5 and 8. A ridge adds the penalties to the diagonal of `XᵀX`.
 ///
 /// # Panics
-/// If the terms name a column that is not there, or are of another number of columns.
+/// If a column does not exist, or the terms have another number of columns than the sums.
 pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
     let Terms { used, kinds, known } = terms;
     let (m, q) = (used.len(), sums.n_targets());
@@ -83,7 +83,7 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
         .zip(&penalties)
         .map(|(&i, penalty)| inverse_length(sums.feature_product(i, i) + penalty))
         .collect();
-    // The lower triangle of the scaled Gram matrix; becomes the factor, column by column.
+    // Lower triangle of the scaled Gram matrix, replaced column by column by its factor.
     let mut lower: Vec<f64> = vec![0.0; m * m];
     for i in 0..m {
         for j in 0..=i {
@@ -151,7 +151,7 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
 }
 
 impl Terms<'_> {
-    /// The same share for everything that is appended.
+    /// Returns the shares for one strength: the strength for appended columns, and zero for others.
     pub fn shares(&self, strength: f64) -> Vec<f64> {
         let share = |kind: &ColumnKind| match kind {
             ColumnKind::Appended => strength,
@@ -160,22 +160,21 @@ impl Terms<'_> {
         self.kinds.iter().map(share).collect()
     }
 
-    /// [`Self::shares`] for each target.
+    /// Returns [`Self::shares`] for each target.
     pub fn of_targets(&self, strengths: &[f64]) -> Vec<Vec<f64>> {
         strengths.iter().map(|one| self.shares(*one)).collect()
     }
 
-    /// The fitted columns that are left with these shares: a column whose share has no end is left away.
+    /// Returns the fitted columns with a finite share. Columns with an infinite share are removed.
     pub fn kept(&self, shares: &[f64]) -> Vec<usize> {
         let used = self.used.iter().copied();
         used.filter(|column| shares[*column].is_finite()).collect()
     }
 }
 
-/// Like [`fit`], with shares of its own for each target, see [`Ridge::Shares`]; a column whose share has no end is left
-/// away.
+/// Solves as [`fit`], with shares for each target; see [`Ridge::Shares`]. Columns with an infinite share are removed.
 ///
-/// The rank is that of the columns themselves, without a ridge.
+/// The rank is that of the columns without ridge.
 ///
 /// # Panics
 /// If there is not one list of shares per target.
@@ -198,10 +197,10 @@ pub fn fit_targets(sums: &NormalEquations, terms: Terms<'_>, shares: &[Vec<f64>]
     found
 }
 
-/// The condition number of the design: the largest over the smallest singular value of its independent columns, each
-/// scaled to unit length; `None` where no column is independent.
+/// Returns the condition number of the design: the ratio of the largest to the smallest singular value of its
+/// independent columns, scaled to unit length. `None` if no column is independent.
 ///
-/// Computed from sums, so values beyond about 1e7 only say "very large".
+/// Because it is computed from sums, values above about 1e7 are not accurate.
 pub fn condition_number(sums: &NormalEquations, used: &[usize], rank: usize) -> Option<f64> {
     let inverse_length: Vec<f64> =
         used.iter().map(|&i| inverse_length(sums.feature_product(i, i))).collect();
@@ -218,7 +217,7 @@ fn inverse_length(square: f64) -> f64 {
     if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 }
 }
 
-/// Exchanges rows and columns `a ≤ b` of the lower triangle, the finished part of the factor included.
+/// Exchanges rows and columns `a ≤ b` of the lower triangle, including the finished part of the factor.
 fn swap_symmetric(lower: &mut [f64], m: usize, a: usize, b: usize) {
     if a == b {
         return;
@@ -251,7 +250,7 @@ mod tests {
         sums
     }
 
-    /// Rows `[1, a, b, c | y₀, y₁]` with no exact relation.
+    /// Returns rows `[1, a, b, c | y₀, y₁]` without an exact relation.
     fn rows(m: usize) -> Vec<Vec<f64>> {
         (0..m)
             .map(|k| {
@@ -263,7 +262,7 @@ mod tests {
             .collect()
     }
 
-    /// Columns of gauges, all used.
+    /// Returns gauge columns that are all used.
     fn gauges(p: usize) -> (Vec<usize>, Vec<ColumnKind>) {
         ((0..p).collect(), vec![ColumnKind::Gauge; p])
     }
@@ -322,7 +321,7 @@ mod tests {
         assert!((a[0] - b[0]).abs() < 1e-9 * a[0]);
     }
 
-    /// `(XᵀX + D) b = Xᵀy` holds, with D as the ridge defines it.
+    /// `(XᵀX + D) b = Xᵀy` holds, with the penalties D of the ridge.
     #[test]
     fn a_ridge_solves_the_normal_equations_with_its_penalties() {
         let sums = sums(&rows(80), 4);
@@ -344,10 +343,10 @@ mod tests {
         }
     }
 
-    /// A gauge that stands still at 3 beside an offset: the offset says it, whichever column comes first, and what was
-    /// known of the gauge is given back.
+    /// A gauge that is constantly 3 is explained by the offset, in any order of columns. The known coefficient of the
+    /// gauge is cancelled.
     #[test]
-    fn a_gauge_that_stands_still_loses_what_was_known_of_it() {
+    fn a_constant_gauge_loses_its_known_coefficient() {
         let rows: Vec<Vec<f64>> = (0..30)
             .map(|k| {
                 let x = (0.4 * f64::from(k)).sin();

@@ -1,4 +1,4 @@
-//! A matrix that knows what its columns are: what calibration engineers call the calibration.
+//! Calibration matrix with known columns.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,31 +6,31 @@ use crate::dot::dot;
 use crate::features::{Column, Design};
 use crate::recording::Recording;
 
-/// Beyond it no number of a calibration was measured, and products of two overflow.
+/// Largest number in a calibration. Products of larger numbers could overflow.
 pub(super) const LARGEST: f64 = 1e100;
 
-/// Whether a load can be computed with such a number.
+/// Returns true if a load can be computed with this number.
 pub(super) fn is_usable(number: f64) -> bool {
     number.abs() <= LARGEST
 }
 
-/// A load as a linear function of features: `load = matrix · features`.
+/// Load as a linear function of features: `load = matrix · features`.
 ///
-/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6; it is fitted as it stands, so more gauges
-/// than axes (Eq. 5) need no other rule than as many (Eq. 4).
+/// **Source** the matrix is C⁻¹ of the paper's `S = C L` (Eq. 3), written out in Eq. 6. The inverse is fitted directly,
+/// so more gauges than axes (Eq. 5) need no other treatment than equal numbers (Eq. 4).
 ///
-/// **Shapes** `matrix` has one row per axis and one column per feature; [`Column::Offset`] is always 1.
+/// **Shapes** `matrix` has one row per axis and one column per feature. [`Column::Offset`] is always 1.
 ///
-/// **Units** (N) or (N·m) per unit of the gauge; per 1 for monomials, which are made of standardised gauges.
+/// **Units** N or N·m per unit of the gauge. Monomials have no unit, because they are products of standardised gauges.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinearMap {
-    /// What each column is.
+    /// Columns of the matrix.
     #[serde(skip)]
     pub columns: Vec<Column>,
-    /// The names of the columns as they stand in files; empty but in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
+    /// Column names in files; empty except in [`Calibration::in_file`](crate::calibration::Calibration::in_file).
     #[serde(rename = "features")]
     pub(super) names_in_file: Vec<String>,
-    /// One row per axis.
+    /// Matrix with one row per axis.
     pub matrix: Vec<Vec<f64>>,
 }
 
@@ -39,12 +39,12 @@ impl LinearMap {
         Self { columns, matrix, names_in_file: Vec::new() }
     }
 
-    /// The names of the columns where the gauges have these.
+    /// Returns the column names for these gauge names.
     pub fn names(&self, gauges: &[String]) -> Vec<String> {
         Column::names(&self.columns, gauges)
     }
 
-    /// Writes the load of one sample (Eq. 7); of a row without its last column, that is taken for an offset of 1.
+    /// Writes the load of one sample (Eq. 7). If the row lacks the last column, this column is an offset of 1.
     #[inline]
     pub fn apply(&self, features: &[f64], load: &mut [f64]) {
         for (axis, load) in load.iter_mut().enumerate().take(self.matrix.len()) {
@@ -52,7 +52,7 @@ impl LinearMap {
         }
     }
 
-    /// What [`Self::apply`] writes for each of these rows, to the last bit.
+    /// Writes the result of [`Self::apply`] for each row, bit for bit.
     ///
     /// **Shapes** `rows` is `n × n_features`, `loads` `n × n_axes`, both row-major.
     pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
@@ -80,7 +80,7 @@ impl LinearMap {
             }
             for (axis, row) in self.matrix.iter().enumerate() {
                 let (slopes, offset) = row.split_at(width);
-                let mut sums = [-0.0; LANES]; // what a sum begins with
+                let mut sums = [-0.0; LANES]; // start value of a floating-point sum
                 for (slope, column) in slopes.iter().zip(&columns) {
                     for lane in 0..LANES {
                         sums[lane] += slope * column[lane];
@@ -94,14 +94,14 @@ impl LinearMap {
         }
     }
 
-    /// What [`Self::apply`] writes for one axis.
+    /// Returns the load on one axis.
     #[inline]
     pub fn load(&self, features: &[f64], axis: usize) -> f64 {
         let (slopes, offset) = self.matrix[axis].split_at(features.len());
         dot(slopes, features) + offset.first().unwrap_or(&0.0)
     }
 
-    /// The coefficients of this map on gauges and offset, on the standardised columns of `design`.
+    /// Returns the coefficients of this map of gauges and offset on the standardised columns of `design`.
     ///
     /// **Shapes** `n_columns × n_axes`, row-major.
     pub(crate) fn standardised(&self, design: &Design) -> Vec<f64> {
@@ -116,9 +116,10 @@ impl LinearMap {
         coefficients
     }
 
-    /// This map on gauges and offset, corrected by `coefficients` on the columns of `design`.
+    /// Returns this map of gauges and offset, corrected by `coefficients` on the columns of `design`.
     ///
-    /// **Shapes** `coefficients` is `n_columns × n_axes` row-major, on standardised columns; the answer is on raw ones.
+    /// **Shapes** `coefficients` is `n_columns × n_axes` row-major, on standardised columns. The result is on raw
+    /// columns.
     pub(crate) fn corrected(&self, design: &Design, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let n_axes = self.matrix.len();
         let present = design.present();
@@ -138,10 +139,10 @@ impl LinearMap {
     }
 }
 
-/// Rows that are worked on at once.
+/// Number of rows processed together.
 const LANES: usize = 8;
 
-/// The load of every sample from its present gauges, `n × n_axes` row-major.
+/// Returns the load of every sample from its present gauges, `n × n_axes` row-major.
 pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f64> {
     let n_axes = map.matrix.len();
     let mut loads = vec![0.0; recording.n_samples() * n_axes];
@@ -149,17 +150,17 @@ pub(crate) fn loads_from_gauges(map: &LinearMap, recording: &Recording) -> Vec<f
     loads
 }
 
-/// The loads of a recording from its present gauges: kept, or made anew wherever one is asked for, the same to the last bit.
+/// Loads of a recording from its present gauges, stored or computed on demand with identical bits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PresentLoads<'a> {
     pub map: &'a LinearMap,
     pub recording: &'a Recording,
-    /// `n × n_axes`, row-major.
+    /// Stored loads, `n × n_axes` row-major.
     pub kept: Option<&'a [f64]>,
 }
 
 impl PresentLoads<'_> {
-    /// That of sample `k` on one axis.
+    /// Returns the load of sample `k` on one axis.
     #[inline]
     pub fn at(&self, k: usize, axis: usize) -> f64 {
         match self.kept {
@@ -168,7 +169,7 @@ impl PresentLoads<'_> {
         }
     }
 
-    /// Writes those of sample `k`.
+    /// Writes the load of sample `k`.
     #[inline]
     pub fn row(&self, k: usize, out: &mut [f64]) {
         match self.kept {
@@ -177,7 +178,7 @@ impl PresentLoads<'_> {
         }
     }
 
-    /// Those of every sample on one axis.
+    /// Returns the load of every sample on one axis.
     pub fn column(&self, axis: usize) -> Vec<f64> {
         (0..self.recording.n_samples()).map(|k| self.at(k, axis)).collect()
     }
@@ -189,7 +190,7 @@ mod tests {
     use crate::random::Random;
 
     #[test]
-    fn many_rows_give_what_each_gives_to_the_last_bit() {
+    fn many_rows_and_single_rows_give_identical_bits() {
         let mut random = Random::new(3, &[1]);
         for (n_axes, width, is_offset) in [(6, 12, true), (1, 1, false), (3, 19, true)] {
             let row = |random: &mut Random| -> Vec<f64> {

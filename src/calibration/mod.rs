@@ -1,5 +1,5 @@
-//! From gauges to load: sums over recordings, the least-squares solution, what learns beside it, and the calibration
-//! that comes of it.
+//! Calibration from gauges to load: sums over recordings, linear least squares, network and kernel, and the calibration
+//! file.
 
 mod aged_sums;
 #[expect(clippy::module_inception, reason = "the room's main thing has the room's name")]

@@ -1,33 +1,34 @@
-//! A recording, as far as linear least squares can tell: the sums `XᵀX`, `XᵀY`, `YᵀY` and n.
+//! Normal equations: the sums `XᵀX`, `XᵀY`, `YᵀY` and n, all that least squares needs of a recording.
 //!
-//! Sums add up: over blocks, recordings and machines. Where a recording is left out, those of the others are added up
-//! anew: taking its sums off the total would leave rounding errors where the others have nothing, and no later test of
-//! the rank could tell them from data. Guarantees: one pass over the rows; products are collected over short blocks
-//! before they join the total, so that rounding errors grow with the number of blocks and not of samples.
+//! Sums of blocks, recordings and computers can be added. To leave out a recording, the sums of the others are added
+//! again. Subtracting would leave rounding errors that look like data to a test of the rank.
+//!
+//! Guarantees: one pass over the rows. Products are summed over short blocks before they are added to the total, so
+//! rounding errors grow with the number of blocks and not of samples.
 
 use std::ops::Range;
 
-/// Rows that are multiplied before their sum joins the total; a block of 24 columns stays in the first-level cache.
+/// Number of rows in a block. A block of 24 columns fits into the first-level cache.
 pub const BLOCK_ROWS: usize = 128;
-/// Columns multiplied at once; the width of a row in memory is a multiple of it.
+/// Number of columns multiplied together. The length of a row in memory is a multiple of it.
 const LANES: usize = 8;
-/// Rows of the product that are worked on at once; `TILE × LANES` sums stay in registers.
+/// Number of product rows computed together. `TILE × LANES` sums fit into registers.
 pub(super) const TILE: usize = 4;
 
 /// `n` and the Gram matrix of the columns `[X | Y]`: `p` features, then `q` targets.
 ///
-/// **Source** Eq. 8: everything that the sum of squared residuals needs of the data.
+/// **Source** Eq. 8. The sum of squared residuals depends on the data only through these sums.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
     n_samples: u64,
     n_features: usize,
     n_targets: usize,
-    /// `width × stride`, row-major; only entries on and above the diagonal mean anything.
+    /// `width × stride`, row-major. Only entries on and above the diagonal are valid.
     gram: Vec<f64>,
 }
 
 impl NormalEquations {
-    /// No samples yet.
+    /// Creates empty sums.
     pub fn new(n_features: usize, n_targets: usize) -> Self {
         let width = n_features + n_targets;
         Self {
@@ -38,7 +39,7 @@ impl NormalEquations {
         }
     }
 
-    /// How many numbers a row `[x | y]` takes in memory; what is beyond `n_features + n_targets` must be zero.
+    /// Returns the length of a row `[x | y]` in memory. Entries beyond `n_features + n_targets` must be zero.
     pub fn stride(&self) -> usize {
         Self::stride_of(self.width())
     }
@@ -51,17 +52,17 @@ impl NormalEquations {
         self.n_features + self.n_targets
     }
 
-    /// How many samples are in the sums.
+    /// Returns the number of samples.
     pub fn n_samples(&self) -> u64 {
         self.n_samples
     }
 
-    /// The number of feature columns p.
+    /// Returns the number of features p.
     pub fn n_features(&self) -> usize {
         self.n_features
     }
 
-    /// The number of target columns q.
+    /// Returns the number of targets q.
     pub fn n_targets(&self) -> usize {
         self.n_targets
     }
@@ -82,7 +83,7 @@ impl NormalEquations {
             move || {
                 for block in rows.chunks(BLOCK_ROWS * stride) {
                     for (first_row, sums) in tile_rows(gram, stride) {
-                        // Tiles that lie wholly below the diagonal are never read.
+                        // Tiles below the diagonal are never read, so they are not computed.
                         let columns = first_row / LANES * LANES..stride;
                         add_tiles(sums, block, first_row, columns);
                     }
@@ -94,7 +95,7 @@ impl NormalEquations {
     /// Adds the sums of other samples.
     ///
     /// # Panics
-    /// If the columns differ in number.
+    /// If the numbers of columns differ.
     pub fn add(&mut self, other: &Self) {
         assert_eq!(
             (self.n_features, self.n_targets),
@@ -107,12 +108,12 @@ impl NormalEquations {
         self.n_samples += other.n_samples;
     }
 
-    /// What `take` makes of the sums of all parts but one, for each part that is `wanted`, by its position.
+    /// Returns `take` of the sums of all parts but one, for each part whose index is `wanted`.
     ///
-    /// The sums of the others are added up, by halves of halves, and never subtracted.
+    /// The sums of the other parts are added by recursive halving and never subtracted.
     ///
     /// # Panics
-    /// If the parts differ in their columns.
+    /// If the parts have different columns.
     pub fn each_without<T: Send>(
         parts: &[Self],
         wanted: impl Fn(usize) -> bool + Sync,
@@ -125,7 +126,7 @@ impl NormalEquations {
         without_each_of(parts, 0, nothing, &wanted, &take)
     }
 
-    /// The same samples with targets `Y − XB`.
+    /// Returns the sums of the same samples with targets `Y − XB`.
     ///
     /// **Shapes** `coefficients` is `p × q`, row-major.
     ///
@@ -145,8 +146,8 @@ impl NormalEquations {
         rest
     }
 
-    /// Adds products of the columns from `first` on with all columns, which so far were zero in the samples that the
-    /// products are of; see [`AgedSums`](crate::calibration::AgedSums).
+    /// Adds products of the columns from `first` on with all columns. These columns must have been zero in the samples
+    /// of the products; see [`AgedSums`](crate::calibration::AgedSums).
     ///
     /// **Shapes** `products` has one row of [`NormalEquations::stride`] per column.
     ///
@@ -165,7 +166,7 @@ impl NormalEquations {
         }
     }
 
-    /// The sums of the same samples as if these features were zero in all of them.
+    /// Returns the sums of the same samples with these features set to zero.
     pub fn without(&self, features: Range<usize>) -> Self {
         let (mut rest, stride) = (self.clone(), self.stride());
         for (i, row) in rest.gram.chunks_exact_mut(stride).enumerate() {
@@ -174,34 +175,34 @@ impl NormalEquations {
         rest
     }
 
-    /// The memory that these sums take (bytes).
+    /// Returns the memory of the sums in bytes.
     pub fn size_bytes(&self) -> usize {
         self.gram.len() * size_of::<f64>()
     }
 
-    /// Those of these columns that are not zero in every sample.
+    /// Returns the columns that are not zero in every sample.
     pub fn present_among(&self, columns: &[usize]) -> Vec<usize> {
         let columns = columns.iter().copied();
         columns.filter(|&column| self.feature_product(column, column) > 0.0).collect()
     }
 
-    /// Entry of `XᵀX`.
+    /// Returns an entry of `XᵀX`.
     pub fn feature_product(&self, i: usize, j: usize) -> f64 {
         self.gram[i.min(j) * self.stride() + i.max(j)]
     }
 
-    /// Entry of `XᵀY`.
+    /// Returns an entry of `XᵀY`.
     pub fn target_product(&self, feature: usize, target: usize) -> f64 {
         self.gram[feature * self.stride() + self.n_features + target]
     }
 
-    /// Diagonal entry of `YᵀY`.
+    /// Returns a diagonal entry of `YᵀY`.
     pub fn target_square(&self, target: usize) -> f64 {
         let at = self.n_features + target;
         self.gram[at * self.stride() + at]
     }
 
-    /// The sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`, without predicting a sample.
+    /// Returns the sum of squared residuals of each target, `YᵀY − 2BᵀXᵀY + BᵀXᵀXB`, without predicting samples.
     ///
     /// **Shapes** `coefficients` is `p × q`, row-major.
     ///
@@ -226,7 +227,7 @@ impl NormalEquations {
     }
 }
 
-/// [`NormalEquations::each_without`] for parts from position `first` on, all others being in `rest`.
+/// Computes [`NormalEquations::each_without`] for the parts from `first` on; `rest` contains all other parts.
 fn without_each_of<T: Send>(
     parts: &[NormalEquations],
     first: usize,
@@ -252,14 +253,13 @@ fn without_each_of<T: Send>(
     taken
 }
 
-/// `TILE` rows of sums at a time, with the number of the first.
+/// Iterates over `TILE` rows of sums at a time, with the index of the first row.
 #[inline(always)]
 pub(super) fn tile_rows(
     sums: &mut [f64],
     stride: usize,
 ) -> impl Iterator<Item = (usize, &mut [f64])> {
-    // Not `chunks_exact_mut`, here and below: where few rows are added at a time, its division would take longer than
-    // the products.
+    // `chunks_exact_mut` is avoided here and below: for few rows, its division would take longer than the products.
     let (mut rest, mut first) = (sums, 0);
     std::iter::from_fn(move || {
         let (tile, more) = std::mem::take(&mut rest).split_at_mut_checked(TILE * stride)?;
@@ -269,8 +269,7 @@ pub(super) fn tile_rows(
     })
 }
 
-/// Adds to `TILE` rows of sums the products of the columns from `left_column` on with those in `columns`, a tile of
-/// `TILE × LANES` at a time.
+/// Adds the products of the columns from `left_column` on with those in `columns` to `TILE` rows of sums.
 #[inline(always)]
 pub(super) fn add_tiles(
     sums: &mut [f64],
@@ -305,7 +304,7 @@ pub(super) fn add_tiles(
 mod tests {
     use super::*;
 
-    /// `m` rows of `p` features and `q` targets with no simple relation, padded.
+    /// Returns `m` padded rows of `p` features and `q` targets without a simple relation.
     fn rows(m: usize, p: usize, q: usize) -> Vec<f64> {
         let stride = NormalEquations::stride_of(p + q);
         (0..m * stride)
@@ -365,9 +364,10 @@ mod tests {
         }
     }
 
-    /// The second column is there in the first part alone: without it nothing of it may remain, not even rounding.
+    /// The second column is nonzero only in the first part. Without this part it must be exactly zero, without rounding
+    /// errors.
     #[test]
-    fn without_a_part_nothing_of_it_remains() {
+    fn leaving_out_a_part_removes_it_exactly() {
         let parts: Vec<NormalEquations> = (0..5)
             .map(|part| {
                 let mut sums = NormalEquations::new(3, 1);
@@ -393,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_less_what_is_explained_are_those_of_residuals() {
+    fn sums_with_subtracted_coefficients_are_those_of_residuals() {
         let (p, q) = (3, 2);
         let mut rows = rows(60, p, q);
         let mut sums = NormalEquations::new(p, q);

@@ -1,4 +1,4 @@
-//! What a person chooses about a fit.
+//! Settings of a fit.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::features::{
     FeatureError, FeatureSettings, HISTORY_RATE, OutOfRange, Range, Setting, Unit,
 };
 
-/// How strong the ridge is.
+/// Strength of the ridge.
 pub const RIDGE: Setting = Setting {
     key: "ridge",
     option: "ridge",
@@ -20,14 +20,14 @@ pub const RIDGE: Setting = Setting {
     default: &[0.0],
     range: Range::NotNegativeOrAuto,
     step: 0.001,
-    explanation: "How much the linear fit shrinks what the blocks append: 0 is plain least squares, ever more leaves only \
-                  the conventional calibration. \"auto\": per axis the strength with which left-out recordings are \
-                  predicted best; blocks that only memorise are then shrunk away. \"by-block\": a strength for each block and axis; \
-                  a block that does not help is left away",
+    explanation: "Shrinks the coefficients of all features but the gauges: 0 is plain least squares; large values leave only \
+                  the conventional calibration. \"auto\": for each axis the strength that predicts held-out recordings \
+                  best. \"by-block\": a strength for each feature block and axis; \
+                  a block that does not help is removed",
     source: "",
 };
 
-/// Whether the model has an offset term.
+/// Offset term of the model.
 pub const OFFSET: Setting = Setting {
     key: "offset",
     option: "no-offset",
@@ -37,11 +37,11 @@ pub const OFFSET: Setting = Setting {
     default: &[1.0],
     range: Range::Switch,
     step: 1.0,
-    explanation: "A constant added to each axis. The paper has none; real gauges have a zero point",
+    explanation: "Adds a constant to each axis. The paper has none, but real gauges are not zero without load",
     source: "Eq. 3",
 };
 
-/// Every how many-th sample is used. With the largest no more than a handful is left of the longest recordings.
+/// Decimation of the recordings. With the maximum, a few samples of the longest recordings remain.
 pub const DECIMATION: Setting = Setting {
     key: "decimation",
     option: "decimate",
@@ -51,24 +51,24 @@ pub const DECIMATION: Setting = Setting {
     default: &[1.0],
     range: Range::Whole(1, 100_000),
     step: 0.05,
-    explanation: "Of each recording the first sample, and then every so many; the search for the past sees only these. 1 is \
+    explanation: "Uses every n-th sample of each recording, also in the search for past samples. 1 is \
                   the paper's pattern A, 10 its pattern B",
     source: "section 4.3",
 };
 
-/// The choices of one fit.
+/// Settings of one fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct FitSettings {
-    /// What is appended to the gauges.
+    /// Features that are appended to the gauges.
     pub features: FeatureSettings,
-    /// How the load is made of the features.
+    /// Regressor that computes the load from the features.
     pub regressor: Regressor,
     /// [`RIDGE`].
     pub ridge: RidgeChoice,
-    /// The network's choices.
+    /// Settings of the network.
     pub network: NetworkSettings,
-    /// The kernel's choices.
+    /// Settings of the kernel.
     pub kernel: KernelSettings,
     /// [`OFFSET`].
     pub offset: bool,
@@ -76,10 +76,10 @@ pub struct FitSettings {
     pub decimation: usize,
     /// [`HISTORY_RATE`](crate::features::HISTORY_RATE).
     pub history_rate_hz: f64,
-    /// Full scale per axis, in axis order; missing or `None` entries are measured.
+    /// Full scale of each axis, in axis order. Missing or `None` entries are measured from the recordings.
     pub full_scale: Vec<Option<f64>>,
-    /// What the effect of an auxiliary channel counts from, by the channel's name; of others, and by default, its mean over the
-    /// training recordings. Gauge matrix and offset are those at this value.
+    /// Reference value of auxiliary channels by name; gauge matrix and offset apply at this value. Without an entry,
+    /// the reference is the mean over the training recordings.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub auxiliary_references: BTreeMap<String, f64>,
 }
@@ -101,7 +101,7 @@ impl Default for FitSettings {
     }
 }
 
-/// How the load is made of the features.
+/// Method by which the load is computed from the features.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regressor {
@@ -112,13 +112,13 @@ pub enum Regressor {
     Network,
     /// Kernel ridge regression on landmarks.
     Kernel,
-    /// Least squares first, then a network on what it leaves over (section 3.2).
+    /// Least squares, then a network on the residuals (section 3.2).
     HybridNetwork,
-    /// Least squares first, then a kernel on what it leaves over.
+    /// Least squares, then a kernel on the residuals.
     HybridKernel,
 }
 
-/// What learns, beside least squares.
+/// Nonlinear part of a regressor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Learner {
     /// Layers of units.
@@ -128,11 +128,11 @@ pub enum Learner {
 }
 
 impl Regressor {
-    /// All of them.
+    /// All regressors.
     pub const ALL: [Self; 5] =
         [Self::Linear, Self::Network, Self::Kernel, Self::HybridNetwork, Self::HybridKernel];
 
-    /// What learns; `None` for the linear regressor.
+    /// Returns the nonlinear part, or `None` for the linear regressor.
     pub fn learner(self) -> Option<Learner> {
         match self {
             Self::Linear => None,
@@ -141,12 +141,12 @@ impl Regressor {
         }
     }
 
-    /// Whether least squares come first.
+    /// Returns true if least squares come first.
     pub fn is_hybrid(self) -> bool {
         matches!(self, Self::HybridNetwork | Self::HybridKernel)
     }
 
-    /// What people call it.
+    /// Returns the label.
     pub fn label(self) -> &'static str {
         match self {
             Self::Linear => "Linear",
@@ -157,7 +157,7 @@ impl Regressor {
         }
     }
 
-    /// Its name in files and on the command line.
+    /// Returns the key in files and on the command line.
     pub fn key(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -168,7 +168,7 @@ impl Regressor {
         }
     }
 
-    /// What it is.
+    /// Returns the explanation.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Linear => "Least squares (Eq. 8): a matrix that any controller can run",
@@ -176,27 +176,27 @@ impl Regressor {
                 "The paper's network: three hidden layers of 100 units, trained on the summed squared error"
             }
             Self::Kernel => {
-                "Kernel ridge regression on landmark samples (the mean of a Gaussian process), with a band that says how \
-                 sure it is"
+                "Kernel ridge regression on landmark samples (the mean of a Gaussian process), with a band for the uncertainty of \
+                 the load"
             }
             Self::HybridNetwork => {
-                "Least squares first, then a network on what they leave over (section 3.2)"
+                "Least squares first, then a network on the residuals (section 3.2)"
             }
-            Self::HybridKernel => "Least squares first, then a kernel on what they leave over",
+            Self::HybridKernel => "Least squares first, then a kernel on the residuals",
         }
     }
 }
 
-/// How the strength of the ridge is chosen.
+/// Choice of the ridge strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RidgeChoice {
-    /// This one; 0 is plain least squares.
+    /// This strength; 0 is plain least squares.
     Strength(f64),
-    /// For each axis the one that left-out recordings are predicted best with.
+    /// For each axis, the strength that predicts held-out recordings best.
     Auto,
-    /// For each axis and each block the ones that left-out recordings are predicted best with; a block that does not help
-    /// is left away.
+    /// For each axis and block, the strength that predicts held-out recordings best. A block that does not help is
+    /// removed.
     ByBlock,
 }
 
@@ -206,7 +206,7 @@ impl Default for RidgeChoice {
     }
 }
 
-/// A choice that makes no sense.
+/// Setting with an invalid value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
     #[error(transparent)]
@@ -219,15 +219,14 @@ pub enum SettingsError {
     OutOfRange(#[from] OutOfRange),
     #[error("the full scale of axis {position} is {value}; it must be a number above zero")]
     FullScale { position: usize, value: f64 },
-    #[error("the effect of {name} counts from {value}; it must be a number")]
+    #[error("the reference value of {name} is {value}; it must be a finite number")]
     AuxiliaryReference { name: String, value: f64 },
 }
 
 impl FitSettings {
-    /// Checks every value.
     ///
     /// # Errors
-    /// [`SettingsError`] with the first choice that is out of range.
+    /// [`SettingsError`] for the first value out of range.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.features.validate()?;
         self.network.validate()?;

@@ -1,31 +1,31 @@
-//! What became of a sample, as flags: several can be true of one sample.
+//! Status of a sample, as flags. A sample may have several flags.
 
 use std::fmt;
 use std::ops::BitOrAssign;
 
-/// Flags of one sample. Exported code has the same bits, but for [`Self::AUXILIARY_HELD`].
+/// Flags of one sample. Exported code uses the same bits, except [`Self::AUXILIARY_HELD`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
 
 impl Status {
-    /// No flag: the load is that of this sample.
+    /// No flag.
     pub const OK: Self = Self(0);
-    /// Less than the longest t_th or lag lies behind the sample: look-backs and lags may not have their past yet.
+    /// The history is shorter than the longest t_th or lag, so the past sample may be missing.
     pub const FILLING: Self = Self(1);
-    /// It comes after a gap: look-backs and lags have forgotten what was before it.
+    /// The sample follows a gap; earlier samples are forgotten.
     pub const AFTER_GAP: Self = Self(2);
-    /// The history starts anew with it: the clock was set anew.
+    /// The clock was reset, so the history starts anew with this sample.
     pub const RESTARTED: Self = Self(4);
-    /// Its load, a gauge or an auxiliary channel is beyond what is known of the sensor.
+    /// The load, a gauge or an auxiliary channel is outside the range for which the sensor is known.
     pub const BEYOND: Self = Self(8);
-    /// It was not taken for its time: there is no load.
+    /// The sample was rejected because of its time. There is no load.
     pub const REJECTED_TIME: Self = Self(16);
-    /// It was not taken for its numbers: there is no load.
+    /// The sample was rejected because of its numbers. There is no load.
     pub const REJECTED_VALUE: Self = Self(32);
-    /// An auxiliary channel shows what was measured too long ago.
+    /// An auxiliary channel holds an outdated value.
     pub const AUXILIARY_HELD: Self = Self(64);
 
-    /// The flags of exported code, with their names there.
+    /// Flags of exported code, with their names there.
     pub const EXPORTED: [(&'static str, Self); 6] = [
         ("FILLING", Self::FILLING),
         ("AFTER_GAP", Self::AFTER_GAP),
@@ -35,7 +35,7 @@ impl Status {
         ("REJECTED_VALUE", Self::REJECTED_VALUE),
     ];
 
-    /// The flags in words, in the order in which they are written.
+    /// Texts of the flags, in the order of output.
     const WORDS: [(Self, &'static str); 7] = [
         (Self::REJECTED_TIME, "rejected: time"),
         (Self::REJECTED_VALUE, "rejected: value"),
@@ -68,7 +68,7 @@ impl BitOrAssign for Status {
     }
 }
 
-/// Words joined by `+`. A history that has just begun is always short, so `filling` is not written beside that.
+/// Texts joined by `+`. After a gap or restart, `filling` is omitted, because the history is then always short.
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let begins = self.has(Self(Self::AFTER_GAP.0 | Self::RESTARTED.0));
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_flag_that_is_set_has_a_word_but_a_history_that_begins_is_not_said_to_be_short() {
+    fn every_flag_has_a_text_and_filling_is_omitted_after_a_gap_or_restart() {
         let words = |bits| Status(bits).to_string();
         assert_eq!(words(0), "ok");
         assert_eq!(words(1 + 8), "beyond+filling");

@@ -1,8 +1,8 @@
-//! The one pass: a recording and its past samples become sums.
+//! Sums over a recording and its past samples, computed in one pass.
 //!
-//! Columns are those of the [`Design`], standardised; targets are what the conventional calibration leaves over,
-//! `L − L_conv`. The residual instead of the load: small numbers keep their digits in `YᵀY − …`, and solving for a
-//! correction refines the conventional solution on the way.
+//! Columns are the standardised columns of the [`Design`]. Targets are the residuals of the conventional calibration,
+//! `L − L_conv`. Residuals are small, so `YᵀY − …` keeps its digits, and the solution also refines the conventional
+//! one.
 
 use std::ops::Range;
 
@@ -16,23 +16,23 @@ use crate::lanes;
 use crate::progress::Progress;
 use crate::recording::{AuxiliaryTable, Recording};
 
-/// A run of samples whose sums are kept apart.
+/// Range of samples with separate sums.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// The samples, within one recording.
+    /// Samples within one recording.
     pub samples: Range<usize>,
-    /// The part that cross-validation leaves out with them.
+    /// Fold of the cross-validation that contains these samples.
     pub fold: usize,
 }
 
-/// Samples whose sums one thread makes at a time, however many threads there are.
+/// Number of samples whose sums one thread computes at a time, independent of the number of threads.
 const RUN: usize = 1 << 18;
-/// Rows that are filled before they are multiplied.
+/// Number of rows that are computed before they are multiplied.
 const BLOCK: usize = 128;
 
-/// What rows are added to.
+/// Accumulator of rows.
 pub(super) trait TakesRows: Send {
-    /// Adds rows, each of its class.
+    /// Adds rows with their classes.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]);
 
     /// Adds the sums of other samples.
@@ -49,13 +49,13 @@ impl TakesRows for NormalEquations {
     }
 }
 
-/// A pass over a recording: rows are made, block by block, and added to sums.
+/// A pass over a recording: computes rows block by block and adds them to sums.
 pub(super) struct Pass<'a> {
     design: &'a Design,
     conventional: PresentLoads<'a>,
     past: Vec<&'a [u32]>,
     progress: &'a Progress,
-    /// Whether the memory starts anew at each piece.
+    /// True if the state of the blocks starts anew at each piece.
     is_cold: bool,
 }
 
@@ -70,17 +70,17 @@ impl<'a> Pass<'a> {
         Self { design, conventional, past: past.into_iter().collect(), progress, is_cold: false }
     }
 
-    /// Starts the blocks' memory anew at each piece, as it is where a robot is switched on there. Past samples must be
+    /// Starts the state of the blocks anew at each piece, as if a robot were switched on there. Past samples must be
     /// [`cold_past`] samples.
     pub fn cold(self) -> Self {
         Self { is_cold: true, ..self }
     }
 
-    /// The sums of each piece, in the order of `pieces`, which must follow each other without a gap from the first sample on: the
-    /// blocks' memory runs through them. Once the work is cancelled, samples are missing.
+    /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, because
+    /// the state of the blocks runs through them. After cancellation, samples are missing.
     ///
-    /// Each sample is of a class; those of none are left away, and the others stay in their blocks: what is added to sums in which
-    /// the samples of no class have zeros gives the same bits.
+    /// `class` returns the class of a sample, or `None` to skip it. Skipping keeps the blocks of rows aligned: adding
+    /// the result to sums in which the skipped samples are zero gives identical bits.
     pub fn sums<T: TakesRows>(
         &self,
         pieces: &[Piece],
@@ -122,7 +122,7 @@ impl<'a> Pass<'a> {
             });
             return sums.collect();
         }
-        // Nothing runs from sample to sample, so that threads can share even one long recording.
+        // No state runs from sample to sample, so threads can share one long recording.
         let runs_of = |piece: &Piece| {
             let Range { start, end } = piece.samples;
             (start..end.max(start + 1))
@@ -144,7 +144,7 @@ impl<'a> Pass<'a> {
             .collect()
     }
 
-    /// Makes the rows of some samples.
+    /// Computes the rows of some samples.
     #[inline(always)]
     fn fill(
         &self,
@@ -163,7 +163,7 @@ impl<'a> Pass<'a> {
         kept.clear();
         classes.clear();
         for k in samples {
-            // The other blocks remember every sample.
+            // Blocks with a state need every sample.
             if let Some(class) = class(k).or(has_memory.then_some(NONE)) {
                 kept.push(k);
                 classes.push(class);
@@ -188,21 +188,21 @@ impl<'a> Pass<'a> {
 struct Block {
     stride: usize,
     rows: Vec<f64>,
-    /// The samples that rows are made of.
+    /// Samples of the rows.
     kept: Vec<usize>,
     /// The class of each row.
     classes: Vec<usize>,
 }
 
-/// The class of samples that are in no sum.
+/// Class of samples that are in no sum.
 const NONE: usize = usize::MAX;
 
-/// The sums of each piece of a recording; see [`Pass::sums`].
+/// Returns the sums of each piece of a recording; see [`Pass::sums`].
 ///
-/// **Shapes** `past` holds one index per sample for each look-back; targets are `L − conventional`.
+/// **Shapes** `past` has one index per sample for each look-back. Targets are `L − conventional`.
 ///
 /// # Panics
-/// If the recording has no reference, or a piece reaches beyond it.
+/// If the recording has no reference, or a piece extends beyond it.
 pub fn recording_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -217,10 +217,10 @@ pub fn recording_sums(
     pass.sums(pieces, empty, |_| Some(0))
 }
 
-/// [`recording_sums`] where the memory starts anew at each piece: what a fit is scored on.
+/// Returns [`recording_sums`] with a state that starts anew at each piece, as needed for scores.
 ///
 /// # Panics
-/// As there.
+/// As [`recording_sums`].
 pub fn cold_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -235,7 +235,7 @@ pub fn cold_sums(
     pass.sums(pieces, empty, |_| Some(0))
 }
 
-/// Returns past samples that lie in the same piece; where one lies before it, the sample itself.
+/// Returns past samples within the same piece. Samples whose past sample is before the piece get their own index.
 pub fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;
@@ -245,11 +245,11 @@ pub fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
-/// [`recording_sums`], to the last bit.
+/// Returns the contribution of the look-backs to the sums of each piece. Added to the sums without look-back, it gives
+/// [`recording_sums`], bit for bit.
 ///
 /// # Panics
-/// As there.
+/// As [`recording_sums`].
 pub fn look_back_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
@@ -267,7 +267,7 @@ pub fn look_back_sums(
     })
 }
 
-/// The samples of a recording, as rows are made of them.
+/// Samples of a recording for the computation of rows.
 #[derive(Clone, Copy)]
 pub(crate) struct RowsOf<'a> {
     times: &'a [f64],
@@ -291,7 +291,7 @@ impl<'a> RowsOf<'a> {
         &self.gauges[k * self.n_gauges..][..self.n_gauges]
     }
 
-    /// Writes the raw row of sample `k`, whose past sample by look-back i is `past(i)`; samples must come in order.
+    /// Writes the raw row of sample `k`, with its past sample `past(i)` for look-back i. Samples must come in order.
     #[inline]
     pub fn raw_row(
         &self,
@@ -305,7 +305,7 @@ impl<'a> RowsOf<'a> {
         stream.raw_row(time, self.gauges_at(k), auxiliary, past, row);
     }
 
-    /// Writes the standardised rows of these samples; see [`FeatureStream::standardised_rows`].
+    /// Writes the standardised rows of some samples; see [`FeatureStream::standardised_rows`].
     #[inline(always)]
     fn standardised_rows(
         &self,
@@ -325,7 +325,7 @@ impl<'a> RowsOf<'a> {
     }
 }
 
-/// Writes what `known` loads leave over of the `reference` of a recording at sample `k`.
+/// Writes the residual of the `known` loads at sample `k`: reference minus known load.
 #[inline(always)]
 fn residual(reference: &[f64], known: PresentLoads<'_>, k: usize, out: &mut [f64]) {
     let n_axes = out.len();
@@ -353,7 +353,7 @@ mod tests {
     use crate::features::{Blocks, Creep, FeatureSettings, FixedLag, LoadPath, Play, Thresholds};
     use crate::recording::simulated;
 
-    /// The sums of pieces that begin cold are those of recordings that were cut there.
+    /// The sums of cold pieces equal those of recordings that were cut at the same samples.
     #[test]
     fn cold_pieces_are_recordings_of_their_own() {
         let set = simulated::recordings(3);

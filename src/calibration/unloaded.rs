@@ -1,4 +1,4 @@
-//! What tared gauges show without load: the one meaning of a tare in the estimator, in `apply` and in exported code.
+//! Gauge readings of a tared sensor without load. Estimator, `apply` and exported code use the same definition.
 
 use std::borrow::Cow;
 
@@ -8,10 +8,11 @@ use crate::calibration::calibration::Calibration;
 use crate::recording::Recording;
 
 impl Calibration {
-    /// Returns what gauges show without load once they are tared, one number each.
+    /// Returns the gauge readings of the tared sensor without load, one number per gauge.
     ///
-    /// That is zero where the calibration was made of tared gauges or has no offset. Else it is the gauges without a conventional
-    /// load that are nearest to the mean of the training recordings, in deviations of each gauge.
+    /// They are zero if the calibration was fitted to tared gauges or has no offset. Otherwise they are the gauges with
+    /// conventional load zero that are nearest to the mean of the training recordings, in standard deviations of each
+    /// gauge.
     pub fn unloaded(&self) -> Vec<f64> {
         let scale = &self.gauge_scale;
         if self.tare.is_some() || !self.offset {
@@ -30,8 +31,8 @@ impl Calibration {
         gauges.collect()
     }
 
-    /// By how many deviations the gauges differ at least where the conventional load differs by one of each axis; `None` where no
-    /// such matrix is found.
+    /// Returns the smallest gauge change, in standard deviations, for a unit of conventional load on each axis. `None`
+    /// if there is no such matrix.
     pub(crate) fn gauges_per_load(&self) -> Option<Mat<f64>> {
         let deviation = &self.gauge_scale.deviation;
         let matrix = &self.conventional.matrix;
@@ -41,8 +42,8 @@ impl Calibration {
         Some(slopes.thin_svd().ok()?.pseudoinverse())
     }
 
-    /// Returns the recording with gauges as the calibration knows them: where those were tared and its own were not, the tare means
-    /// what [`unloaded`](Self::unloaded) says.
+    /// Returns the recording with gauges as the calibration expects them: for a tared recording and a calibration
+    /// fitted without tare, [`unloaded`](Self::unloaded) is added.
     pub(super) fn with_own_zero<'a>(&self, recording: Cow<'a, Recording>) -> Cow<'a, Recording> {
         match recording.tare() {
             Some(tare) if self.tare.is_none() && self.offset => {
@@ -65,7 +66,7 @@ mod tests {
     use crate::questions::{Request, train};
     use crate::recording::{Entry, Recording, RecordingSet, Role, Tare, simulated};
 
-    /// The built-in sensor with gauges that were not tared, fitted to two recordings, and a third.
+    /// Returns a calibration of the built-in sensor without tare, fitted to two recordings, and a third recording.
     fn fitted() -> (Calibration, Recording) {
         let all = simulated::recordings(7);
         let of = |at: usize| all.entries()[at].recording.decimated(4);

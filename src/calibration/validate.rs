@@ -1,4 +1,4 @@
-//! What can be wrong with a calibration that was edited by hand, or made for another sensor.
+//! Validation of a calibration, which may have been edited by hand or made for another sensor.
 
 use crate::calibration::calibration::{Calibration, FORMAT, VERSION};
 use crate::calibration::learned::LearnedError;
@@ -7,12 +7,14 @@ use crate::calibration::linear_map::LinearMap;
 use crate::calibration::linear_map::{LARGEST, is_usable};
 use crate::features::{Column, FeatureError, FeatureSettings};
 
-/// Why a calibration cannot be used.
+/// Fault of a calibration, or of a recording to which it is applied.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
-    #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
+    #[error("not a calibration file: \"format\" is not \"{FORMAT}\"")]
     Format,
-    #[error("the calibration has version {version}; this program reads version {VERSION}")]
+    #[error(
+        "the calibration file has version {version}, but this program reads version {VERSION}; fit the calibration again"
+    )]
     Version { version: u32 },
     #[error("the calibration has no {what}")]
     Nothing { what: &'static str },
@@ -20,20 +22,22 @@ pub enum CalibrationError {
     AxisOrder,
     #[error(transparent)]
     Length(#[from] WrongLength),
-    #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
+    #[error("the unit of {axis} is {actual:?}, but it must be {expected:?}")]
     Unit { axis: &'static str, expected: &'static str, actual: String },
     #[error(
-        "{field} holds {value:?}, which is no number from {least:?} up to {LARGEST:?}; mend the file, or fit in other units"
+        "{field} is {value:?}, but it must be between {least:?} and {LARGEST:?}; correct the file, or fit with other units"
     )]
     Number { field: String, value: f64, least: f64 },
     #[error("the decimation is 0; it must be 1 (every sample) or more")]
     Decimation,
-    #[error("full_scale is 0 on every axis, so the calibration was made without any load")]
+    #[error(
+        "full_scale is 0 on every axis, so the calibration was fitted without any load; fit it to recordings with load"
+    )]
     NoFullScale,
-    #[error("{field}: feature {position} is {actual:?} where {expected:?} is needed")]
+    #[error("{field}: feature {position} is {actual:?}, but it must be {expected:?}")]
     Feature { field: &'static str, position: usize, expected: String, actual: String },
     #[error(
-        "{recording} has no auxiliary channel {channel}, which the calibration needs (it has: {}); name the column so, or make it \"auxiliary\" in a \
+        "{recording} has no auxiliary channel {channel}, which the calibration needs (found: {}); rename the column, or set its role to \"auxiliary\" in a \
          column map", if .found.is_empty() { "none" } else { .found }
     )]
     Auxiliary { recording: String, channel: String, found: String },
@@ -41,11 +45,11 @@ pub enum CalibrationError {
     Features(#[from] FeatureError),
     #[error("learned: {0}")]
     Learned(#[from] LearnedError),
-    #[error("{recording} has the gauges {} where the calibration was made for {}", .actual.join(" "), .expected.join(" "))]
+    #[error("{recording} has the gauges {}, but the calibration is for {}; use a recording of the same sensor", .actual.join(" "), .expected.join(" "))]
     Gauges { recording: String, expected: Vec<String>, actual: Vec<String> },
 }
 
-/// Checks that all numbers are from `least` up, and that a load can be computed with them.
+/// Checks that all numbers are at least `least` and small enough to compute a load.
 fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {
     match numbers.iter().find(|x| !(**x >= least && is_usable(**x))) {
         None => Ok(()),
@@ -56,10 +60,10 @@ fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationErr
 }
 
 impl Calibration {
-    /// Checks everything that a file could have wrong.
+    /// Checks everything that a file may contain.
     ///
     /// # Errors
-    /// [`CalibrationError`] with the first thing found.
+    /// [`CalibrationError`] for the first fault.
     pub fn validate(&self) -> Result<(), CalibrationError> {
         check_head(&self.format, self.version)?;
         if self.gauges.is_empty() {
@@ -163,7 +167,7 @@ impl Calibration {
     }
 }
 
-/// Checks what a file says of itself.
+/// Checks format and version of a file.
 pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationError> {
     if format != FORMAT {
         return Err(CalibrationError::Format);
@@ -174,7 +178,7 @@ pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationEr
     Ok(())
 }
 
-/// Checks what the columns of a map are said to be.
+/// Checks the feature names of a map.
 pub(super) fn check_features(
     field: &'static str,
     expected: &[String],

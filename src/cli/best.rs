@@ -1,4 +1,4 @@
-//! `loopscope best`: sensible models in the order of their cost, and the one to take.
+//! `loopscope best`: tries models and proposes the most accurate one and the smallest one.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -23,29 +23,29 @@ use crate::questions::thresholds::ScoreSet;
 use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
 use crate::recording::identity::Identity;
 
-/// Find the model to take: tries sensible ones, cheap ones first, and scores each on recordings that it has not seen.
+/// Find the best model: tries many, cheap ones first, and scores each on recordings that it was not fitted to.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "the model it proposes"),
+    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for five minutes and exports the proposed one"),
 ]))]
 pub struct BestJob {
     #[command(flatten)]
     recordings: RecordingArgs,
-    /// Begin no further model after so many minutes.
+    /// Time limit in minutes; no further model is begun after it.
     #[arg(long, value_name = "MIN", default_value_t = 2.0, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
-    /// How much larger the error of the smallest model may be than that of the most accurate one (%).
+    /// Largest excess of the smallest model's error over the lowest error, in percent.
     #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * WITHIN, value_parser = number_in(Range::NotNegative))]
     within: f64,
-    /// Take the smallest model that is nearly as accurate, instead of the most accurate one.
+    /// Export the smallest model within --within percent of the lowest error, instead of the most accurate one.
     #[arg(long)]
     smallest: bool,
-    /// Fit the proposed model and write it, may be given several times; the ending says how, as for `fit`.
+    /// Fit the proposed model and write it to this file. The file's ending chooses the format, as for `fit`; can be given several times.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     export: Vec<PathBuf>,
-    /// Write over files that are there already.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
     /// Print one JSON object instead of a table.
@@ -53,12 +53,12 @@ pub struct BestJob {
     json: bool,
 }
 
-/// What scripts read.
+/// The JSON object that `best --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     #[serde(flatten)]
     best: &'a Best,
-    /// The arguments of `fit` for the proposed model.
+    /// Arguments of `fit` that make the proposed model.
     fit: Option<&'a String>,
 }
 
@@ -74,11 +74,11 @@ impl Work for BestJob {
         let search = Search {
             settings: self.common.settings(&recordings),
             recordings: Arc::clone(&recordings),
-            // Far more than anybody waits, and little enough to be added to a time.
+            // A limit that no user reaches and that does not overflow when it is added to a time.
             time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
             within: 0.01 * self.within,
         };
-        run.say.line("looking at the recordings");
+        run.say.line("preparing the recordings");
         let so_far: Mutex<Option<Best>> = Mutex::new(None);
         interrupt_stops(&run.progress);
         let found = find_best(&search, &run.progress, &|best| {
@@ -86,7 +86,7 @@ impl Work for BestJob {
                 *so_far = Some(best.clone());
             }
             let newest = best.tried.last().map_or("", |tried| tried.name.as_str());
-            run.say.line(&format!("{} tried, the newest: {newest}", best.tried.len()));
+            run.say.line(&format!("{} models tried, last: {newest}", best.tried.len()));
         });
         let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
         let best = match (found, so_far.into_inner().ok().flatten()) {

@@ -1,4 +1,4 @@
-//! `loopscope check`: whether the recordings carry the model, before anybody trusts the matrix.
+//! `loopscope check`: reports faults of the rig and whether the recordings determine the model.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -21,23 +21,23 @@ use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::check::sufficiency_tables;
 use crate::questions::{HangingMass, Request};
 
-/// Say whether the recordings carry the model: what they reach, load cases for coefficients, and which to record next.
+/// Check the recordings: faults of the rig, the loads they cover, whether they determine the model, and what to record next.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope check day1.csv day2.csv --mass 1,2,5", "is it enough, and which masses to hang next; exit code 3 if not"),
+    ("loopscope check day1.csv day2.csv --mass 1,2,5", "checks the recordings and proposes masses to hang next; exit code 3 if they are not enough"),
 ]))]
 pub struct CheckJob {
-    /// Recordings to fit, as after --train; without any, those of the built-in simulated sensor.
+    /// Training recordings to check. Without files, the built-in simulated sensor's are checked.
     #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
     files: Vec<PathBuf>,
     #[command(flatten)]
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// Propose only loads that a hanging mass makes, the sensor turned any way: the masses that there are, in kg.
+    /// Available masses in kg. Only loads that one of them makes, hanging from the sensor in any orientation, are proposed.
     #[arg(long, value_name = "KG,…", value_delimiter = ',', value_parser = number_in(Range::Positive))]
     mass: Vec<f64>,
-    /// How far from the sensor's origin these masses can hang, in m, along its axes; 0 is right at it, where they hang in any case.
+    /// Distances in m from the sensor's origin, along its axes, at which the masses can hang. The origin itself (0) is always tried.
     #[arg(long, value_name = "M,…", value_delimiter = ',', value_parser = number_in(Range::NotNegative), requires = "mass")]
     arm: Vec<f64>,
     /// Print one JSON object instead of tables.
@@ -45,7 +45,7 @@ pub struct CheckJob {
     json: bool,
 }
 
-/// What `check --json` prints.
+/// The JSON object that `check --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     simulated: bool,
@@ -77,12 +77,12 @@ impl Work for CheckJob {
         run.print(self.json, &report, |out| print(&report, out))?;
         match found.verdict {
             Verdict::Enough | Verdict::Doubtful => Ok(()),
-            Verdict::Insufficient => not_met("the recordings do not carry the model"),
+            Verdict::Insufficient => not_met("the recordings do not determine the model"),
         }
     }
 }
 
-/// For people: the verdict, its reasons, then the figures.
+/// Writes the verdict, its reasons and the figures as text.
 fn print(report: &Report<'_>, out: &mut Vec<u8>) -> io::Result<()> {
     let found = report.found;
     if report.simulated {

@@ -1,4 +1,4 @@
-//! The arguments that several jobs share: which blocks, which regressor.
+//! Arguments that several jobs share: features and regressor.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -19,12 +19,12 @@ use crate::features::{
 };
 use crate::recording::RecordingSet;
 
-/// Under which features stand in `--help`.
+/// Heading of the features in `--help`.
 const HEADING: &str = "Features";
-/// Under which stands there how the load is made of them.
+/// Heading of the regressor's options in `--help`.
 const REGRESSOR_HEADING: &str = "Regressor";
 
-/// F_th values, or none at all.
+/// F_th of each look-back; empty for "none".
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookBacks(Vec<f64>);
 
@@ -40,7 +40,7 @@ impl FromStr for LookBacks {
     }
 }
 
-/// Arguments that are made of a list of settings.
+/// Arguments that are generated from a list of settings.
 trait Listed: Default {
     fn arguments() -> Vec<Arg>;
 
@@ -73,11 +73,11 @@ impl<T: Listed> FromArgMatches for FromList<T> {
     }
 }
 
-/// The blocks of the list, an option each.
+/// The feature blocks, one option each.
 #[derive(Debug, Default)]
 struct ListedBlocks {
     blocks: Blocks,
-    /// Whether any is named, be it to say that it is not used.
+    /// True if any block is named, even if only to switch it off.
     any_named: bool,
 }
 
@@ -116,14 +116,14 @@ impl Listed for ListedBlocks {
     }
 }
 
-/// A setting of what learns beside least squares: a whole number, or a switch (1 is on).
+/// A setting of the network or the kernel: a whole number, or a switch (1 is on).
 struct OfLearner {
     setting: &'static Setting,
     learner: Learner,
     set: fn(&mut FitSettings, u64),
 }
 
-/// The settings of what learns, an option each.
+/// The settings of the network and the kernel, one option each.
 static OF_LEARNERS: [OfLearner; 7] = [
     of_network(&UNITS, |settings, n| settings.network.hidden.fill(n as usize)),
     of_network(&EPOCHS, |settings, n| settings.network.epochs = n as usize),
@@ -142,7 +142,7 @@ const fn of_network(setting: &'static Setting, set: fn(&mut FitSettings, u64)) -
     OfLearner { setting, learner: Learner::Network, set }
 }
 
-/// Those of the [`OF_LEARNERS`] that are given, with their values.
+/// Values of the [`OF_LEARNERS`] that are given on the command line, each with its index there.
 #[derive(Debug, Default)]
 struct Learning(Vec<(usize, u64)>);
 
@@ -178,7 +178,7 @@ impl Listed for Learning {
     }
 }
 
-/// An argument with the option and the explanation of a setting.
+/// Returns an argument with the option name and the explanation of a setting.
 fn described(setting: &'static Setting, heading: &'static str) -> Arg {
     Arg::new(setting.option)
         .long(setting.option)
@@ -187,17 +187,17 @@ fn described(setting: &'static Setting, heading: &'static str) -> Arg {
         .help_heading(heading)
 }
 
-/// What all models of a sensor have in common.
+/// Arguments that all models of a sensor share.
 #[derive(Debug, Args)]
 pub struct CommonArgs {
-    /// What F_th is measured in; without a force axis it is full-scale.
+    /// Unit of F_th. Recordings without a force axis always use full-scale.
     #[arg(long, value_parser = distance(), default_value = Distance::Force.option(), help_heading = HEADING)]
     pub distance: Distance,
-    /// Full scale (rated load) of each axis in N and N·m, in axis order; by default half the peak-to-peak training
-    /// reference, or its largest magnitude where it goes one way only.
+    /// Full scale (rated load) of each axis in N and N·m, in axis order [default: half the peak-to-peak training reference,
+    /// or its largest magnitude where the load goes one way only].
     #[arg(long, value_name = "FS,…", allow_negative_numbers = true)]
     pub full_scale: Option<List>,
-    #[arg(long = OFFSET.option, help = format!("Fit without: {}", OFFSET.help()))]
+    #[arg(long = OFFSET.option, help = format!("Switch off: {}", OFFSET.help()))]
     pub no_offset: bool,
     #[arg(long = HISTORY_RATE.option, help = HISTORY_RATE.help(), value_name = HISTORY_RATE.unit.placeholders[0],
         default_value_t = HISTORY_RATE.number(), allow_negative_numbers = true, help_heading = HEADING)]
@@ -212,7 +212,7 @@ impl CommonArgs {
         Rated::of(self.full_scale.as_ref().map_or(&[], |list| &list.0))
     }
 
-    /// The settings of a conventional calibration that these arguments mean for such recordings.
+    /// Returns the settings of a conventional calibration of these recordings.
     pub fn settings(&self, recordings: &RecordingSet) -> FitSettings {
         let full_scale = self.full_scale.iter().flat_map(|list| &list.0);
         FitSettings {
@@ -229,9 +229,9 @@ impl CommonArgs {
     }
 }
 
-/// What is appended to the gauges beside look-backs, and how the linear fit is made.
+/// Features beside the look-backs, and settings of the linear fit.
 ///
-/// Blocks add up; those that are not named are not used.
+/// Features add up. A feature that is not named is not used.
 #[derive(Debug, Args)]
 pub struct BlockArgs {
     #[command(flatten)]
@@ -240,13 +240,13 @@ pub struct BlockArgs {
     pub common: CommonArgs,
     #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0], value_parser = ridge, allow_negative_numbers = true, help_heading = REGRESSOR_HEADING)]
     pub ridge: Option<RidgeChoice>,
-    /// What the effect of an auxiliary channel counts from, as in T=22; again for each. The gauges' matrix and the offset are those
-    /// there [default: the mean over the training recordings].
+    /// Reference value of an auxiliary channel, as in T=22; repeat it for each channel. The exported matrix and offset hold at this
+    /// value [default: the mean over the training recordings].
     #[arg(long, value_name = "NAME=VALUE", help_heading = HEADING)]
     pub auxiliary_reference: Vec<AuxiliaryReference>,
 }
 
-/// A channel and what its effect counts from.
+/// Name and reference value of an auxiliary channel.
 #[derive(Clone, Debug)]
 pub struct AuxiliaryReference(String, f64);
 
@@ -274,8 +274,8 @@ impl BlockArgs {
         let given = self.auxiliary_reference.iter();
         for AuxiliaryReference(name, _) in given.clone().filter(|own| !names.contains(&own.0)) {
             let known = match names {
-                [] => "there is none".to_owned(),
-                names => format!("there are {}", names.join(" ")),
+                [] => "the recordings have none".to_owned(),
+                names => format!("the recordings have {}", names.join(" ")),
             };
             say.note(format_args!(
                 "--auxiliary-reference {name}: no auxiliary channel has this name; {known}"
@@ -284,7 +284,7 @@ impl BlockArgs {
         given.map(|AuxiliaryReference(name, value)| (name.clone(), *value)).collect()
     }
 
-    /// The settings of a linear fit that these arguments mean for such recordings, without a look-back.
+    /// Returns the settings of a linear fit to these recordings, without a look-back.
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let common = self.common.settings(recordings);
         FitSettings {
@@ -296,9 +296,9 @@ impl BlockArgs {
     }
 }
 
-/// What is appended to the gauges, and how the load is made of it.
+/// Features and regressor of a fit.
 ///
-/// Blocks add up; those that are not named are not used, except that without any block there is one look-back.
+/// Features add up. A feature that is not named is not used, but without any feature there is one look-back.
 #[derive(Debug, Args)]
 pub struct FitChoices {
     #[arg(
@@ -319,7 +319,7 @@ pub struct FitChoices {
         help_heading = HEADING
     )]
     pub t_th: Option<f64>,
-    /// Several look-backs at once, one per F_th; "none": no look-back.
+    /// One or more look-backs, one for each F_th; "none" for no look-back.
     #[arg(
         long,
         value_name = "F,…",
@@ -340,7 +340,7 @@ fn with_default(setting: &Setting) -> String {
 fn f_th_help() -> String {
     let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
     format!(
-        "{} [newtons, or over full scale a share of it (0.1 is 10 %); default: {newtons}, or {share} of full scale]",
+        "{} [in newtons, or with --distance full-scale as a share of it (0.1 is 10 %); default: {newtons} N, or {share} of full scale]",
         F_TH.help()
     )
 }
@@ -348,7 +348,7 @@ fn f_th_help() -> String {
 fn one_f_th(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| match text.contains(',') {
         true => format!(
-            "this is not one number; write decimals with a point, or several look-backs at once as --look-back {text}"
+            "this is not a number; write decimals with a point, or use --look-back {text} for several look-backs"
         ),
         false => "this is not a number".to_owned(),
     })
@@ -365,12 +365,12 @@ fn ridge(text: &str) -> Result<RidgeChoice, String> {
     }
 }
 
-/// One fit: features, regressor, and which samples it sees.
+/// Features, regressor and decimation of one fit.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
     #[command(flatten)]
     choices: FitChoices,
-    /// How the load is made of the features.
+    /// Model that computes the load from the features.
     #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = REGRESSOR_HEADING)]
     regressor: Regressor,
 }
@@ -427,7 +427,7 @@ impl FitChoices {
     }
 }
 
-/// The arguments of `fit` that mean these settings for the same recordings.
+/// Returns the arguments of `fit` that stand for these settings.
 pub fn fit_arguments(settings: &FitSettings) -> String {
     let default = FitSettings::default();
     let features = &settings.features;
@@ -485,7 +485,7 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     words.join(" ")
 }
 
-/// Takes a regressor by its name.
+/// Parses the name of a regressor.
 pub fn regressor() -> impl TypedValueParser<Value = Regressor> {
     one_of(Regressor::ALL.map(|own| (own, own.key(), own.explanation())))
 }

@@ -1,4 +1,4 @@
-//! `loopscope compare`: every regressor without and with the past, side by side.
+//! `loopscope compare`: fits every regressor with and without past samples, as the paper does.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -20,13 +20,13 @@ use crate::questions::{
     AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
 };
 
-const DECIMATE_HELP: &str = "Only every so many-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings \
-    repeat several programmes (paths), rows with the first alone stand beside: few trajectories (C)";
+const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings repeat \
+    several programmes (paths), further rows use the first one alone: few trajectories (pattern C)";
 
-/// Fit every regressor without and with the past, on all and on every tenth sample: one table.
+/// Compare all regressors with and without past samples, on all samples and on every tenth: the paper's table.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "the paper's comparison of these"),
+    ("loopscope compare --train day1.csv day2.csv --test day3.csv --regressors linear,kernel --csv table.csv", "compares these two regressors"),
 ]))]
 #[command(mut_arg("decimate", |argument| argument.help(DECIMATE_HELP)))]
 pub struct CompareJob {
@@ -34,7 +34,7 @@ pub struct CompareJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     choices: FitChoices,
-    /// Only these regressors [default: all].
+    /// Regressors to compare [default: all].
     #[arg(
         long,
         value_parser = regressor(),
@@ -43,10 +43,10 @@ pub struct CompareJob {
         help_heading = "Regressor"
     )]
     regressors: Vec<Regressor>,
-    /// Also write the table as CSV.
+    /// Also write the table to this CSV file.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
-    /// Write over files that are there already.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
     /// Print a JSON array instead of a table.

@@ -1,4 +1,4 @@
-//! `loopscope demo`: the recordings of the built-in simulated sensor as files.
+//! `loopscope demo`: writes the recordings of the built-in simulated sensor to files.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -15,12 +15,12 @@ use crate::recording::simulated;
 use crate::recording::simulated::Late;
 
 const README: &str = "\
-These recordings are simulated: the program's built-in sensor made them, no real one.
-train_*.csv are for fitting, test_*.csv for scoring; lag_*, hysteresis_* and both_*.csv show a low-pass of 30 ms and play of
-0.5 N. Times in s, gauges in mV/V, forces in N, moments in N·m.
+These recordings are simulated by the program's built-in sensor; they are not measured.
+train_*.csv are for fitting, test_*.csv for scoring. lag_*.csv have a low-pass of 30 ms, hysteresis_*.csv play of 0.5 N, and
+both_*.csv have both. Times in s, gauges in mV/V, forces in N, moments in N·m.
 ";
 
-/// How much of the built-in recordings is written.
+/// Amount of data of the built-in recordings (the paper's patterns A and B).
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Pattern {
     /// All samples, 20 Hz.
@@ -29,36 +29,36 @@ enum Pattern {
     B = 10,
 }
 
-/// What the gauges of a set for telling lag from hysteresis have.
+/// Sensors that demonstrate the difference between a time lag and hysteresis.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Shown {
     /// A time lag of 30 ms, and no hysteresis.
     Lag,
     /// Hysteresis of 10 % of full scale, and no lag.
     Hysteresis,
-    /// Both.
+    /// A time lag of 30 ms, and hysteresis of 10 % of full scale.
     Both,
 }
 
 /// Write the built-in simulated sensor's recordings as CSV: `train_*.csv` and `test_*.csv`.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope demo recordings", "simulated recordings to try the rest on"),
-    ("loopscope demo both --show both", "a sensor with a time lag and hysteresis; metrology both/*.csv tells them apart"),
+    ("loopscope demo recordings", "writes simulated recordings to try the other jobs on"),
+    ("loopscope demo both --show both", "writes a sensor with a time lag and hysteresis; metrology both/*.csv tells them apart"),
 ]))]
 pub struct DemoJob {
-    /// Where to; made if it is not there.
+    /// Folder to write to. It is made if it does not exist.
     dir: PathBuf,
-    /// The paper's amount of data: a is all of it, b every tenth sample.
+    /// Amount of data: a is all samples, b every tenth (the paper's patterns).
     #[arg(long, value_enum, default_value = "a")]
     pattern: Pattern,
-    /// Another seed makes another sensor of the same kind on other paths.
+    /// Seed of the simulation. Another seed makes another sensor of the same kind, and other loads.
     #[arg(long, default_value_t = simulated::DEFAULT_SEED)]
     seed: u64,
-    /// Instead, three recordings of one force on two gauges that show what tells a time lag from hysteresis.
+    /// Write three recordings of one force and two gauges instead, which demonstrate a time lag, hysteresis, or both.
     #[arg(long, value_enum, value_name = "WHAT", conflicts_with = "pattern")]
     show: Option<Shown>,
-    /// Write over files that are there already.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
 }

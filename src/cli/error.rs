@@ -1,4 +1,4 @@
-//! Why a job could not be done, and the exit code that says so.
+//! Errors of jobs, and their exit codes.
 
 use std::error::Error;
 use std::fmt;
@@ -11,43 +11,48 @@ use crate::import::ReadError;
 use crate::import::map::MapFileError;
 use crate::recording::TareError;
 
-/// What scripts know wrong arguments by; clap has the same.
+/// Exit code for wrong arguments, the same as clap's.
 const USAGE: u8 = 2;
-/// Exit code for recordings that do not carry their model, and for calibrations that exceed their limits.
+/// Exit code for recordings that do not determine the model, and for calibrations that exceed their limits.
 const NOT_MET: u8 = 3;
 
-/// Why a job could not be done.
+/// Exit code for live rows whose source broke off.
+const SOURCE_ENDED: u8 = 4;
+
+/// Error of a job.
 #[derive(Debug)]
 pub enum JobError {
     /// The arguments are wrong.
     Usage(String),
-    /// The recordings do not carry their model, or the calibration exceeds its limits.
+    /// The recordings do not determine the model, or the calibration exceeds its limits.
     NotMet(String),
-    /// The user stopped the work; what had been found by then is written.
+    /// The user stopped the job. The results found so far are written.
     Interrupted,
-    /// Nothing more can be written to standard output.
+    /// The source of live rows broke off.
+    SourceEnded(String),
+    /// Standard output cannot be written to.
     Output(io::Error),
-    /// Anything else.
+    /// Any other error, with its message.
     Other(Box<dyn Error>),
 }
 
-/// Says that an argument is wrong.
+/// Returns an error for a wrong argument.
 pub fn usage<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::Usage(message.into()))
 }
 
-/// Says what is wanting in the recordings or the calibration.
+/// Returns an error for recordings or a calibration that do not meet a requirement.
 pub fn not_met<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::NotMet(message.into()))
 }
 
-/// Says what went wrong, whatever the arguments.
+/// Returns an error that no argument caused.
 pub fn failed<T>(message: impl Into<String>) -> Result<T, JobError> {
     Err(JobError::other(message.into()))
 }
 
 impl JobError {
-    /// Returns the error with this message, which is about no argument.
+    /// Returns an error with this message that no argument caused.
     pub fn other(message: String) -> Self {
         Self::Other(message.into())
     }
@@ -57,6 +62,7 @@ impl JobError {
         match self {
             Self::Usage(_) => ExitCode::from(USAGE),
             Self::NotMet(_) => ExitCode::from(NOT_MET),
+            Self::SourceEnded(_) => ExitCode::from(SOURCE_ENDED),
             Self::Interrupted => ExitCode::from(interrupted_code()),
             Self::Output(_) | Self::Other(_) => ExitCode::FAILURE,
         }
@@ -66,15 +72,17 @@ impl JobError {
 impl fmt::Display for JobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(message) | Self::NotMet(message) => f.write_str(message),
-            Self::Interrupted => f.write_str("interrupted: more models were to be tried"),
+            Self::Usage(message) | Self::NotMet(message) | Self::SourceEnded(message) => {
+                f.write_str(message)
+            }
+            Self::Interrupted => f.write_str("interrupted before all models were tried"),
             Self::Output(error) => write!(f, "cannot write to standard output: {error}"),
             Self::Other(error) => f.write_str(&in_words(&**error)),
         }
     }
 }
 
-/// An error in words of the command line.
+/// Converts an error, and words it for the command line.
 fn in_words(error: &(dyn Error + 'static)) -> String {
     fn of<E: Advice + Error + 'static>(error: &(dyn Error + 'static)) -> Option<String> {
         Some(error.downcast_ref::<E>()?.text(Face::CommandLine))
@@ -83,7 +91,7 @@ fn in_words(error: &(dyn Error + 'static)) -> String {
     known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 
-/// An error of a stream without a name is one of standard output: errors of files say which file they are of.
+/// Takes an I/O error without a file name for one of standard output. Errors of files name their file.
 impl<E: Error + 'static> From<E> for JobError {
     fn from(error: E) -> Self {
         match (Box::new(error) as Box<dyn Error>).downcast() {

@@ -1,6 +1,6 @@
-//! Examples of a job in use, as `--help` shows them.
+//! Examples below the `--help` text of a job.
 
-/// Returns the text below the help: how the program is called, and what comes of it.
+/// Returns the text of these examples; each is a command and its effect.
 pub fn examples(examples: &[(&str, &str)]) -> String {
     let lines = examples.iter().map(|(line, what)| format!("\n  {line}\n      {what}"));
     "Examples:".to_owned() + &lines.collect::<String>()

@@ -1,4 +1,4 @@
-//! `--export`: a fitted calibration as files, in `fit` and `best`.
+//! `--export` of `fit` and `best`: writes a fitted calibration to files.
 
 use std::path::PathBuf;
 
@@ -11,30 +11,30 @@ use crate::progress::Progress;
 use crate::questions::{Request, handed_over};
 use crate::recording::identity::Identity;
 
-/// Checks that each ending says a format.
+/// Checks that the ending of each file name is that of an export format.
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
     match paths.iter().find(|path| target_for(path).is_none()) {
         None => Ok(()),
         Some(path) => usage(format!(
-            "{}: the ending says no format; use one of {}",
+            "{}: this file name ending is no export format; use one of {}",
             path.display(),
             target_endings()
         )),
     }
 }
 
-/// Checks that the calibration may be exported; one that its samples do not determine only by `force`.
+/// Checks that the calibration may be exported. If its samples do not determine it, `force` is needed.
 pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), JobError> {
     match calibration.undetermined().filter(|_| !force) {
         None => Ok(()),
         Some(undetermined) => {
             let found = undetermined.finding().text(Face::CommandLine);
-            failed(format!("{found}; --force exports it all the same"))
+            failed(format!("{found}; --force exports it anyway"))
         }
     }
 }
 
-/// Writes the calibration as these of the `files`, and warns of what they leave out of the loads that are shown.
+/// Writes the calibration to the chosen `files`, and warns of parts of the model that a format leaves out.
 pub fn export(
     run: &Run,
     request: &Request,

@@ -1,4 +1,4 @@
-//! `loopscope fit`: one calibration, its scores, its files.
+//! `loopscope fit`: fits one calibration, prints its errors, and exports it.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -37,11 +37,11 @@ use crate::questions::{
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 
-/// Fit the conventional calibration and one with a past, and score both.
+/// Fit a conventional and a compensated calibration, and print the errors of both.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope fit --train day1.csv day2.csv --test day3.csv --export sensor.json", "conventional and with a look-back of 3 N and 15 s"),
-    ("loopscope fit --train day*.csv --play --ridge auto --export sensor.h --export sensor.json", "play operators, their strength by cross-validation; C code"),
+    ("loopscope fit --train day1.csv day2.csv --test day3.csv --export sensor.json", "fits conventionally and with a look-back of 3 N and 15 s"),
+    ("loopscope fit --train day*.csv --play --ridge auto --export sensor.h --export sensor.json", "fits play operators with a cross-validated ridge; exports C code"),
 ]))]
 pub struct FitJob {
     #[command(flatten)]
@@ -51,16 +51,16 @@ pub struct FitJob {
     #[command(flatten)]
     sensor: SensorArgs,
     #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
-        "Write the calibration, may be given several times; the ending says how: {}", listed_targets()
+        "Write the calibration to this file. The ending chooses the format; can be given several times: {}", listed_targets()
     ))]
     export: Vec<PathBuf>,
-    /// Also score the calibration that the sensor came with (an ATI-style .cal whose gauges are in the order of the recordings,
-    /// or .json), tared on the training recordings.
+    /// Also print the errors of the calibration that the sensor came with: an ATI-style .cal (gauges in the recordings' order)
+    /// or .json, tared on the training recordings.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
     #[command(flatten)]
     traces: TraceArgs,
-    /// Write over files that are there already, and export a fit to fewer samples than it has coefficients.
+    /// Overwrite existing files, and export even a fit that has more coefficients than samples.
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -78,7 +78,7 @@ impl Work for FitJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // Before any work: a wrong ending must not cost the time of a fit.
+        // Endings are checked first, so that a wrong one does not cost the time of a fit.
         check_endings(&self.export)?;
         self.traces.check()?;
         let sensor = self.sensor.read()?;
@@ -108,7 +108,7 @@ impl Work for FitJob {
         if !self.export.is_empty() {
             check_determined(&calibration, self.force)?;
         }
-        // Whoever reads the figures alone must hear of what leaves them without meaning.
+        // Grave findings are also printed on standard error, for users who read the figures alone.
         let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter())
@@ -142,7 +142,7 @@ impl Work for FitJob {
                 write!(out, "\n{}", limits_table(&limits).text())?;
             }
             if !others.is_empty() {
-                writeln!(out, "\nTo know beside these figures:")?;
+                writeln!(out, "\nFindings:")?;
             }
             others.iter().try_for_each(|found| writeln!(out, "* {}", text(found)))
         })?;
@@ -150,13 +150,13 @@ impl Work for FitJob {
     }
 }
 
-/// Whether what is written is C.
+/// Returns true if this export holds C code.
 fn is_for_controllers(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
     ending == "h" || ending == "zip"
 }
 
-/// Says what the code takes on a controller, and what would take less.
+/// Prints the memory that the exported code takes on a controller, and settings that take less.
 fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) {
     let footprint = Footprint::of(calibration);
     say.note(footprint);
@@ -186,7 +186,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     {
         let percent = |error: f64| significant(100.0 * error, 3);
         say.note(format_args!(
-            "play ({}) takes {} bytes of memory, and errs less on what is left out: {} % of full scale in the mean, not {} %",
+            "play ({}) takes {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
             play.describe(),
             takes.memory,
             percent(other),
@@ -195,7 +195,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     }
 }
 
-/// The mean over the axes of the error in cross-validation, as a share of full scale.
+/// Returns the mean over the axes of the cross-validation error, as a share of full scale.
 fn mean_error(calibration: &Calibration) -> Option<f64> {
     let errors = calibration.quality.compensated.cv_rmse.as_ref()?;
     let shares = errors.iter().zip(&calibration.full_scale);
@@ -204,7 +204,7 @@ fn mean_error(calibration: &Calibration) -> Option<f64> {
     (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
-/// How the calibration that the sensor came with does on the same recordings.
+/// Returns the errors of the factory calibration on the same recordings.
 fn factory_scores(
     path: &Path,
     request: &Request,
@@ -220,7 +220,7 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-/// How far a training is; its cross-validation, if any, takes `cost` times as long.
+/// Returns a progress line of a training. Its cross-validation, if any, takes `cost` times as long.
 fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
@@ -241,7 +241,7 @@ fn step_text(step: &TrainingStep, cost: f64) -> String {
     format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}, {left:.0} s left{then}")
 }
 
-/// What `fit --json` prints.
+/// The JSON object that `fit --json` prints.
 #[derive(Debug, Serialize)]
 struct FitReport<'a> {
     simulated: bool,
@@ -252,13 +252,13 @@ struct FitReport<'a> {
     units: &'a [String],
     full_scale: &'a [f64],
     regressor: Regressor,
-    /// Of the first look-back.
+    /// Thresholds of the first look-back.
     f_th: Option<f64>,
     t_th: Option<f64>,
     distance: Distance,
     blocks: &'a FeatureSettings,
     ridge: &'a [f64],
-    /// Two standard deviations, where the regressor knows them.
+    /// Two standard deviations of the prediction, for regressors that know it.
     #[serde(skip_serializing_if = "Option::is_none")]
     band: Option<&'a [f64]>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -273,13 +273,13 @@ struct FitReport<'a> {
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
-    /// Or why there is none.
+    /// Reason why there is no expected error.
     expected_error: Option<&'a ExpectedError>,
     #[serde(skip_serializing_if = "Option::is_none")]
     no_expected_error: Option<&'a String>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     limits: &'a [Checked],
-    /// What is to be known beside the scores.
+    /// Findings about the recordings and the fit.
     cautions: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! The job `inspect`: what a file holds, what would be loaded, what is wrong, and a column map to change.
+//! `loopscope inspect`: shows the contents of a file and what would be loaded, and writes a column map.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -21,11 +21,11 @@ use crate::recording::Axis;
 use crate::report::Table;
 use crate::shown::{and_more, message, printable};
 
-/// Say what a file holds, what would be loaded and what is wrong; write a column map for it.
+/// Show the contents of a file, the recordings that would be loaded, and any problems; write a column map for it.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope inspect press.csv", "what would be loaded"),
-    ("loopscope inspect log.mat --write-map map.json", "a column map to correct by hand"),
+    ("loopscope inspect press.csv", "shows the recordings that would be loaded"),
+    ("loopscope inspect log.mat --write-map map.json", "writes a column map to correct by hand"),
 ]))]
 pub struct InspectJob {
     #[arg(required = true, value_name = "FILE", value_parser = named_file(),
@@ -33,23 +33,23 @@ pub struct InspectJob {
     files: Vec<PathBuf>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Write the column map that was given or found for the one file, to be changed and used with --columns.
+    /// Write the column map of the file, given or detected, to edit it and use it with --columns. Needs a single file.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
-    /// Write over a map that is there already.
+    /// Overwrite an existing column map.
     #[arg(long, requires = "write_map")]
     force: bool,
-    /// Instead of looking: find the weight that the sensor carries, from its pose and a measured load in one file.
+    /// Estimate the weight that the sensor carries, from the poses and measured loads in one file, and show nothing else.
     #[arg(long, requires = "columns")]
     estimate_weight: bool,
-    /// Print one JSON object instead of a text, or of several files a list of them.
+    /// Print JSON instead of text: one object, or a list for several files.
     #[arg(long)]
     json: bool,
 }
 
 impl Work for InspectJob {
     fn files(&self) -> Files<'_> {
-        // The map that is read may be written again, with what is added to it.
+        // The map that is read may be overwritten, with the additions of this job.
         let files = Files { recordings: &self.files, ..Files::default() };
         files.writing(&self.write_map, self.force)
     }
@@ -63,7 +63,7 @@ impl Work for InspectJob {
             (self.estimate_weight, "--estimate-weight"),
         ];
         if let (Some((_, option)), 2..) = (for_one.iter().find(|own| own.0), of) {
-            let why = "is for one file; name the one that it is for";
+            let why = "needs a single file; name one file only";
             return usage(format!("{option} {why}"));
         }
         if let (true, Some(map), [input]) = (self.estimate_weight, &map, &inputs[..]) {
@@ -85,7 +85,7 @@ impl Work for InspectJob {
                 }
             }
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
-            // What was assumed stands in the map that is written, to be changed.
+            // The assumptions stand in the written map, where the user can change them.
             inspection.map.gap_secs =
                 (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
             if let Some(path) = &self.write_map {
@@ -109,7 +109,7 @@ impl Work for InspectJob {
                 all => run.print_json(&all)?,
             }
         }
-        // A map to correct is what was asked for, and written.
+        // The user asked for a map to correct, and the map is written.
         match count > 0 && self.write_map.is_none() {
             true => failed(format!("{count} of {of} files would not be loaded")),
             false => Ok(()),
@@ -126,7 +126,7 @@ fn print(inspection: &Inspection, out: &mut impl Write) -> io::Result<()> {
     writeln!(out)?;
     print_check(&inspection.check, out)?;
     for question in &inspection.questions {
-        writeln!(out, "to decide: {}", message(question))?;
+        writeln!(out, "open question: {}", message(question))?;
     }
     Ok(())
 }
@@ -151,17 +151,13 @@ fn print_weight(estimate: &WeightEstimate, out: &mut impl Write) -> io::Result<(
         Some(centre) => writeln!(out, "centre of mass: {} m", list(centre))?,
         None => writeln!(
             out,
-            "centre of mass: not found; it takes Mx, My and Mz, and a sensor turned about two axes"
+            "centre of mass: not found; this needs Mx, My and Mz, and a sensor that is turned about two axes"
         )?,
     }
     let offset = list(estimate.force_offset);
-    writeln!(
-        out,
-        "offset of the reference: {offset} N, left over {:.6} N RMS",
-        estimate.force_rms
-    )?;
+    writeln!(out, "offset of the reference: {offset} N, residual {:.6} N RMS", estimate.force_rms)?;
     if let (Some(offset), Some(rms)) = (estimate.moment_offset, estimate.moment_rms) {
-        writeln!(out, "offset of its moments: {} N·m, left over {rms:.6} N·m RMS", list(offset))?;
+        writeln!(out, "offset of its moments: {} N·m, residual {rms:.6} N·m RMS", list(offset))?;
     }
     if let Some(centre) = estimate.centre_m {
         let (mass, centre) = (estimate.mass_kg, list(centre));
@@ -194,7 +190,7 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    // More are no table that anybody looks through here.
+    // Longer tables are cut, because nobody reads them in a terminal.
     const LISTED: usize = 200;
     let listed = Table::of(table.columns.iter().take(LISTED))
         .words("column", |own| own.number.to_string())
@@ -214,7 +210,7 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     }
 }
 
-/// Of a cell without end only the start.
+/// Returns the start of a long cell.
 fn start(cell: &str) -> String {
     const SHOWN_CHARS: usize = 120;
     match cell.char_indices().nth(SHOWN_CHARS) {
@@ -260,7 +256,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
     if let Some(offset) = check.clock_offset {
         writeln!(
             out,
-            "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it, {:.2} % as the clocks are); nothing is applied unless \"clock_offset_secs\" under \"join\" in the map says so; gauges that lag behind their load look the same",
+            "clocks: the reference fits best {:.4} s {} (the gauges explain {:.2} % of it; {:.2} % without a shift). It is shifted only if the map has \"clock_offset_secs\" under \"join\". Slow gauges look the same as a clock offset",
             offset.offset_secs.abs(),
             if offset.offset_secs < 0.0 { "earlier" } else { "later" },
             100.0 * offset.explained,

@@ -1,4 +1,4 @@
-//! What a package puts beside the program: completions for a shell, manual pages.
+//! `loopscope completions` and `man`: files that a package installs beside the program.
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
@@ -10,21 +10,21 @@ use super::error::JobError;
 use super::examples::examples;
 use super::run::{Run, Work, make_directory};
 
-/// Print what a shell completes the words of a command by.
+/// Print the command-line completions of a shell.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "for one user"),
-    ("loopscope completions zsh > ~/.zfunc/_loopscope", "where ~/.zfunc is in fpath"),
+    ("loopscope completions bash > ~/.local/share/bash-completion/completions/loopscope", "installs them for one user"),
+    ("loopscope completions zsh > ~/.zfunc/_loopscope", "installs them where ~/.zfunc is in fpath"),
 ]))]
 pub struct CompletionsJob {
-    /// For which shell.
+    /// Shell to print them for.
     #[arg(value_enum)]
     shell: Shell,
 }
 
 impl Work for CompletionsJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // In memory first: what is written to a pipe that closes must be no panic.
+        // The text is made in memory first, because clap panics where the output is closed.
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut (run.command)(), "loopscope", &mut text);
         Ok(io::stdout().write_all(&text)?)
@@ -35,7 +35,7 @@ impl Work for CompletionsJob {
 #[derive(Debug, Args)]
 #[command(hide = true)]
 pub struct ManJob {
-    /// Where to; made if it is not there.
+    /// Folder to write to. It is made if it does not exist.
     dir: PathBuf,
 }
 

@@ -1,4 +1,4 @@
-//! `metrology`: hysteresis, nonlinearity, repeatability and more, conventional beside compensated.
+//! `loopscope metrology`: hysteresis, nonlinearity, repeatability and more, before and after compensation.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -31,30 +31,30 @@ use crate::scoring::loops::LoadExtent;
 /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope metrology press.csv --full-scale 200,200,400 --csv figures.csv", "hysteresis, repeatability and more, in % of these loads"),
+    ("loopscope metrology press.csv --full-scale 200,200,400 --csv figures.csv", "measures hysteresis, repeatability and more, in % of these full scales"),
 ]))]
 pub struct MetrologyJob {
     #[command(flatten)]
     read: ReadArgs,
-    /// Recordings to measure, with their reference load; without any, the built-in simulated sensor is fitted to its
+    /// Recordings to measure, with their reference load. Without files, the built-in simulated sensor is fitted to its
     /// training recordings and measured on its test and bench recordings.
     #[arg(value_name = "FILE", value_parser = named_file())]
     files: Vec<PathBuf>,
-    /// The calibration (JSON) to measure; without it, one is fitted to the same files.
+    /// Calibration to measure (JSON). Without it, one is fitted to the same files.
     #[arg(long, value_name = "FILE", requires = "files", value_parser = named_file())]
     calibration: Option<PathBuf>,
-    /// Full scale of each axis in N and N·m, in axis order; by default the calibration's.
+    /// Full scale of each axis in N and N·m, in axis order [default: that of the calibration].
     #[arg(long, value_delimiter = ',', value_name = "FS,…", allow_negative_numbers = true)]
     full_scale: Vec<f64>,
     #[command(flatten)]
     measuring: MeasuringArgs,
-    /// Write the table, with definitions and sources, as CSV.
+    /// Write the table with definitions and sources to this CSV file.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
-    /// Write over files that are there already.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
-    /// Print below the table how each figure is computed, and whose definition it follows.
+    /// Also print how each figure is computed, and the source of its definition.
     #[arg(long)]
     definitions: bool,
     /// Print one JSON object instead of a table.
@@ -62,17 +62,17 @@ pub struct MetrologyJob {
     json: bool,
 }
 
-/// A calibration and the recordings it is measured on.
+/// A calibration and the recordings that it is measured on.
 struct Subject {
     calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
-    /// What the loads do, of those that it is measured on and those that it was fitted to.
+    /// Ranges of the loads that the calibration is measured on and was fitted to.
     extents: Vec<LoadExtent>,
-    /// Where the calibration comes from, for people.
+    /// Description of where the calibration comes from.
     origin: String,
 }
 
-/// What `metrology --json` prints.
+/// The JSON object that `metrology --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     simulated: bool,
@@ -85,7 +85,7 @@ impl Work for MetrologyJob {
     fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.files,
-            // Files of a folder that are not fitted to are measured instead of those that are.
+            // If a folder also holds test files, the calibration is measured on those instead of its training files.
             test: self.calibration.is_none().then_some(&[]),
             ..Files::default()
         }
@@ -112,7 +112,7 @@ impl Work for MetrologyJob {
 }
 
 impl MetrologyJob {
-    /// Takes a calibration as it is.
+    /// Reads the calibration and the recordings to measure it on.
     fn measured(&self, run: &Run, path: &Path) -> Result<Subject, JobError> {
         let (calibration, notes) = read_with_notes(path)?;
         notes.iter().for_each(|note| run.say.note(note));
@@ -126,7 +126,7 @@ impl MetrologyJob {
         })
     }
 
-    /// Fits with the settings that `fit` has by default.
+    /// Fits a calibration with the default settings of `fit`.
     fn fitted(&self, run: &Run) -> Result<Subject, JobError> {
         let set = match self.files.is_empty() {
             true => simulated::demonstration(simulated::DEFAULT_SEED),
@@ -178,7 +178,7 @@ impl MetrologyJob {
     }
 }
 
-/// The table for people.
+/// Writes the table as text.
 fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Result<()> {
     let table = report.table;
     if report.simulated {
@@ -200,7 +200,7 @@ fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Resul
     if !definitions {
         return writeln!(
             out,
-            "\n--definitions says how each figure is computed and whose definition it follows."
+            "\n--definitions prints how each figure is computed, and the source of its definition."
         );
     }
     for (name, about) in table.definitions() {

@@ -1,30 +1,30 @@
-//! The rated loads that arguments and files name.
+//! Rated loads, from arguments, a sensor's file or a calibration.
 
 use crate::calibration::Calibration;
 use crate::recording::Axis;
 use crate::recording::identity::SensorFile;
 
-/// The rated loads that arguments and files name; what comes first wins.
+/// Rated loads. The first source that names an axis wins.
 #[derive(Debug, Default)]
 pub struct Rated {
-    /// In the order of the recordings' axes.
+    /// Rated loads in the order of the recordings' axes.
     pub full_scale: Vec<f64>,
     by_axis: Vec<SensorFile>,
 }
 
 impl Rated {
-    /// Those of `--full-scale`.
+    /// Returns the rated loads of `--full-scale`.
     pub fn of(full_scale: &[f64]) -> Self {
         Self { full_scale: full_scale.to_vec(), ..Self::default() }
     }
 
-    /// They, then those of a sensor's file.
+    /// Adds the rated loads of a sensor's file for the axes that have none yet.
     pub fn and(mut self, sensor: &SensorFile) -> Self {
         self.by_axis.push(sensor.clone());
         self
     }
 
-    /// They, then those that a calibration knows.
+    /// Adds the full scales of a calibration for the axes that have none yet.
     pub fn and_of(self, calibration: &Calibration) -> Self {
         let all = calibration.axes.iter().zip(&calibration.full_scale).zip(&calibration.rated);
         let rated_loads =
@@ -32,7 +32,7 @@ impl Rated {
         self.and(&SensorFile { rated_loads: rated_loads.collect(), ..SensorFile::default() })
     }
 
-    /// One for each of these axes; what is no load, or one too many, is told elsewhere.
+    /// Returns the rated load of each axis. Wrong values and wrong counts are reported elsewhere.
     pub fn on(&self, axes: &[Axis]) -> Vec<Option<f64>> {
         let is_of_them = self.full_scale.len() <= axes.len();
         let own = self.full_scale.iter().filter(|_| is_of_them);

@@ -1,4 +1,4 @@
-//! How recordings are read, for all jobs that read them.
+//! Reading recordings, for all jobs.
 
 use std::path::{Path, PathBuf};
 
@@ -19,27 +19,27 @@ use crate::recording::{Entry, GaugeRange, Recording, RecordingSet, Role, Tare, V
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::shown::and_more;
 
-/// Of more recordings of a file that look faulty the others are counted.
+/// Maximum number of faulty recordings of one file that are named; the others are counted.
 const LISTED_FAULTY: usize = 8;
 
-/// How files are read, for all jobs that read recordings.
+/// Arguments of all jobs that read recordings.
 #[derive(Clone, Debug, Args)]
 pub struct ReadArgs {
-    /// What the columns of the files are, where their names do not say it; `inspect --write-map` writes one.
+    /// Column map (JSON) with the role of each column, for files whose headers do not tell; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     pub columns: Option<PathBuf>,
-    /// Take the gauges' mean over an interval off each recording: FROM:TO in seconds from its start, or "auto": the first quiet
-    /// half second in which the reference shows no load. What a calibration made so is applied to must be tared, too.
+    /// Tare each recording by the gauges' mean over an interval: FROM:TO in seconds from its start, or "auto" for the first
+    /// half second without load. A calibration of tared recordings needs tared gauges on the robot, too.
     #[arg(long, value_name = "auto|FROM:TO")]
     pub tare: Option<Tare>,
-    /// What a gauge can show at least and at most, as the logger writes it; what reaches it is clipped. One for all, or one for each
-    /// gauge in their order, with nothing between the commas where it is not known.
+    /// Minimum and maximum that the logger can write for a gauge; a sample at either limit counts as clipped. Give one range for
+    /// all gauges, or one for each gauge in order, with nothing between the commas where it is unknown.
     #[arg(long, value_name = "LOW:HIGH,…", value_parser = gauge_range, allow_hyphen_values = true)]
     pub gauge_range: Option<GaugeRange>,
-    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, beyond rated loads. Exported code then says where a gauge is clipped.
+    /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, above rated loads. Exported code then reports clipped gauges.
     #[arg(long)]
     leave_out_faulty: bool,
-    /// Go on without files that cannot be read; the exit code is 1 then.
+    /// Skip files that cannot be read; the exit code is then 1.
     #[arg(long)]
     pub keep_going: bool,
 }
@@ -69,12 +69,12 @@ impl ReadArgs {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
 
-    /// Says why a file could not be read; a calibration is no damaged recording.
+    /// Returns the error of a file that could not be read; calibrations and sessions have an error of their own.
     pub fn unread(&self, input: &Input, error: impl Into<JobError>) -> JobError {
         not_recording(&input.path).unwrap_or_else(|| self.refused(input, error.into()))
     }
 
-    /// Says why a file will not do, and where it is one of several that leaving it out is a way.
+    /// Returns an error for an unusable file. If there are several files, it mentions the option that skips files.
     fn refused(&self, input: &Input, error: JobError) -> JobError {
         match self.keep_going {
             true => error,
@@ -82,7 +82,7 @@ impl ReadArgs {
         }
     }
 
-    /// Nothing in the place of what cannot be done with a file, where that is wanted.
+    /// Returns `None` for a file that failed, if the user asked to skip such files.
     pub fn or_left_out<T: Default>(
         &self,
         run: &Run,
@@ -97,7 +97,7 @@ impl ReadArgs {
         }
     }
 
-    /// Reads files one after another; warnings go to standard error.
+    /// Reads files one after another, and prints warnings on standard error.
     pub fn read(
         &self,
         run: &Run,
@@ -107,7 +107,7 @@ impl ReadArgs {
         self.read_if(run, inputs, rated, |_| Ok(()))
     }
 
-    /// Reads the recordings that have a reference load, each in its role.
+    /// Reads the recordings that have a reference load, and gives each its role.
     pub fn read_set(
         &self,
         run: &Run,
@@ -157,8 +157,8 @@ impl ReadArgs {
         Ok(all)
     }
 
-    /// Recordings of a file as they are wanted, in parts where what is left out is long; what was done, or looks wrong, goes to
-    /// standard error.
+    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its recording.
+    /// Prints what was done, and what looks wrong, on standard error.
     fn prepared(
         &self,
         run: &Run,
@@ -171,7 +171,7 @@ impl ReadArgs {
             && ranges.len() != n_gauges
         {
             return usage(format!(
-                "--gauge-range has {} ranges where there are {n_gauges} gauges; write one for all, or one for each",
+                "--gauge-range has {} ranges, but the recordings have {n_gauges} gauges; give one range for all, or one for each",
                 ranges.len()
             ));
         }
@@ -197,11 +197,11 @@ impl ReadArgs {
         let parts: Vec<Recording> = parts.collect();
         match parts.len() {
             0 => {
-                let why = "all samples look faulty; none would be left";
+                let why = "all samples look faulty, so none can be used";
                 return failed(format!("{name}: {why}"));
             }
             more if more > recordings.len() => run.say.note(format_args!(
-                "{name}: {more} parts remain, and history does not cross from one to the next"
+                "{name}: {more} segments remain; history does not cross from one to the next"
             )),
             _ => {}
         }
@@ -225,7 +225,7 @@ impl ReadArgs {
         }
     }
 
-    /// Tares a recording as it is wanted.
+    /// Tares a recording as the user asked.
     pub fn tared(&self, run: &Run, recording: Recording) -> Result<Recording, JobError> {
         let Some(tare) = self.tare else {
             return Ok(recording);
@@ -241,7 +241,7 @@ impl ReadArgs {
 
 fn has_reference(recording: &Recording) -> Result<(), String> {
     recording.has_reference().then_some(()).ok_or_else(|| {
-        "no reference load, so there is nothing to fit or to score; name its columns Fx, Fy and so on"
+        "there is no reference load to fit; name its columns Fx, Fy and so on, or use a column map"
             .to_owned()
     })
 }
@@ -251,7 +251,7 @@ pub fn not_recording(path: &Path) -> Option<JobError> {
     let is_other = Session::is_at(path) || read_with_notes(path).is_ok();
     is_other.then(|| {
         JobError::Usage(format!(
-            "{} is no recording but a calibration or a session; apply a calibration with `apply`, and open a session in the window",
+            "{} is a calibration or a session, not a recording; use `loopscope apply` for a calibration, and open a session in the window",
             path.display()
         ))
     })

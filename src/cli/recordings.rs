@@ -1,4 +1,4 @@
-//! Which recordings, of which sensor, kept within which limits: arguments that several jobs share.
+//! Arguments that several jobs share: recordings and their roles, the sensor, limits, loops and dwells.
 
 use std::path::PathBuf;
 
@@ -15,29 +15,29 @@ use crate::questions::metrology::MetrologySettings;
 use crate::recording::identity::SensorFile;
 use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
 
-/// Which recordings, in which role.
+/// Recordings with their roles.
 #[derive(Debug, Args)]
 pub struct RecordingArgs {
     #[command(flatten)]
     pub read: ReadArgs,
-    /// Recordings to fit, or folders of them; without any, those of the built-in simulated sensor. Files of a folder that are
-    /// called test… are for --test, unless it or --split is given.
+    /// Training recordings, or folders of them. Without files, those of the built-in simulated sensor are used. Files in a
+    /// folder whose names begin with "test" are test recordings, unless --test or --split is given.
     #[arg(long, num_args = 1.., value_name = "FILE", value_parser = named_file())]
     train: Vec<PathBuf>,
-    /// Recordings to score the fit on, or folders of them.
+    /// Test recordings, or folders of them.
     #[arg(long, num_args = 1.., value_name = "FILE", requires = "train", value_parser = named_file())]
     test: Vec<PathBuf>,
-    /// Instead of test files: train on this first part of each recording, test on the rest.
+    /// Share of each recording that is used for training; the rest is used as test, instead of test files.
     #[arg(long, value_name = "FRACTION", conflicts_with = "test", allow_negative_numbers = true)]
     split: Option<f64>,
-    /// Cross-validation leaves recordings of one group out together. A name with {file}, {folder}, {recording}, or a {word}
-    /// for the number or letter after it in the names, as in {mount} [default: found from names, folders and files].
+    /// Group of each training recording; cross-validation leaves a group out together. A pattern with {file}, {folder}, {recording},
+    /// or a {word} that stands for the number or letter after it, as {mount} in "mount2_a.csv" [default: found from names, folders and files].
     #[arg(long, value_name = "PATTERN")]
     group: Option<GroupPattern>,
 }
 
 impl RecordingArgs {
-    /// Returns the files that are read.
+    /// Returns the training and test files.
     pub fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.train,
@@ -48,7 +48,7 @@ impl RecordingArgs {
         .reading(&self.read.columns)
     }
 
-    /// Reads them; warnings go to standard error.
+    /// Reads the recordings, and prints warnings on standard error.
     pub fn read(&self, run: &Run, rated: &Rated) -> Result<RecordingSet, JobError> {
         let by_map = self.read.map()?.and_then(|map| map.group);
         let mut set =
@@ -64,7 +64,7 @@ impl RecordingArgs {
         if (1..axes.len()).contains(&given) {
             let axes = Axis::symbols(axes).join(" ");
             return usage(format!(
-                "--full-scale has {given} where there are {axes}; write one for each"
+                "--full-scale has {given} values, but the axes are {axes}; give one value for each"
             ));
         }
         let Some(fraction) = self.split else {
@@ -75,7 +75,7 @@ impl RecordingArgs {
         match fraction > 0.0 && fraction < 1.0 && tests {
             true => Ok(split),
             false => usage(format!(
-                "the split is {fraction}; it must lie between 0 and 1, and leave both sides a sample"
+                "--split is {fraction}; it must lie between 0 and 1, so that both parts hold a sample"
             )),
         }
     }
@@ -100,24 +100,24 @@ impl RecordingArgs {
     }
 }
 
-/// Limits that the calibration must keep.
+/// Limits that the calibration must not exceed.
 #[derive(Debug, Args)]
 pub struct LimitsArgs {
     /// Check the calibration against limits: a TOML file like `expected_error = 1.0` (percent of full scale), `rmse = "0.2 N"`,
-    /// `loop_width = { Fx = 0.5 }`. A figure that is not known does not pass; the exit code is 3 then.
+    /// `loop_width = { Fx = 0.5 }`. A figure that is unknown does not pass. The exit code is 3 if a limit is not met.
     #[arg(long, value_name = "LIMITS.toml", value_parser = named_file())]
     pub limits: Option<PathBuf>,
 }
 
 impl LimitsArgs {
-    /// Reads the limits; there are none without a file.
+    /// Reads the limits; without a file there are none.
     pub fn read(&self) -> Result<Limits, JobError> {
         let read = self.limits.as_deref().map(Limits::read);
         Ok(read.transpose()?.unwrap_or_default())
     }
 }
 
-/// Fails where a figure exceeds its limit or is not known.
+/// Returns an error if a figure exceeds its limit or is unknown.
 pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     let failed = limits.iter().filter(|own| !own.pass);
     let failed: Vec<String> = failed.map(Checked::in_words).collect();
@@ -127,31 +127,31 @@ pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     }
 }
 
-/// Which sensor it is.
+/// Identity of the sensor.
 #[derive(Debug, Args)]
 pub struct SensorArgs {
-    /// Which sensor it is, who calibrates it, when, and against what, and its rated loads: a TOML file whose items go into every
-    /// export and the report; `loopscope sensor` prints one to fill in.
+    /// TOML file with the sensor's identity, operator, date, reference and rated loads. They go into every export and the report.
+    /// `loopscope sensor` prints a template.
     #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
     pub sensor: Option<PathBuf>,
 }
 
 impl SensorArgs {
-    /// Reads it; nothing is said without one.
+    /// Reads the identity; without a file it is empty.
     pub fn read(&self) -> Result<SensorFile, JobError> {
         let read = self.sensor.as_deref().map(SensorFile::read);
         Ok(read.transpose()?.unwrap_or_default())
     }
 }
 
-/// How loops and figures are measured.
+/// Settings of loops and metrology figures.
 #[derive(Debug, Args)]
 pub struct MeasuringArgs {
-    /// How far the load of each axis must come back for a reversal, in N and N·m, in axis order; by default ten times the
-    /// noise, and at least 5 % of the range.
+    /// Reversal threshold of each axis in N and N·m, in axis order: how far the load must turn back to count as a reversal
+    /// [default: ten times the noise, and at least 5 % of the range].
     #[arg(long, value_delimiter = ',', value_name = "BAND,…", allow_negative_numbers = true)]
     dead_band: Vec<f64>,
-    /// For how long a load must stand still to show creep or a zero.
+    /// Shortest dwell, in seconds, that shows creep or a zero.
     #[arg(
         long,
         value_name = "SECONDS",
@@ -162,7 +162,7 @@ pub struct MeasuringArgs {
 }
 
 impl MeasuringArgs {
-    /// The choices that these arguments mean.
+    /// Returns the settings for recordings with these axes.
     pub fn settings(&self) -> MetrologySettings {
         MetrologySettings {
             dead_bands: self.dead_band.iter().copied().map(Some).collect(),

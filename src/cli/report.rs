@@ -1,4 +1,4 @@
-//! `loopscope report`: one fit, told in full as a page to read, print and keep.
+//! `loopscope report`: writes a complete report of one fit as an HTML page.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,11 +17,11 @@ use crate::questions::page::{ReportRequest, report};
 use crate::questions::{Request, read_factory};
 use crate::recording::simulated;
 
-/// Fit, and write a report with tables and pictures: one HTML file.
+/// Fit a calibration and write a report with tables and figures as one HTML file.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope report --train day1.csv day2.csv --test day3.csv --out report.html", "one page to print or to send"),
-    ("loopscope report --train recordings --sensor sensor.toml --limits limits.toml --out report.html", "with the sensor's identity; exit code 3 if a limit is exceeded"),
+    ("loopscope report --train day1.csv day2.csv --test day3.csv --out report.html", "writes one page to print or to send"),
+    ("loopscope report --train recordings --sensor sensor.toml --limits limits.toml --out report.html", "adds the sensor's identity; exit code 3 if a limit is exceeded"),
 ]))]
 pub struct ReportJob {
     #[command(flatten)]
@@ -30,20 +30,20 @@ pub struct ReportJob {
     model: ModelArgs,
     #[command(flatten)]
     sensor: SensorArgs,
-    /// Where the report goes: one HTML file that needs nothing beside it.
+    /// HTML file to write. It needs no other file.
     #[arg(long, value_name = "FILE.html", value_parser = named_file())]
     out: PathBuf,
-    /// Also score the calibration that the sensor came with (.cal or .json), as `fit --factory` does.
+    /// Also report the errors of the calibration that the sensor came with (.cal or .json), as `fit --factory` does.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     factory: Option<PathBuf>,
     #[command(flatten)]
     measuring: MeasuringArgs,
     #[command(flatten)]
     limits: LimitsArgs,
-    /// What the report says under "Notes"; \n begins a new paragraph.
+    /// Text under "Notes"; \n begins a new paragraph.
     #[arg(long, value_name = "TEXT", default_value = "")]
     notes: String,
-    /// Write over a file that is there already.
+    /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
 }
@@ -58,14 +58,14 @@ impl Work for ReportJob {
         let ending = self.out.extension().unwrap_or_default().to_ascii_lowercase();
         if ending != "html" && ending != "htm" {
             return usage(format!(
-                "{}: a report is written as HTML; name a file that ends in .html",
+                "{}: reports are HTML files; choose a name that ends in .html",
                 self.out.display()
             ));
         }
         let sensor = self.sensor.read()?;
         let limits = self.limits.read()?;
         let mut recordings = self.recordings.read(run, &self.model.rated().and(&sensor))?;
-        // Of the reading alone.
+        // Warnings that came up while the recordings were read.
         let warnings = run.say.warnings();
         if recordings.is_simulated() {
             for entry in simulated::bench(simulated::DEFAULT_SEED) {

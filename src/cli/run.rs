@@ -1,4 +1,4 @@
-//! What every job does the same: its files are found and checked before the work, and what comes of it is printed.
+//! Runs a job: finds and checks its files before the work, and prints the result.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -15,12 +15,12 @@ use crate::shown::printable;
 
 /// One job with its arguments.
 pub trait Work {
-    /// Returns the files that it is told of.
+    /// Returns the files that the arguments name.
     fn files(&self) -> Files<'_> {
         Files::default()
     }
 
-    /// Does the work, once its files are found and its outputs can be written.
+    /// Does the work. The files have been found, and the outputs can be written.
     fn run(&self, run: &Run) -> Result<(), JobError>;
 }
 
@@ -33,7 +33,7 @@ pub struct Run {
     pub command: fn() -> clap::Command,
 }
 
-/// Does a job; errors go to standard error, one line each.
+/// Runs a job and prints its errors on standard error, one line each.
 pub fn run(work: &dyn Work, command: fn() -> clap::Command) -> ExitCode {
     let mut run = Run {
         inputs: Inputs::default(),
@@ -43,7 +43,7 @@ pub fn run(work: &dyn Work, command: fn() -> clap::Command) -> ExitCode {
     };
     match run.done(work) {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads our output had enough (`| head`): no error of ours.
+        // A reader that closes the pipe early (`| head`) is no error.
         Err(JobError::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             ExitCode::SUCCESS
         }
@@ -63,18 +63,18 @@ impl Run {
         match self.say.n_left_out() {
             0 => Ok(()),
             count => {
-                let why = "left out because they could not be read";
+                let why = "files skipped because they could not be read";
                 failed(format!("{why}: {count}"))
             }
         }
     }
 
-    /// Checks that each file can be written, and is none of those that are read.
+    /// Checks that each output file can be written, and is not an input file.
     pub fn check_outputs(&self, outputs: &[PathBuf], force: bool) -> Result<(), JobError> {
         Ok(check_targets(self.inputs.paths(), outputs, force)?)
     }
 
-    /// Prints what was found: for scripts, or for people.
+    /// Prints the result as JSON or as text.
     pub fn print(
         &self,
         json: bool,
@@ -87,7 +87,7 @@ impl Run {
         }
     }
 
-    /// Prints what was found, for scripts.
+    /// Prints the result as JSON.
     pub fn print_json(&self, report: &impl Serialize) -> Result<(), JobError> {
         self.say.end_line();
         let mut out = io::stdout().lock();
@@ -95,7 +95,7 @@ impl Run {
         Ok(writeln!(out)?)
     }
 
-    /// Prints a text for people; what cannot be seen in it is shown by its code.
+    /// Prints the result as text, with invisible characters escaped.
     pub fn print_text(
         &self,
         text: impl FnOnce(&mut Vec<u8>) -> io::Result<()>,
@@ -110,13 +110,13 @@ impl Run {
         Ok(())
     }
 
-    /// Prints the name of a file that was written.
+    /// Prints the path of a written file.
     pub fn print_path(&self, path: &Path) -> Result<(), JobError> {
         self.print_text(|out| writeln!(out, "{}", path.display()))
     }
 }
 
-/// Makes the folder for files that are to be written.
+/// Makes the folder for the output files.
 pub fn make_directory(path: &Path) -> Result<(), JobError> {
     std::fs::create_dir_all(path).map_err(|error| {
         JobError::other(format!("cannot make the directory {}: {error}", path.display()))

@@ -1,4 +1,4 @@
-//! `loopscope sensor`: a description of a sensor to fill in.
+//! `loopscope sensor`: prints a template for the description of a sensor.
 
 use std::io::Write as _;
 
@@ -9,10 +9,10 @@ use super::examples::examples;
 use super::run::{Run, Work};
 use crate::recording::Item;
 
-/// Print a description of a sensor to fill in: `sensor.toml`.
+/// Print a template for sensor.toml, the description of a sensor.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope sensor", "a description to fill in and keep as sensor.toml"),
+    ("loopscope sensor", "prints a template to fill in and save as sensor.toml"),
 ]))]
 pub struct SensorJob {}
 
@@ -24,7 +24,7 @@ impl Work for SensorJob {
             }
             writeln!(
                 out,
-                "\n# In N and N·m; an axis that is not named has what the recordings reach\n[rated_loads]\n# Fx = 100"
+                "\n# In N and N·m. An axis that is not listed takes the largest load of the recordings.\n[rated_loads]\n# Fx = 100"
             )
         })
     }

@@ -1,4 +1,4 @@
-//! `loopscope sweep`: the errors over both thresholds, and which thresholds to take.
+//! `loopscope sweep`: maps the errors over both thresholds, and suggests thresholds.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -30,18 +30,18 @@ use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
-/// Fit at every pair of thresholds: curves, the map, and which thresholds to take.
+/// Fit at every pair of thresholds, print or draw the errors, and suggest thresholds.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope sweep --train day1.csv day2.csv --f-th 0:10:0.5 --t-th 1,5,15 --svg map.svg", "the map of errors over both thresholds"),
+    ("loopscope sweep --train day1.csv day2.csv --f-th 0:10:0.5 --t-th 1,5,15 --svg map.svg", "draws the map of errors over both thresholds"),
 ]))]
 pub struct SweepJob {
     #[command(flatten)]
     recordings: RecordingArgs,
     #[command(flatten)]
     blocks: BlockArgs,
-    /// F_th to try, as start:stop:step or with commas: newtons, or over full scale a share of it [default: even steps to a
-    /// fifth beyond full scale].
+    /// F_th to try, as start:stop:step or with commas, in newtons or as a share of full scale [default: even steps to 1.2 times
+    /// full scale].
     #[arg(long, value_name = "RANGE", allow_negative_numbers = true)]
     f_th: Option<Values>,
     /// t_th to try, as start:stop:step or with commas, in seconds.
@@ -52,20 +52,20 @@ pub struct SweepJob {
         allow_negative_numbers = true
     )]
     t_th: Values,
-    /// What the suggestion goes by: an axis, all forces, all moments, or all axes in percent of full scale [default: forces,
-    /// or full-scale without any].
+    /// Error that the suggestion minimises: of an axis, all forces, all moments, or all axes in percent of full scale [default:
+    /// forces, or full-scale without a force axis].
     #[arg(long, value_parser = measure_arg(), value_name = "MEASURE")]
     measure: Option<MeasureArg>,
-    /// Also choose the values of these blocks by cross-validation, each beside the other blocks that are named.
+    /// Also choose the values of these features by cross-validation, each together with the other features that are named.
     #[arg(long, value_parser = searched_block(), value_delimiter = ',', value_name = "BLOCK,…")]
     pick: Vec<HistoryBlock>,
-    /// Write the errors at every pair as CSV.
+    /// Write the errors at every pair to this CSV file.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     csv: Option<PathBuf>,
-    /// Write the map of the cross-validation error as a picture.
+    /// Write the map of the cross-validation error to this SVG file.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     svg: Option<PathBuf>,
-    /// Write over files that are there already.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
     /// Print one JSON object instead of tables.
@@ -73,12 +73,12 @@ pub struct SweepJob {
     json: bool,
 }
 
-/// Values as people write them.
+/// Values of a threshold, as written on the command line.
 #[derive(Clone, Debug, PartialEq)]
 enum Values {
-    /// start:stop:step
+    /// Written as start:stop:step.
     Even(f64, f64, f64),
-    /// With commas.
+    /// Written with commas.
     Listed(Vec<f64>),
 }
 
@@ -117,14 +117,14 @@ impl Values {
     }
 }
 
-/// What a suggestion can go by.
+/// Returns the errors that a suggestion can minimise, each with its option and explanation.
 #[derive(Clone, Copy, Debug)]
 enum MeasureArg {
     Of(Measure),
     Axis(Axis),
 }
 
-/// Takes one by its name.
+/// Parses the name of an error that a suggestion can minimise.
 fn measure_arg() -> impl TypedValueParser<Value = MeasureArg> {
     let groups = [
         (Measure::Forces, "forces", "Root mean square over the force axes"),
@@ -155,7 +155,7 @@ impl MeasureArg {
     }
 }
 
-/// Takes a block whose values can be found by its option's name.
+/// Parses the option name of a block whose values can be searched.
 fn searched_block() -> impl TypedValueParser<Value = HistoryBlock> {
     let blocks = BLOCKS.iter().filter(|block| block.search().is_some());
     one_of(blocks.map(|block| (*block, block.setting().option, block.setting().label)))
@@ -167,7 +167,7 @@ impl Work for SweepJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // Before any reading: a wrong range must not cost the time of it.
+        // Ranges are checked before files are read, so that a wrong one does not cost that time.
         let given = self.f_th.as_ref().map(|values| values.values("F_th")).transpose()?;
         let t_ths_secs = self.t_th.values("t_th")?;
         let grid = |f_ths| ThresholdGrid::new(f_ths, t_ths_secs.clone());
@@ -229,15 +229,15 @@ impl Work for SweepJob {
     }
 }
 
-/// How many F_th are tried where none are named, beside zero.
+/// Default number of F_th to try, beside zero.
 const DEFAULT_F_THS: usize = 29;
 
-/// What `sweep --json` prints.
+/// The JSON object that `sweep --json` prints.
 #[derive(Serialize)]
 struct Sweep<'a> {
     #[serde(skip)]
     map: &'a ThresholdMap,
-    /// What the suggestion goes by.
+    /// Error that the suggestion minimises.
     #[serde(skip)]
     by: Measure,
     simulated: bool,
@@ -254,7 +254,7 @@ struct Sweep<'a> {
     points: Vec<ReportedPoint<'a>>,
     suggestion: Suggestion,
     mean_hysteresis: MeanHysteresis,
-    /// At the suggestion.
+    /// Ages of the past samples at the suggested thresholds.
     past_ages: PastAges,
     picks: Vec<BlockSuggestion>,
 }
@@ -305,7 +305,7 @@ fn f_unit(sweep: &Sweep<'_>) -> &'static str {
     }
 }
 
-/// Forces and moments apart, and what was asked for.
+/// Returns the measures to print: forces, moments, and the one that was asked for.
 fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
     let mut measures: Vec<Measure> = sweep.map.scale.measures();
     measures.retain(|measure| {
@@ -314,7 +314,7 @@ fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
     measures
 }
 
-/// The errors along one threshold, at the suggested other one.
+/// Writes the errors over one threshold, with the other at its suggestion.
 fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
     let map = sweep.map;
     let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
@@ -366,23 +366,20 @@ fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     )?;
     writeln!(
         out,
-        "  as good as the recordings can tell: F_th {}{f_unit}; t_th {} s",
+        "  range that is as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
         range_text(&found.f_th_range),
         range_text(&found.t_th_range),
     )?;
     if !found.beats_conventional {
         writeln!(
             out,
-            "  Note: the conventional calibration is not worse with 90 % confidence; a look-back may not be worth it"
+            "  Note: no look-back is better than the conventional calibration with 90 % confidence"
         )?;
     }
     let (f_edge, t_edge) = found.is_at_edge(sweep.map);
     for (at_edge, name) in [(f_edge, "F_th"), (t_edge, "t_th")] {
         if at_edge {
-            writeln!(
-                out,
-                "  Note: this is the largest {name} that was tried; try larger ones before you trust it"
-            )?;
+            writeln!(out, "  Note: this is the largest {name} that was tried; try larger ones")?;
         }
     }
     Ok(())

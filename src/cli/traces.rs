@@ -1,4 +1,4 @@
-//! `--traces`: loads and errors over time as one table, in `fit` and `apply`.
+//! `--traces` of `fit` and `apply`: writes loads and errors over time as one table.
 
 use std::path::PathBuf;
 
@@ -12,15 +12,15 @@ use crate::progress::Progress;
 use crate::questions::intervals_within;
 use crate::recording::Recording;
 
-/// Where traces go, and which part of them.
+/// File of the traces, and their time range.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
     #[arg(long, help = traces_help(), value_name = "FILE", value_parser = named_file())]
     pub traces: Option<PathBuf>,
-    /// Leave out of the table what is before this time on each recording's own clock.
+    /// Start time of the traces in s, on each recording's own clock.
     #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Leave out of the table what is after this time.
+    /// End time of the traces in s, on each recording's own clock.
     #[arg(long, value_name = "SECONDS", requires = "traces", allow_negative_numbers = true)]
     to: Option<f64>,
 }
@@ -28,19 +28,19 @@ pub struct TraceArgs {
 fn traces_help() -> String {
     let endings = FileFormat::listed(TRACE_FORMATS);
     format!(
-        "Write Calc., Conv., Comp. and the errors of every sample of all recordings as one table: {endings}"
+        "Write reference, uncompensated and compensated loads and the errors of every sample to one table: {endings}"
     )
 }
 
 impl TraceArgs {
-    /// Checks what can be checked before any work.
+    /// Checks the file name and the time range.
     pub fn check(&self) -> Result<(), JobError> {
         let Some(path) = &self.traces else {
             return Ok(());
         };
         if FileFormat::for_path(TRACE_FORMATS, path).is_none() {
             return usage(format!(
-                "{}: the ending says no format of traces; use {}",
+                "{}: this file name ending is no format of traces; use {}",
                 path.display(),
                 FileFormat::listed(TRACE_FORMATS)
             ));
@@ -49,7 +49,7 @@ impl TraceArgs {
         match from_secs <= to_secs {
             true => Ok(()),
             false => usage(format!(
-                "traces from {from_secs} s to {to_secs} s hold nothing; the first must not be above the second"
+                "traces from {from_secs} s to {to_secs} s are empty; the start must not be after the end"
             )),
         }
     }
@@ -58,7 +58,7 @@ impl TraceArgs {
         (self.from.unwrap_or(f64::NEG_INFINITY), self.to.unwrap_or(f64::INFINITY))
     }
 
-    /// Checks, before any fit, that the table would hold something.
+    /// Checks, before any fit, that the time range holds samples.
     pub fn check_intervals<'a>(
         &self,
         recordings: impl Iterator<Item = &'a Recording>,
@@ -75,7 +75,7 @@ impl TraceArgs {
         Ok(())
     }
 
-    /// Writes the table as one of `files`, if it was asked for.
+    /// Writes the table, if the user asked for it.
     pub fn write<'a>(
         &self,
         files: &mut Together,

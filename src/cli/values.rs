@@ -1,4 +1,4 @@
-//! How single values are written on the command line.
+//! Parsers of single values on the command line.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -8,15 +8,15 @@ use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, Typ
 
 use crate::features::Range;
 
-/// A file's name; nothing is read from standard input or written to standard output in place of one.
+/// Returns a parser of file names that refuses "-".
 pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
-        true => Err("standard input and output do not do here; name a file"),
+        true => Err("standard input and output cannot be used here; name a file"),
         false => Ok(path),
     })
 }
 
-/// Takes a number in this range.
+/// Returns a parser of numbers in this range.
 pub fn number_in(
     range: Range,
 ) -> impl Fn(&str) -> Result<f64, Box<dyn Error + Send + Sync>> + Clone + Send + Sync {
@@ -29,7 +29,7 @@ pub fn number_in(
     }
 }
 
-/// Numbers with commas between them.
+/// Numbers separated by commas.
 #[derive(Clone, Debug, PartialEq)]
 pub struct List(pub Vec<f64>);
 
@@ -41,7 +41,7 @@ impl FromStr for List {
             .map(|cell| {
                 let cell = cell.trim();
                 cell.parse().map_err(|_| {
-                    format!("{cell:?} is not a number; write numbers with commas between them")
+                    format!("{cell:?} is not a number; write numbers separated by commas")
                 })
             })
             .collect::<Result<_, _>>()
@@ -49,7 +49,7 @@ impl FromStr for List {
     }
 }
 
-/// Takes one of a few things by its name; the last of each says what it is.
+/// Returns a parser of names. Each entry is a value, its name, and its explanation.
 pub fn one_of<T: Copy + Send + Sync + 'static>(
     all: impl IntoIterator<Item = (T, &'static str, &'static str)>,
 ) -> impl TypedValueParser<Value = T> {

@@ -242,7 +242,7 @@ fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSe
         }
     }
     match set.entries().is_empty() {
-        true => Err("all samples look faulty; none would be left".to_owned()),
+        true => Err("all samples look faulty, so none can be used".to_owned()),
         false => Ok(set),
     }
 }

@@ -1,4 +1,4 @@
-//! A block: one way of appending columns to the present gauges.
+//! A block: one kind of columns added to the present gauges.
 
 use std::fmt;
 
@@ -8,50 +8,51 @@ use crate::features::monomial::Monomial;
 use crate::features::setting::Setting;
 use crate::features::source::{Rows, Source};
 
-/// One way of appending columns; what it appends them for is a list of values, the numbers of its one [`Setting`].
+/// One kind of columns added to the present gauges. A block has one [`Setting`], a list of values such as time
+/// constants.
 ///
-/// A block is a file of its own in this room and a line in [`BLOCKS`](crate::features::BLOCKS); whatever else there is to say
-/// of it (in the window, on the command line, in files, exports and the guide) follows from what it says here.
+/// Each block is one file in this room and one entry of [`BLOCKS`](crate::features::BLOCKS). Window, command line,
+/// files, exports and guide take all they need from this trait.
 ///
-/// Every block is causal, runs in bounded memory and starts anew in each recording and after each gap. What the samples since then do
-/// not determine, it does not say.
+/// Every block is causal and runs in bounded memory. It starts anew in each recording and after each gap, and
+/// contributes nothing until its state is determined.
 pub trait Block: Send + Sync {
-    /// Its name.
+    /// Returns the name of the block.
     fn name(&self) -> &'static str;
 
-    /// What its values are: time constants, radii, a degree.
+    /// Returns the setting that describes the values: time constants, radii or a degree.
     fn setting(&self) -> &'static Setting;
 
-    /// What it computes of a gauge s, as an equation.
+    /// Returns the equation of the block for a gauge s.
     fn formula(&self) -> &'static str;
 
-    /// What its columns are.
+    /// Returns the kind of columns that the block appends.
     fn appends(&self) -> Appends;
 
-    /// Returns the number of columns that it appends to `n_gauges` gauges.
+    /// Returns the number of columns for `n_gauges` gauges.
     fn n_columns(&self, values: &[f64], n_gauges: usize) -> usize {
         values.len() * n_gauges
     }
 
-    /// How long samples are kept for it (s); zero where none are.
+    /// Returns how long the block keeps samples (s); zero if it keeps none.
     fn window_secs(&self, _values: &[f64]) -> f64 {
         0.0
     }
 
-    /// How long after a cold start it is before everything that it appends is known, where that is a matter of time (s).
+    /// Returns the time from a cold start until the block's state is determined (s), if that depends on time.
     fn settling_secs(&self, values: &[f64]) -> f64 {
         self.window_secs(values)
     }
 
-    /// Returns how far a gauge must have moved since a cold start before the state of a value is known (σ); zero where that is
-    /// not what it takes.
+    /// Returns the distance that a gauge must move after a cold start until the state of a value is determined (σ);
+    /// zero if that does not depend on distance.
     fn travel(&self, _value: f64) -> f64 {
         0.0
     }
 
-    /// Its memory before the first sample of a recording.
+    /// Returns the state of the block before the first sample of a recording.
     ///
-    /// Where samples are kept, of those that come less than `history_step_secs` after the last kept one only the newest is.
+    /// Blocks that keep samples keep one per `history_step_secs`, and the newest sample.
     fn stream(
         &self,
         values: &[f64],
@@ -60,62 +61,60 @@ pub trait Block: Send + Sync {
         history_step_secs: f64,
     ) -> Box<dyn Stream>;
 
-    /// What it is in exported code.
+    /// Returns the block as source code for exports.
     fn source(&self, values: &[f64], rows: &Rows<'_>) -> Source;
 
-    /// How its values are found where nobody knows them beforehand.
+    /// Returns the search for the best values, or `None` if the user must enter them.
     fn search(&self) -> Option<Search> {
         None
     }
 }
 
-/// What the columns of a block are.
+/// Kind of columns that a block appends.
 #[derive(Clone, Copy, Debug)]
 pub enum Appends {
-    /// For each value one set of gauges of the past: a history. It is fitted relative to the present gauges. Its columns are
-    /// called `<gauge>_<name>`; the name is made of the value.
+    /// One set of past gauges for each value: a history. It is fitted relative to the present gauges. The columns are
+    /// named `<gauge>_<name>`; the function returns the name for a value.
     Past(fn(f64) -> String),
-    /// Products of present gauges, for the value and the number of gauges: no past in them.
+    /// Products of present gauges, for a value and the number of gauges. They do not depend on the past.
     Monomials(fn(f64, usize) -> Vec<Monomial>),
-    /// For each value and each auxiliary channel, the channel and its product with each gauge. No gauge of the past in them.
+    /// For each value and each auxiliary channel: the channel, and its product with each gauge. No past gauges.
     Auxiliary,
 }
 
-/// A block's memory of one recording, sample by sample: a whole recording and a live estimator run the same.
+/// State of a block, updated with each sample. Whole recordings and live estimators use the same code.
 pub trait Stream: fmt::Debug + Send + Sync {
-    /// Takes the next sample and writes its columns; for a history the gauges of the past as they are.
+    /// Processes the next sample and writes its columns. A history writes past gauges, not differences.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// Whether the samples so far determine what it remembers; until then it says nothing, or less than later.
+    /// Returns true if the samples so far determine the state. Until then the columns contribute nothing, or less than
+    /// later.
     fn is_determined(&self) -> bool {
         true
     }
 }
 
-/// How the values of a block are found by cross-validation.
+/// Search for the values of a block by cross-validation.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
-    /// Values that are tried, rising; of those in seconds as many as the recordings can show.
+    /// Candidates in rising order. Candidates in seconds are limited to what the recordings can resolve.
     pub candidates: &'static [f64],
-    /// How lists are made of them.
+    /// Rule by which lists of values are formed from the candidates.
     pub lists: Lists,
 }
 
-/// How lists of values are made of candidates.
+/// Rule by which lists of values are formed from candidates.
 #[derive(Clone, Copy, Debug)]
 pub enum Lists {
-    /// Every evenly spaced list of a length between two; of those within 1 % of the lowest error the shortest is taken.
-    Even {
-        /// The shortest.
-        min: usize,
-        /// The longest.
-        max: usize,
-    },
-    /// The best one first, then the best beside it, up to this number, as long as each is better with 90 % confidence.
+    /// Evenly spaced lists with a length between `min` and `max`. The shortest list within 1 % of the lowest error is
+    /// chosen.
+    Even { min: usize, max: usize },
+    /// The best value first, then the best additional value, up to this number. A value is added only if it lowers the
+    /// error with 90 % confidence.
     OneByOne(usize),
 }
 
-/// Blocks are told apart by the keys of their settings.
+/// Blocks are equal if the keys of their settings are equal.
 impl PartialEq for dyn Block + '_ {
     fn eq(&self, other: &Self) -> bool {
         self.setting().key == other.setting().key

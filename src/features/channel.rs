@@ -1,42 +1,43 @@
-//! The auxiliary channels that a calibration takes beside its gauges: what each is, and what recordings know of it.
+//! Auxiliary channels that a calibration uses besides its gauges.
 //!
-//! Guarantees: values enter the fit relative to their mean over the training recordings, in deviations; a channel that hardly moved
-//! there is none, so that no noise of a thermometer is blown up to an effect.
+//! Guarantees: values enter the fit relative to their mean over the training recordings, in standard deviations. A
+//! channel that hardly changed is not used, because its noise would be amplified.
 
 use serde::{Deserialize, Serialize};
 
 use crate::min_max::MinMax;
 use crate::recording::{Recording, span};
 
-/// A channel that moved by less than this share of its largest value is held for one that stands still.
+/// Minimum change of a channel, as a share of its largest value.
 const STILL: f64 = 0.01;
-/// A supply is held well; but an amplifier that is not ratiometric follows it to the last digit.
+/// Minimum change of a supply voltage, as a share of its value. It is smaller because an amplifier that is not
+/// ratiometric follows every change of the supply.
 const STILL_SUPPLY: f64 = 1e-3;
-/// So far beyond what was trained, in shares of that range, a value is taken for one within it.
+/// Accepted distance beyond the training range, as a share of this range.
 const BEYOND_RANGE: f64 = 0.1;
 
 /// An auxiliary channel of a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AuxiliaryChannel {
-    /// As recordings name it.
+    /// Name in the recordings.
     pub name: String,
-    /// The unit that it is given in; empty where none is known.
+    /// Unit of the values; empty if unknown.
     pub unit: String,
-    /// What its effect counts from: what the user entered, else its mean over the training recordings.
+    /// Value at which the channel has no effect: the user's entry, else the mean over the training recordings.
     pub reference: f64,
-    /// One over its standard deviation there.
+    /// Inverse of the standard deviation over the training recordings.
     pub inverse_scale: f64,
-    /// The least value there.
+    /// Minimum over the training recordings.
     pub min: f64,
-    /// The greatest value there.
+    /// Maximum over the training recordings.
     pub max: f64,
 }
 
 impl AuxiliaryChannel {
-    /// Measures a channel of recordings that all have it.
+    /// Determines a channel from the training recordings, which must all have it.
     ///
     /// # Errors
-    /// Why its effect cannot be known.
+    /// The reason why the effect of the channel cannot be determined.
     pub fn measure(training: &[&Recording], name: &str) -> Result<Self, String> {
         let tables = training.iter().map(|recording| recording.auxiliary());
         let placed = tables.filter_map(|table| {
@@ -57,7 +58,7 @@ impl AuxiliaryChannel {
         let deviation = (values().map(|value| (value - reference).powi(2)).sum::<f64>() / n).sqrt();
         let range: MinMax = values().collect();
         let MinMax { min, max } = range;
-        // A few faulty numbers are no movement.
+        // A few outliers do not count as a change.
         let moved = range.span().min(4.0 * deviation);
         let least = match &*unit {
             "°C" => 1.0,
@@ -67,8 +68,8 @@ impl AuxiliaryChannel {
         };
         if moved < least || deviation == 0.0 {
             return Err(format!(
-                "{name} stands at {} in the training recordings, which is less than it has to move ({} {unit}): its effect is not \
-                 determined, and it is left out",
+                "auxiliary channel {name} left out: its range in the training recordings is {}, but it must change by at least {} {unit} for its effect to be \
+                 determined",
                 span(range, &unit),
                 (least * 1e4).round() / 1e4,
             ));
@@ -76,32 +77,34 @@ impl AuxiliaryChannel {
         Ok(Self { name, unit, reference, inverse_scale: 1.0 / deviation, min, max })
     }
 
-    /// Returns the values it was trained from, with the unit.
+    /// Returns the range over the training recordings, with the unit.
     pub fn trained(&self) -> String {
         span(MinMax { min: self.min, max: self.max }, &self.unit)
     }
 
-    /// Between which values its effect is known, about.
+    /// Returns the limits within which the effect of the channel is known.
     pub fn limits(&self) -> (f64, f64) {
         let margin = BEYOND_RANGE * (self.max - self.min);
         (self.min - margin, self.max + margin)
     }
 
-    /// Whether a value is beyond the [limits](Self::limits).
+    /// Returns true if a value is beyond the [limits](Self::limits).
     pub fn is_beyond(&self, value: f64) -> bool {
         let (low, high) = self.limits();
         value < low || value > high
     }
 
-    /// That what its effect counts from was not trained, where it was not.
+    /// Returns a description of a reference value outside the training range, or `None` if it is within.
     pub fn reference_beyond(&self) -> Option<String> {
         let range = self.trained();
-        let words = format!("{} counts from {} {}", self.name, self.reference, self.unit);
+        let words =
+            format!("{}: the reference value is {} {}", self.name, self.reference, self.unit);
         let is_beyond = self.is_beyond(self.reference);
-        is_beyond.then(|| format!("{}, but was trained from {range}", words.trim_end()))
+        is_beyond
+            .then(|| format!("{}, but the training recordings cover {range}", words.trim_end()))
     }
 
-    /// As `name [unit], trained from min to max unit`.
+    /// Returns a description, such as `name [unit], trained from min to max unit`.
     pub fn in_words(&self) -> String {
         let unit = match &*self.unit {
             "" => String::new(),
@@ -110,7 +113,7 @@ impl AuxiliaryChannel {
         format!("{}{unit}, trained from {}", self.name, self.trained())
     }
 
-    /// The first number that is none, or makes no sense; with what it is.
+    /// Returns the first invalid number with its key in files.
     pub(super) fn broken(&self) -> Option<(&'static str, f64)> {
         let Self { reference, inverse_scale, min, max, .. } = self;
         let numbers = [

@@ -1,19 +1,19 @@
-//! What a column of the design matrix is.
+//! Columns of the design matrix.
 //!
-//! Guarantees: columns are told apart by their kind, never by their name: a gauge may be called `offset` or `S1_past`.
-//! Names are printed from them, for people, and two columns may have the same.
+//! Guarantees: columns are identified by kind and index, never by name, because a gauge may be named `offset` or
+//! `S1_past`. Names are only for people; two columns may have the same name.
 
 use std::fmt;
 
 use crate::features::block::{Appends, Block};
 use crate::features::monomial::Monomial;
 
-/// Which past of the gauges a set of columns holds.
+/// Source of a set of past gauges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum History {
-    /// What the look-back at this place of the settings' list finds.
+    /// The look-back with this index in the settings.
     LookBack(usize),
-    /// What a block makes of this value of its list.
+    /// A block with one of its values.
     Block(&'static dyn Block, f64),
 }
 
@@ -30,52 +30,52 @@ impl fmt::Display for History {
     }
 }
 
-/// One column; gauges by their position.
+/// One column. Gauges and channels are given by index.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Column {
     /// A present gauge.
     Gauge(usize),
     /// A gauge of the past.
     Past {
-        /// Which past.
+        /// Source of the past gauges.
         history: History,
-        /// Which gauge.
+        /// Index of the gauge.
         gauge: usize,
     },
     /// A product of standardised gauges.
     Monomial(Monomial),
-    /// An auxiliary channel in deviations from its reference, alone or times a standardised gauge.
+    /// An auxiliary channel in standard deviations from its reference, alone or multiplied by a standardised gauge.
     Auxiliary {
-        /// Which channel.
+        /// Index of the channel.
         channel: usize,
-        /// The time constant of its low-pass (s); zero for the present value.
+        /// Time constant of the low-pass (s); zero for the present value.
         tau_secs: f64,
-        /// Which gauge it is multiplied with.
+        /// Gauge that the channel is multiplied by.
         gauge: Option<usize>,
     },
-    /// 1.
+    /// Constant column of ones.
     Offset,
 }
 
-/// What a column does in a fit, in the order in which columns explain the load: whatever an earlier one can say is not left to a
-/// later one.
+/// Role of a column in a fit. Columns explain the load in this order: a later kind gets only what the earlier kinds
+/// cannot explain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ColumnKind {
-    /// Always one. A gauge that stands still says nothing beside it.
+    /// The constant column. A gauge that never changes adds nothing to it.
     Offset,
     /// A present gauge.
     Gauge,
-    /// What a block brought; the only kind that a ridge shrinks.
+    /// A column of a block. Ridge shrinks only this kind.
     Appended,
 }
 
 impl ColumnKind {
-    /// All kinds, the first to explain first.
+    /// All kinds, in the order in which they explain the load.
     pub const IN_ORDER: [Self; 3] = [Self::Offset, Self::Gauge, Self::Appended];
 }
 
 impl Column {
-    /// What it does in a fit.
+    /// Returns the role of the column in a fit.
     pub fn kind(self) -> ColumnKind {
         match self {
             Self::Offset => ColumnKind::Offset,
@@ -84,9 +84,9 @@ impl Column {
         }
     }
 
-    /// What it is called where the gauges have these names: `<gauge>`, `<gauge>_past` (further look-backs
-    /// `<gauge>_past2` …), `<gauge>_<history>` as its block says, `<gauge>*<gauge>`, `aux<channel>`, `aux<channel>_<τ>s` and
-    /// `aux<channel>*<gauge>` with channels counted from 1, `offset`.
+    /// Returns the name of the column for these gauge names. Examples: `<gauge>`, `<gauge>_past` (further look-backs
+    /// `<gauge>_past2` …), `<gauge>_<history>`, `<gauge>*<gauge>`, `aux<channel>`, `aux<channel>_<τ>s`,
+    /// `aux<channel>*<gauge>`, `offset`. Channels are counted from 1.
     ///
     /// # Panics
     /// If a gauge has no name.
@@ -106,7 +106,7 @@ impl Column {
         }
     }
 
-    /// The names of columns, in their order.
+    /// Returns the names of columns in order.
     pub fn names(columns: &[Self], gauges: &[String]) -> Vec<String> {
         columns.iter().map(|column| column.name(gauges)).collect()
     }

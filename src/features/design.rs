@@ -1,7 +1,7 @@
-//! The row that describes a sample: gauges, what each block appends, offset; and how it is made, sample by sample.
+//! Design row of a sample: gauges, columns of each block, offset.
 //!
-//! Guarantees: a whole recording and a live estimator make their rows by the same code; every block is causal and
-//! starts anew with each [`FeatureStream`].
+//! Guarantees: whole recordings and live estimators compute rows with the same code. Every block is causal and starts
+//! anew with each [`FeatureStream`].
 
 use std::ops::Range;
 
@@ -12,39 +12,39 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::look_back::Thresholds;
 use crate::features::settings::{Blocks, FeatureSettings};
 
-/// What the columns of a row are.
+/// Columns of a design row.
 ///
-/// In order: gauges; for each look-back one set of past gauges; what each block of the list appends, histories before
-/// monomials, auxiliary channels last; offset.
+/// Order: gauges; one set of past gauges for each look-back; the columns of each block, histories before monomials and
+/// auxiliary channels last; offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// The blocks.
+    /// Settings of the features.
     pub features: FeatureSettings,
-    /// How gauges are standardised.
+    /// Shift and scale of each gauge.
     pub scale: GaugeScale,
-    /// Whether there is an offset column.
+    /// True if there is an offset column.
     pub offset: bool,
-    /// How far apart kept samples are at least (s); see [`HISTORY_RATE`](crate::features::HISTORY_RATE).
+    /// Minimum time between kept samples (s); see [`HISTORY_RATE`](crate::features::HISTORY_RATE).
     pub history_step_secs: f64,
 }
 
 impl Design {
-    /// The number of gauges.
+    /// Returns the number of gauges.
     pub fn n_gauges(&self) -> usize {
         self.scale.shift.len()
     }
 
-    /// The number of columns.
+    /// Returns the number of columns.
     pub fn n_columns(&self) -> usize {
         self.features.n_columns(self.n_gauges()) + usize::from(self.offset)
     }
 
-    /// Where the last history ends.
+    /// Returns the index after the last history column.
     fn n_histories_end(&self) -> usize {
         self.n_gauges() * (1 + self.features.n_histories())
     }
 
-    /// A row's present gauges, those of its look-backs, and the rest.
+    /// Splits a row into present gauges, look-backs, and the rest.
     #[inline]
     fn split<'r>(&self, row: &'r mut [f64]) -> (&'r mut [f64], &'r mut [f64], &'r mut [f64]) {
         let (present, rest) = row.split_at_mut(self.n_gauges());
@@ -53,24 +53,24 @@ impl Design {
         (present, look_backs, rest)
     }
 
-    /// What each column is.
+    /// Returns all columns in order.
     pub fn columns(&self) -> Vec<Column> {
         self.features.columns(self.n_gauges(), self.offset)
     }
 
-    /// The columns of the conventional calibration: gauges and offset.
+    /// Returns the columns of the conventional calibration: gauges and offset.
     pub fn present(&self) -> Vec<usize> {
         self.where_column(|column| matches!(column, Column::Gauge(_) | Column::Offset))
     }
 
-    /// The positions of the columns that are of some kind.
-    pub fn where_column(&self, is_meant: impl Fn(Column) -> bool) -> Vec<usize> {
+    /// Returns the indices of the columns that satisfy a condition.
+    pub fn where_column(&self, condition: impl Fn(Column) -> bool) -> Vec<usize> {
         let columns = self.columns().into_iter().enumerate();
-        let meant = columns.filter(|(_, column)| is_meant(*column));
+        let meant = columns.filter(|(_, column)| condition(*column));
         meant.map(|(position, _)| position).collect()
     }
 
-    /// For each value of a block the positions of its set of past gauges.
+    /// Returns the column indices of each history of a block, one list per value.
     pub fn sets_of(&self, block: &'static dyn Block) -> Vec<Vec<usize>> {
         let values = self.features.blocks.of(block).iter();
         let sets = values.map(|value| {
@@ -82,7 +82,7 @@ impl Design {
         sets.collect()
     }
 
-    /// What the settings append, each in words with the positions of its columns; all look-backs are one.
+    /// Returns a description and the column indices of each block in the settings. All look-backs count as one block.
     pub fn blocks(&self) -> Vec<(String, Vec<usize>)> {
         let only = |features: FeatureSettings| features.describe();
         let look_backs = FeatureSettings { blocks: Blocks::default(), ..self.features.clone() };
@@ -112,7 +112,8 @@ impl Design {
         blocks
     }
 
-    /// The columns that one automatic ridge is chosen for: everything that is appended but auxiliary channels, and these.
+    /// Returns the groups of columns that share one automatic ridge: auxiliary channels, and all other appended
+    /// columns.
     pub fn ridge_groups(&self) -> Vec<Vec<usize>> {
         let is_auxiliary = |column: Column| matches!(column, Column::Auxiliary { .. });
         let is_other =
@@ -122,33 +123,33 @@ impl Design {
         groups
     }
 
-    /// The columns of all look-backs.
+    /// Returns the columns of all look-backs.
     pub fn look_backs(&self) -> Range<usize> {
         let g = self.n_gauges();
         g..g * (1 + self.features.look_backs.len())
     }
 
-    /// The same with other thresholds: what it has in common with designs that differ in nothing else.
+    /// Returns the design with default thresholds, to compare designs that differ only in thresholds.
     pub fn with_any_thresholds(&self) -> Self {
         let mut own = self.clone();
         own.features.look_backs.fill(Thresholds::default());
         own
     }
 
-    /// Every column.
+    /// Returns all column indices.
     pub fn all(&self) -> Vec<usize> {
         (0..self.n_columns()).collect()
     }
 
-    /// What each column is.
+    /// Returns the role of each column in a fit.
     pub fn kinds(&self) -> Vec<ColumnKind> {
         let columns = self.columns().into_iter();
         columns.map(Column::kind).collect()
     }
 
-    /// Turns a raw row into the one that is fitted: every history relative to the present, everything standardised.
+    /// Standardises a raw row for the fit: histories relative to the present, every column scaled.
     ///
-    /// Where the past never differs its columns are zero, and the answer is the conventional one.
+    /// Columns of a past that equals the present become zero. The result is then the conventional calibration.
     #[inline]
     pub fn standardise(&self, row: &mut [f64]) {
         let g = self.n_gauges();
@@ -159,8 +160,8 @@ impl Design {
         self.scale.make_relative(gauges, &self.scale.shift);
     }
 
-    /// The coefficients on standardised columns that stand for those of the conventional calibration on raw gauges, and on
-    /// the offset where there is one: the inverse of [`Self::raw_coefficients`]. What the blocks brought has none.
+    /// Converts coefficients of the conventional calibration from raw to standardised columns. This is the inverse of
+    /// [`Self::raw_coefficients`]; columns of blocks get zero.
     pub fn standardised_coefficients(&self, raw: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.n_columns()];
         let scale = &self.scale;
@@ -177,9 +178,9 @@ impl Design {
         coefficients
     }
 
-    /// The row of coefficients on raw columns that stands for `coefficients` on standardised ones.
+    /// Converts one row of coefficients from standardised to raw columns.
     ///
-    /// Monomials keep theirs: they are made of standardised gauges either way.
+    /// Coefficients of monomials do not change, because monomials are always products of standardised gauges.
     pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
         let g = self.n_gauges();
         let mut raw = coefficients.to_vec();
@@ -203,21 +204,21 @@ impl Design {
     }
 }
 
-/// What these coefficients, of the gauges first, make of gauges that stand at their shift.
+/// Returns the contribution of these gauge coefficients at the shift of the gauges.
 fn at_shift(coefficients: &[f64], scale: &GaugeScale) -> f64 {
     dot(coefficients, &scale.shift)
 }
 
-/// The blocks' memory of one recording.
+/// State of all blocks in one recording.
 #[derive(Debug)]
 pub struct FeatureStream<'a> {
     design: &'a Design,
-    /// The memory of each block in use, with the number of its columns.
+    /// State of each block in use, with its number of columns.
     blocks: Vec<(usize, Box<dyn Stream>)>,
 }
 
 impl<'a> FeatureStream<'a> {
-    /// Before the first sample of a recording.
+    /// Creates the state before the first sample of a recording.
     pub fn new(design: &'a Design) -> Self {
         let (features, scale) = (&design.features, &design.scale);
         let blocks = features.blocks.used().filter_map(|(block, values)| {
@@ -233,7 +234,7 @@ impl<'a> FeatureStream<'a> {
         self.design
     }
 
-    /// Whether the samples so far determine what every block remembers.
+    /// Returns true if the samples so far determine the state of every block.
     pub fn is_determined(&self) -> bool {
         self.blocks.iter().all(|(_, stream)| stream.is_determined())
     }
@@ -246,10 +247,10 @@ impl<'a> FeatureStream<'a> {
         }
     }
 
-    /// Takes the next sample and writes its raw row.
+    /// Processes the next sample and writes its raw row.
     ///
-    /// **Shapes** `auxiliary` has the channels of the settings; `past(i)` gives the past gauges of look-back i; `row` has one entry per
-    /// column.
+    /// **Shapes** `auxiliary` has the channels of the settings. `past(i)` returns the past gauges of look-back i. `row`
+    /// has one entry per column.
     #[inline]
     pub fn raw_row<'g>(
         &mut self,
@@ -267,10 +268,10 @@ impl<'a> FeatureStream<'a> {
         self.rest_of_row(time, gauges, auxiliary, rest);
     }
 
-    /// Takes the next samples and writes their [standardised](Design::standardise) rows.
+    /// Processes the next samples and writes their [standardised](Design::standardise) rows.
     ///
-    /// **Shapes** sample k has time `times[k]`, gauges `gauges(k)`, the auxiliary channels of the settings `auxiliary(k)`, and the past
-    /// gauges `past(i, k)` of look-back i; `rows` has `stride` numbers for each, of which the first are the columns.
+    /// **Shapes** sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and
+    /// the past gauges `past(i, k)` of look-back i. `rows` has `stride` numbers per sample; the first are the columns.
     #[inline(always)]
     pub fn standardised_rows<'g>(
         &mut self,
@@ -308,7 +309,7 @@ impl<'a> FeatureStream<'a> {
         }
     }
 
-    /// What follows the look-backs.
+    /// Writes the columns after the look-backs.
     #[inline]
     fn rest_of_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], rest: &mut [f64]) {
         self.blocks_row(time, gauges, auxiliary, rest);
@@ -318,7 +319,7 @@ impl<'a> FeatureStream<'a> {
     }
 }
 
-/// Takes the next `n` numbers off `row`; chunks would divide by n for every sample.
+/// Returns the next `n` numbers of `row`. Iterating over chunks would need a division per sample.
 #[inline]
 fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
     let (next, rest) = std::mem::take(row).split_at_mut(n);
@@ -382,7 +383,7 @@ mod tests {
         assert_eq!(design.sets_of(&Creep), [[8, 9], [10, 11]]);
     }
 
-    /// Relaxed, nothing has happened before: every history is zero.
+    /// Before the first sample the sensor counts as relaxed, so every history is zero.
     #[test]
     fn the_first_sample_has_no_history() {
         let design = every_block();
@@ -394,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn raw_coefficients_give_what_the_standardised_ones_give() {
+    fn raw_and_standardised_coefficients_give_the_same_load() {
         let design = every_block();
         let raw = row(&design, &[(0.0, [9.0, 1.0]), (0.4, [12.0, 0.0]), (0.8, [11.0, -2.0])]);
         let mut standardised = raw.clone();

@@ -1,32 +1,32 @@
-//! Shift, scale and deviation of each gauge over the training recordings.
+//! Shift, scale and standard deviation of each gauge over the training recordings.
 //!
-//! Guarantees: a gauge that never changes gets inverse scale zero when it is shifted, so its column vanishes instead
-//! of blowing up rounding errors.
+//! Guarantees: with a shift, a gauge that never changes gets the inverse scale zero. Its column then vanishes instead
+//! of amplifying rounding errors.
 
 use serde::{Deserialize, Serialize};
 
 use crate::lanes;
 use crate::recording::Recording;
 
-/// A spread below this share of the largest value is rounding, not signal.
+/// Minimum standard deviation of a gauge, as a share of its largest value. A smaller one is rounding noise.
 const CONSTANT_BELOW: f64 = 1e-13;
 
-/// How gauges are standardised: `z = (s − shift) · inverse_scale`.
+/// Standardisation of gauges: `z = (s − shift) · inverse_scale`.
 ///
 /// **Shapes** `n_gauges` each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GaugeScale {
-    /// Mean of each gauge, or zero where the model has no offset to take the mean up.
+    /// Mean of each gauge, or zero if the model has no offset.
     pub shift: Vec<f64>,
-    /// One over the standard deviation (without offset: over the root mean square); zero for a constant gauge.
+    /// Inverse of the standard deviation (of the root mean square without offset); zero for a constant gauge.
     pub inverse_scale: Vec<f64>,
-    /// Standard deviation of each gauge, whatever the shift; the unit of the play operators' radii.
+    /// Standard deviation of each gauge, independent of the shift. Play radii are multiples of it.
     pub deviation: Vec<f64>,
 }
 
 impl GaugeScale {
-    /// Writes each of these values, standardised, with `zero` for its zero: the [shift](Self::shift), or the present gauges for past
-    /// ones.
+    /// Writes the standardised values relative to `zero`: the [shift](Self::shift), or the present gauges for past
+    /// gauges.
     #[inline(always)]
     pub(super) fn relative(&self, values: &[f64], zero: &[f64], out: &mut [f64]) {
         lanes::write(out, [values, zero, &self.inverse_scale], |[value, zero, factor]| {
@@ -34,7 +34,7 @@ impl GaugeScale {
         });
     }
 
-    /// [`Self::relative`] of the values that stand there.
+    /// Replaces the values by [`Self::relative`] values.
     #[inline(always)]
     pub(super) fn make_relative(&self, values: &mut [f64], zero: &[f64]) {
         for ((value, zero), factor) in values.iter_mut().zip(zero).zip(&self.inverse_scale) {
@@ -42,7 +42,7 @@ impl GaugeScale {
         }
     }
 
-    /// Measures the gauges of `recordings`; with `centred` false the shift stays zero.
+    /// Determines the scale from `recordings`. If `centred` is false, the shift is zero.
     pub fn measure<'a>(
         recordings: impl Iterator<Item = &'a Recording> + Clone,
         n_gauges: usize,
@@ -88,7 +88,7 @@ impl GaugeScale {
         Self { shift, inverse_scale, deviation }
     }
 
-    /// Leaves gauges as they are.
+    /// Returns the scale that leaves gauges unchanged.
     pub fn identity(n_gauges: usize) -> Self {
         Self {
             shift: vec![0.0; n_gauges],
@@ -97,7 +97,6 @@ impl GaugeScale {
         }
     }
 
-    /// Writes the standardised gauges of one sample.
     #[inline(always)]
     pub fn apply(&self, gauges: &[f64], out: &mut [f64]) {
         self.relative(gauges, &self.shift, out);

@@ -1,21 +1,20 @@
-//! Which samples of a history are kept.
+//! Selection of the samples that a history keeps.
 
-/// The rule, sample by sample: the first is kept, and each that comes at least a step after the last kept one.
+/// Keeps the first sample, and each sample at least one step after the last kept one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
     step_secs: f64,
     last_secs: f64,
-    /// Whether the newest is.
+    /// True if the newest sample is kept.
     pub newest: bool,
 }
 
 impl Kept {
-    /// Before the first sample.
     pub fn new(step_secs: f64) -> Self {
         Self { step_secs, last_secs: f64::NEG_INFINITY, newest: true }
     }
 
-    /// Takes the next sample, and says whether it is kept.
+    /// Processes the time of the next sample and returns true if the sample is kept.
     pub fn take(&mut self, time: f64) -> bool {
         self.newest = time - self.last_secs >= self.step_secs;
         if self.newest {

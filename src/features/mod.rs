@@ -1,12 +1,12 @@
-//! What a sample is described by: its gauges, and what each chosen block appends.
+//! Features of a sample: its gauges, and the columns of each chosen block.
 //!
-//! The look-back (Eq. 9-12, [`look_back`]) stands first: it finds its past by the load. The other blocks are those of the list
-//! [`BLOCKS`]; each is one file that implements [`Block`] and says there all that window, command line, exports and guide
-//! know of it.
+//! The look-back (Eq. 9-12, [`look_back`]) comes first; it selects the past sample by the load. The other blocks are
+//! listed in [`BLOCKS`]. Each is one file that implements [`Block`]; window, command line, exports and guide need
+//! nothing else.
 //!
-//! Each is causal, runs in bounded memory and starts anew in each recording. Columns enter the fit *standardised*
-//! ([`GaugeScale`]), those that are gauges of the past relative to the present one (`(s_past − s) / scale`): where the
-//! past never differs they are zero, and the answer is the conventional one. [`Design::columns`] says which column is which.
+//! Blocks are causal, run in bounded memory and start anew in each recording. Columns enter the fit *standardised*
+//! ([`GaugeScale`]). Past gauges are fitted relative to the present (`(s_past − s) / scale`): a past that equals the
+//! present gives zero, and the result is the conventional calibration. [`Design::columns`] lists the columns.
 
 mod block;
 mod blocks;

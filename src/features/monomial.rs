@@ -1,16 +1,16 @@
 //! Products of present gauges.
 
-/// The product of two or three standardised gauges, by their positions.
+/// Product of two or three standardised gauges, given by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Monomial {
-    /// The product of two, or the square of one.
+    /// Product of two gauges, or the square of one.
     Product(usize, usize),
-    /// The cube of one.
+    /// Cube of one gauge.
     Cube(usize),
 }
 
 impl Monomial {
-    /// What it is called where the gauges have these names: `<gauge>^2`, `<gauge>*<gauge>`, `<gauge>^3`.
+    /// Returns the name for these gauge names: `<gauge>^2`, `<gauge>*<gauge>`, `<gauge>^3`.
     ///
     /// # Panics
     /// If a gauge has no name.

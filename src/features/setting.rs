@@ -1,26 +1,26 @@
-//! A number that a person chooses, described once.
+//! Numeric settings, each described once.
 //!
-//! Guarantees: the window's fields and hover texts, `--help`, the messages of what is out of range, the names in exports and
-//! the tables of the guide are printed from a [`Setting`]; none of them says a default, a unit or a range of its own.
+//! Guarantees: fields and hover texts of the window, `--help`, error messages, names in exports and tables of the guide
+//! are generated from a [`Setting`]. Defaults, units and ranges are defined nowhere else.
 
 use std::fmt;
 
-/// More values than this are shown as the first and the last.
+/// Maximum number of values shown in full. Of longer lists only the first and the last value are shown.
 const MOST_NAMED: usize = 12;
 
-/// What a number is counted in.
+/// Unit of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// As it stands behind a number; empty for a mere number.
+    /// Symbol after a number; empty if the number has no unit.
     pub symbol: &'static str,
-    /// In words.
+    /// Name in words.
     pub words: &'static str,
-    /// What stands for a number in `--help`, and for a list of them.
+    /// Placeholders in `--help` for a number and for a list.
     pub placeholders: [&'static str; 2],
 }
 
 impl Unit {
-    /// A mere number.
+    /// No unit.
     pub const NONE: Self = Self::new("", "", ["N", "N,…"]);
     /// Seconds.
     pub const SECONDS: Self = Self::new("s", "seconds", ["SECONDS", "SECONDS,…"]);
@@ -30,7 +30,7 @@ impl Unit {
     pub const SIGMA: Self =
         Self::new("σ", "standard deviations of the gauge", ["SIGMA", "SIGMA,…"]);
 
-    /// A unit.
+    /// Creates a unit.
     pub const fn new(
         symbol: &'static str,
         words: &'static str,
@@ -40,33 +40,31 @@ impl Unit {
     }
 }
 
-/// One of a few values.
+/// One of a few named values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// As files have it.
+    /// Value in files.
     pub value: u8,
-    /// What people call it.
     pub label: &'static str,
-    /// What it does.
     pub explanation: &'static str,
 }
 
-/// Which values are allowed.
+/// Allowed values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
-    /// Above zero.
+    /// Greater than zero.
     Positive,
-    /// From zero up.
+    /// Zero or greater.
     NotNegative,
-    /// From zero up, or found by cross-validation.
+    /// Zero or greater, or determined by cross-validation.
     NotNegativeOrAuto,
-    /// Above zero, being a time ago.
+    /// A time before the present (s), greater than zero.
     Past,
-    /// Above zero, and at most this.
+    /// Greater than zero, and at most this value.
     UpTo(f64),
-    /// Whole numbers between two, both included.
+    /// Whole numbers from the first to the second value, both included.
     Whole(u64, u64),
-    /// A few whole numbers; the first stands for none.
+    /// One of a few whole numbers. The first means that the block is not used.
     OneOf(&'static [Choice]),
     /// On (1) or off (0).
     Switch,
@@ -87,7 +85,7 @@ impl Range {
 }
 
 impl Range {
-    /// The ends of a field in which a value is typed; it may still refuse what lies on one of them.
+    /// Returns the limits of an input field. A value at a limit may still be refused.
     pub fn ends(self) -> (f64, f64) {
         match self {
             Self::Positive | Self::Past | Self::NotNegative | Self::NotNegativeOrAuto => {
@@ -109,11 +107,11 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Positive => write!(f, "a number above zero"),
-            Self::Past => write!(f, "a number above zero, as no robot can see ahead"),
-            Self::NotNegative => write!(f, "a number from zero up"),
-            Self::NotNegativeOrAuto => write!(f, "a number from zero up, auto, or by-block"),
+            Self::Past => write!(f, "a number above zero, because future samples are unknown"),
+            Self::NotNegative => write!(f, "zero or a number above zero"),
+            Self::NotNegativeOrAuto => write!(f, "zero, a number above zero, auto, or by-block"),
             Self::UpTo(max) => write!(f, "a number above zero and at most {max}"),
-            Self::Whole(0, u64::MAX) => write!(f, "a whole number from zero up"),
+            Self::Whole(0, u64::MAX) => write!(f, "zero or a positive whole number"),
             Self::Whole(min, max) => write!(f, "a whole number from {min} to {max}"),
             Self::OneOf(choices) => {
                 for (at, Choice { value, label, .. }) in choices.iter().enumerate() {
@@ -130,45 +128,41 @@ impl fmt::Display for Range {
     }
 }
 
-/// A value that is not allowed.
+/// A value outside the allowed range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{what} is {value}; it must be {allowed}")]
 pub struct OutOfRange {
-    /// What the value is of.
+    /// Name of the setting, as in "F_th".
     pub what: &'static str,
-    /// The value.
     pub value: f64,
-    /// What it may be.
     pub allowed: Range,
 }
 
-/// What there is to say of a number, or of a list of such numbers.
+/// Description of a numeric setting: one number or a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
-    /// Its key in the files of calibrations and sessions, and in exports.
+    /// Key in calibration files, session files and exports.
     pub key: &'static str,
-    /// Its option on the command line, without the dashes; empty where it has none.
+    /// Option on the command line without the dashes; empty if there is none.
     pub option: &'static str,
-    /// Its title.
+    /// Label in the window.
     pub label: &'static str,
-    /// What messages call a value of it.
+    /// Name in messages.
     pub what: &'static str,
-    /// What it is counted in.
     pub unit: Unit,
-    /// What it begins with; several numbers for a list.
+    /// Default value; several values for a list.
     pub default: &'static [f64],
-    /// Which values are allowed.
     pub range: Range,
-    /// How much it changes when its field in the window is dragged by a point.
+    /// Change per point when the field in the window is dragged.
     pub step: f64,
-    /// What it does.
+    /// Explanation in hover texts and help.
     pub explanation: &'static str,
-    /// Where it comes from: the paper's equation, section or reference; empty where it is the program's own.
+    /// Source: equation, section or reference of the paper; empty if the setting is not from the paper.
     pub source: &'static str,
 }
 
 impl Setting {
-    /// What it does, and where it comes from.
+    /// Returns the explanation with its source.
     pub fn help(&self) -> String {
         match self.source {
             "" => self.explanation.to_owned(),
@@ -176,12 +170,11 @@ impl Setting {
         }
     }
 
-    /// The default of one number.
+    /// Returns the default of a single number.
     pub const fn number(&self) -> f64 {
         self.default[0]
     }
 
-    /// Checks a value.
     ///
     /// # Errors
     /// [`OutOfRange`] if it is not allowed.
@@ -193,7 +186,7 @@ impl Setting {
         }
     }
 
-    /// The allowed values where there are only a few.
+    /// Returns the allowed values if they are a few named values.
     pub fn choices(&self) -> Option<&'static [Choice]> {
         match self.range {
             Range::OneOf(choices) => Some(choices),
@@ -201,7 +194,7 @@ impl Setting {
         }
     }
 
-    /// Values with their unit, in words; "none" without any.
+    /// Returns values with their unit, or "none" for an empty list.
     pub fn in_words(&self, values: &[f64]) -> String {
         if let Some(choices) = self.choices() {
             let of = |choice: &&Choice| values.first() == Some(&f64::from(choice.value));
@@ -224,7 +217,7 @@ impl Setting {
     }
 }
 
-/// Numbers in a row.
+/// Returns numbers as text, joined by `between`.
 pub fn listed(values: &[f64], between: &str) -> String {
     let texts: Vec<String> = values.iter().map(f64::to_string).collect();
     texts.join(between)
@@ -235,15 +228,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_hold_what_they_say() {
+    fn ranges_contain_the_values_of_their_description() {
         const FEW: &[Choice] = &[
             Choice { value: 1, label: "none", explanation: "" },
             Choice { value: 2, label: "two", explanation: "" },
         ];
         for (range, inside, outside, said) in [
             (Range::Positive, 1e-9, 0.0, "a number above zero"),
-            (Range::Past, 0.004, -0.004, "a number above zero, as no robot can see ahead"),
-            (Range::NotNegative, 0.0, -1e-9, "a number from zero up"),
+            (Range::Past, 0.004, -0.004, "a number above zero, because future samples are unknown"),
+            (Range::NotNegative, 0.0, -1e-9, "zero or a number above zero"),
             (Range::UpTo(1.0), 1.0, 1.1, "a number above zero and at most 1"),
             (Range::Whole(1, 9), 9.0, 0.0, "a whole number from 1 to 9"),
             (Range::OneOf(FEW), 2.0, 3.0, "1 (none) or 2"),

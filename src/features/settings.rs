@@ -1,4 +1,4 @@
-//! Which blocks describe a sample, and with which values.
+//! Feature settings: the blocks in use and their values.
 
 use std::fmt;
 
@@ -14,34 +14,35 @@ use crate::features::column::{Column, History};
 use crate::features::look_back::{Distance, F_TH, T_TH, Thresholds};
 use crate::features::setting::OutOfRange;
 
-/// A design with more columns than this is refused: its sums alone would fill the memory.
+/// Maximum number of columns. The sums of a larger design would not fit into memory.
 pub const MAX_COLUMNS: usize = 640;
 
-/// The key of the auxiliary channels in files.
+/// Key of the auxiliary channels in files.
 const CHANNELS: &str = "auxiliary_channels";
 
-/// The values of every block of the list; a block without any is not used.
+/// Values of all blocks. A block without values is not used.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     values: [Vec<f64>; BLOCKS.len()],
-    /// How many sets of past gauges they make; every sample asks for it.
+    /// Number of sets of past gauges, stored because every sample needs it.
     n_histories: usize,
 }
 
 impl Blocks {
-    /// The values of a block.
+    /// Returns the values of a block.
     pub fn of(&self, block: &dyn Block) -> &[f64] {
         &self.values[position(block)]
     }
 
-    /// Every block of the gauges with what it begins with; auxiliary channels are not of every sensor.
+    /// Returns all blocks of gauges with their defaults. Auxiliary channels are not included, because not every sensor
+    /// has them.
     pub fn every() -> Self {
         let blocks = BLOCKS.iter().copied();
         let blocks = blocks.filter(|block| !matches!(block.appends(), Appends::Auxiliary));
         blocks.fold(Self::default(), |all, block| all.with(block, block.setting().default))
     }
 
-    /// Gives a block other values; the first of a few choices stands for none.
+    /// Sets the values of a block. The first of a few named values turns the block off.
     pub fn set(&mut self, block: &dyn Block, values: Vec<f64>) {
         let none = block.setting().choices().map(|choices| choices[0].value);
         let is_none = none.is_some_and(|none| values == [f64::from(none)]);
@@ -50,19 +51,19 @@ impl Blocks {
         self.n_histories = histories.map(|(_, values)| values.len()).sum();
     }
 
-    /// These with other values of a block.
+    /// Returns the settings with other values for one block.
     pub fn with(mut self, block: &dyn Block, values: &[f64]) -> Self {
         self.set(block, values.to_vec());
         self
     }
 
-    /// The blocks in use with their values, in the order of their columns.
+    /// Returns the blocks in use with their values, in the order of their columns.
     pub fn used(&self) -> impl Iterator<Item = (&'static dyn Block, &[f64])> {
         let all = BLOCKS.iter().copied().zip(&self.values);
         all.filter_map(|(block, values)| (!values.is_empty()).then_some((block, &values[..])))
     }
 
-    /// Every block with its values as a file has them: the one number of a choice, the list of the others.
+    /// Returns every block with its values in file form: a number for named values, otherwise a list.
     pub fn stored(&self) -> impl Iterator<Item = (&'static dyn Block, Stored<'_>)> {
         BLOCKS.iter().copied().zip(&self.values).map(|(block, values)| {
             let stored = match block.setting().choices() {
@@ -76,13 +77,13 @@ impl Blocks {
     }
 }
 
-/// The values of a block as a file has them.
+/// Values of a block in file form.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Stored<'a> {
-    /// Of a choice.
+    /// One of a few named values.
     Number(u8),
-    /// Of any other block.
+    /// All other values.
     List(&'a [f64]),
 }
 
@@ -91,18 +92,18 @@ fn position(block: &dyn Block) -> usize {
     own.expect("a block that is used stands in the list of blocks")
 }
 
-/// What is appended to the present gauges: look-backs, and the blocks of the list.
+/// Features that are appended to the present gauges: look-backs and other blocks.
 ///
-/// In files each block's values stand under the key of its [`Setting`](crate::features::Setting).
+/// In files, the values of each block are stored under the key of its [`Setting`](crate::features::Setting).
 #[derive(Clone, Debug, PartialEq)]
 pub struct FeatureSettings {
-    /// Thresholds of each look-back; one set of past gauges per entry.
+    /// Thresholds of each look-back. Each look-back appends one set of past gauges.
     pub look_backs: Vec<Thresholds>,
-    /// What F_th is measured in, for all look-backs.
+    /// Norm of the load difference for F_th, for all look-backs.
     pub distance: Distance,
-    /// The values of the other blocks.
+    /// Values of the other blocks.
     pub blocks: Blocks,
-    /// The channels of the block for auxiliary ones: those of the recordings, once a calibration is made of these settings.
+    /// Auxiliary channels, determined from the recordings when a calibration is fitted.
     pub auxiliary: Vec<AuxiliaryChannel>,
 }
 
@@ -128,13 +129,13 @@ impl Serialize for FeatureSettings {
 }
 
 impl<'de> Deserialize<'de> for FeatureSettings {
-    /// What is missing is as by default, what is not known is passed over.
+    /// Missing keys get their defaults, and unknown keys are ignored.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(ByKey)
     }
 }
 
-/// Reads settings key by key, so that an error says where it stands.
+/// Reads settings key by key, so that an error message contains the position.
 struct ByKey;
 
 impl<'de> Visitor<'de> for ByKey {
@@ -153,22 +154,22 @@ impl<'de> Visitor<'de> for ByKey {
     }
 }
 
-/// A choice of blocks that makes no sense.
+/// Invalid feature settings.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FeatureError {
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
     #[error(
-        "these blocks make {columns} columns of {gauges} gauges, which is more than {MAX_COLUMNS}; take fewer blocks, \
+        "the features of {gauges} gauges have {columns} columns, but at most {MAX_COLUMNS} are possible; use fewer features, \
          thresholds or radii"
     )]
     Columns { columns: usize, gauges: usize },
-    #[error("auxiliary channel {name}: {what} is {value}, which makes no sense")]
+    #[error("auxiliary channel {name}: {what} is {value}, which is not valid")]
     Channel { name: String, what: &'static str, value: f64 },
 }
 
 impl FeatureSettings {
-    /// Takes what a file has under this key.
+    /// Sets the values from the entry of a file.
     fn take(&mut self, key: &str, value: Value) -> Result<(), serde_json::Error> {
         let block = BLOCKS.iter().copied().find(|block| block.setting().key == key);
         match (key, block) {
@@ -184,7 +185,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// No block: the present gauges alone.
+    /// Returns settings without any block: the present gauges alone.
     pub fn present() -> Self {
         Self {
             look_backs: Vec::new(),
@@ -194,7 +195,7 @@ impl FeatureSettings {
         }
     }
 
-    /// These settings without what needs the past.
+    /// Returns the settings without history blocks.
     pub fn without_history(&self) -> Self {
         let mut blocks = self.blocks.clone();
         for (block, _) in self.blocks.used().filter(|(block, _)| is_history(*block)) {
@@ -206,34 +207,34 @@ impl FeatureSettings {
         Self { look_backs: Vec::new(), blocks, ..self.clone() }
     }
 
-    /// Whether any block needs the past.
+    /// Returns true if any block depends on the past.
     pub fn has_history(&self) -> bool {
         self.n_histories() > 0
     }
 
-    /// Whether blocks remember samples before the present one, beside the look-backs.
+    /// Returns true if a block other than the look-backs keeps a state between samples.
     pub fn has_memory(&self) -> bool {
         let is_low_passed = |tau_secs: &f64| *tau_secs > 0.0 && !self.auxiliary.is_empty();
         self.blocks.n_histories > 0 || self.blocks.of(&Auxiliary).iter().any(is_low_passed)
     }
 
-    /// Whether auxiliary channels take part.
+    /// Returns true if auxiliary channels are used.
     pub fn uses_auxiliary(&self) -> bool {
         !self.auxiliary.is_empty() && !self.blocks.of(&Auxiliary).is_empty()
     }
 
-    /// The names of the channels that recordings must have.
+    /// Returns the names of the auxiliary channels that recordings must have.
     pub fn auxiliary_names(&self) -> Vec<String> {
         let names = self.auxiliary.iter().map(|channel| channel.name.clone());
         names.collect()
     }
 
-    /// How many sets of gauges the history blocks append.
+    /// Returns the number of sets of past gauges.
     pub fn n_histories(&self) -> usize {
         self.look_backs.len() + self.blocks.n_histories
     }
 
-    /// The columns of `n_gauges` gauges with these blocks: gauges, one set of them for each history, monomials, auxiliary channels,
+    /// Returns the columns for `n_gauges` gauges: gauges, one set for each history, monomials, auxiliary channels,
     /// offset.
     pub fn columns(&self, n_gauges: usize, offset: bool) -> Vec<Column> {
         let mut columns: Vec<Column> = (0..n_gauges).map(Column::Gauge).collect();
@@ -263,14 +264,14 @@ impl FeatureSettings {
         columns
     }
 
-    /// Returns the number of columns of `n_gauges` gauges with these blocks, without the offset.
+    /// Returns the number of columns for `n_gauges` gauges, without the offset.
     pub(super) fn n_columns(&self, n_gauges: usize) -> usize {
         let blocks = self.blocks.used();
         let appended = blocks.map(|(block, values)| self.n_columns_of(block, values, n_gauges));
         n_gauges * (1 + self.look_backs.len()) + appended.sum::<usize>()
     }
 
-    /// How many columns a block appends.
+    /// Returns the number of columns of one block.
     pub(super) fn n_columns_of(&self, block: &dyn Block, values: &[f64], n_gauges: usize) -> usize {
         match block.appends() {
             Appends::Auxiliary => values.len() * self.auxiliary.len() * (1 + n_gauges),
@@ -278,12 +279,12 @@ impl FeatureSettings {
         }
     }
 
-    /// How long a sample may be looked back at (s); zero where no block keeps samples.
+    /// Returns the longest time for which samples are kept (s); zero if no block keeps samples.
     pub fn window_secs(&self) -> f64 {
         self.longest(|block, values| block.window_secs(values))
     }
 
-    /// How long after a cold start it is before all of the past is known, where that is a matter of time (s).
+    /// Returns the time from a cold start until all states are determined (s), if that depends on time.
     pub fn settling_secs(&self) -> f64 {
         self.longest(|block, values| block.settling_secs(values))
     }
@@ -294,10 +295,9 @@ impl FeatureSettings {
         t_ths_secs.chain(blocks).fold(0.0, f64::max)
     }
 
-    /// Checks every value.
     ///
     /// # Errors
-    /// [`FeatureError::OutOfRange`] with the first that is not allowed.
+    /// [`FeatureError::OutOfRange`] with the first invalid value.
     pub fn validate(&self) -> Result<(), FeatureError> {
         for Thresholds { f_th, t_th_secs } in &self.look_backs {
             F_TH.check(*f_th)?;
@@ -317,10 +317,10 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// Checks that a sensor with `n_gauges` gauges does not get too many columns.
+    /// Checks that the number of columns for `n_gauges` gauges is at most [`MAX_COLUMNS`].
     ///
     /// # Errors
-    /// [`FeatureError::Columns`] if it does.
+    /// [`FeatureError::Columns`] if there are more.
     pub fn check_columns(&self, n_gauges: usize) -> Result<(), FeatureError> {
         let columns = self.n_columns(n_gauges);
         if columns > MAX_COLUMNS {
@@ -329,7 +329,7 @@ impl FeatureSettings {
         Ok(())
     }
 
-    /// The blocks in words, as tables show them; empty without any.
+    /// Returns a description of the features for tables; empty without any.
     pub fn describe(&self) -> String {
         let mut parts = Vec::new();
         for (at, Thresholds { f_th, t_th_secs }) in self.look_backs.iter().enumerate() {
@@ -397,7 +397,7 @@ mod tests {
         assert_eq!(FeatureSettings::present().describe(), "");
     }
 
-    /// What files of calibrations and sessions have had from the first; blocks that came later stand beside it.
+    /// Keys that have been in calibration and session files from the first version. Newer blocks have additional keys.
     #[test]
     fn every_block_stands_in_files_under_its_own_key() {
         let chosen = FeatureSettings {

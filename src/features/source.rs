@@ -1,28 +1,31 @@
-//! A block in exported code: its numbers, what it remembers, and its update in C, Rust, Python and MATLAB.
+//! Source code of a block for exports: constants, memory, and the update in C, Rust, Python and MATLAB.
 //!
-//! In an update `row` begins with the present gauges less their centre; what a block appends follows from `next` on, histories
-//! less the present gauges (in Python rows are appended; in MATLAB `next` is the column before). Numbers and memory are declared by whoever writes the program; texts,
-//! which are Jinja templates, may name `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the number of the block's values; `auxiliary` holds the sample's auxiliary channels. In C an update stands in braces of its
-//! own, and `g` counts gauges.
+//! In an update, `row` starts with the present gauges minus their centre. The block writes its columns from `next` on;
+//! histories are written minus the present gauges. Python appends to `row`; in MATLAB `next` is the last column
+//! written. The export target declares constants and memory.
+//!
+//! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets
+//! }}`, the number of values of the block. `auxiliary` holds the auxiliary channels of the sample. In C an update has
+//! its own braces, and `g` is the index of a gauge.
 
 use serde::Serialize;
 
 use crate::features::channel::AuxiliaryChannel;
 use crate::features::gauge_scale::GaugeScale;
 
-/// The gauges that a block is run on.
+/// Gauges and channels that a block processes.
 #[derive(Clone, Copy, Debug)]
 pub struct Rows<'a> {
-    /// Over the training recordings.
+    /// Scale of the gauges over the training recordings.
     pub scale: &'a GaugeScale,
-    /// What makes standardised gauges of gauges less centre: factor and constant.
+    /// Factor and constant that standardise each gauge after its centre is subtracted.
     pub standardise: &'a [(f64, f64)],
-    /// What comes beside them.
+    /// Auxiliary channels of the calibration.
     pub channels: &'a [AuxiliaryChannel],
 }
 
 impl Rows<'_> {
-    /// Factors and constants that standardise gauges, under these names.
+    /// Returns the factors and constants that standardise gauges, as constants with these names.
     pub fn standard(&self, [factor, constant]: [&'static str; 2]) -> [Constant; 2] {
         let pairs = self.standardise.iter();
         [
@@ -32,109 +35,107 @@ impl Rows<'_> {
     }
 }
 
-/// What a block contributes to a program.
+/// Source code of a block.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Source {
-    /// Its numbers.
+    /// Constants of the block.
     pub constants: Vec<Constant>,
-    /// What it remembers between samples, zero at first.
+    /// Values kept between samples, initially zero.
     pub memory: Vec<Memory>,
-    /// In C.
+    /// C code.
     pub c: Code,
-    /// In Rust.
+    /// Rust code.
     pub rust: Code,
-    /// In Python, which needs no declared memory.
+    /// Python code; memory needs no declaration there.
     pub python: Code,
-    /// In MATLAB, which declares the memory that is named here.
+    /// MATLAB code; memory is declared there.
     pub matlab: Code,
 }
 
 impl Source {
-    /// A block whose updates in C, Rust, Python and MATLAB need no functions of their own.
+    /// Creates the source of a block whose updates need no extra functions.
     pub fn new(constants: Vec<Constant>, memory: Vec<Memory>, updates: [&str; 4]) -> Self {
         let [c, rust, python, matlab] = updates.map(Code::update);
         Self { constants, memory, c, rust, python, matlab }
     }
 }
 
-/// Texts of one language.
+/// Source code in one language.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Code {
-    /// Functions of its own; in Rust and Python methods of the state.
+    /// Extra functions; in Rust and Python methods of the state.
     pub functions: &'static str,
-    /// Takes a sample and writes its columns.
+    /// Processes a sample and writes its columns.
     pub update: String,
 }
 
 impl Code {
-    /// An update that needs no function of its own.
+    /// Creates an update without extra functions.
     pub fn update(text: impl Into<String>) -> Self {
         Self { functions: "", update: text.into() }
     }
 }
 
-/// How a number is kept.
+/// Number type of a constant or of memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Precision {
-    /// In the program's own type, which may be single precision.
+    /// The program's floating-point type, which may have single precision.
     Real,
-    /// As a time (s), which a C program may count in ticks.
+    /// A time (s), which a C program may count in ticks.
     Clock,
-    /// As a count of samples.
+    /// A number of samples.
     Index,
 }
 
-/// Numbers that never change.
+/// Constant numbers.
 #[derive(Clone, Debug, Serialize)]
 pub struct Constant {
-    /// In small letters.
+    /// Name in lower case.
     pub name: &'static str,
-    /// How they are kept.
+    /// Number type.
     pub precision: Precision,
-    /// The numbers.
     pub numbers: Numbers,
 }
 
 impl Constant {
-    /// A list of numbers of the program's own type.
+    /// Creates a list of floating-point constants.
     pub fn reals(name: &'static str, values: impl Iterator<Item = f64>) -> Self {
         Self { name, precision: Precision::Real, numbers: Numbers::List(values.collect()) }
     }
 }
 
-/// One list, or one for each value.
+/// One list, or one list for each value.
 #[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
 pub enum Numbers {
-    /// A list.
     List(Vec<f64>),
-    /// One row of gauges for each value.
+    /// One row with an entry per gauge for each value.
     Rows(Vec<Vec<f64>>),
 }
 
-/// What is remembered between samples.
+/// Memory between samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct Memory {
-    /// In small letters.
+    /// Name in lower case.
     pub name: &'static str,
-    /// How it is kept.
+    /// Number type.
     pub precision: Precision,
-    /// How many there are: one for each value.
+    /// Number of entries, one for each value.
     pub sets: usize,
-    /// Whether each is a set of gauges, not a number.
+    /// True if each entry is an array with one number per gauge.
     pub of_gauges: bool,
-    /// What is to be said of it.
+    /// Comment in the exported code.
     pub comment: &'static str,
 }
 
 impl Memory {
-    /// A set of gauges for each value.
+    /// Creates memory for one array of gauges per value.
     pub fn of_gauges(name: &'static str, sets: usize) -> Self {
         Self { of_gauges: true, ..Self::single(name, sets) }
     }
 
-    /// A number for each value.
+    /// Creates memory for one number per value.
     pub fn single(name: &'static str, sets: usize) -> Self {
         Self { name, precision: Precision::Real, sets, of_gauges: false, comment: "" }
     }

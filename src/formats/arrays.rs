@@ -1,18 +1,17 @@
-//! Named arrays: what NumPy and MATLAB keep in their files. Read, they become columns with the names that a header of text
-//! would have.
+//! Named arrays of NumPy and MATLAB files. They become columns with the names that a text header would have.
 //!
 //! | array | columns |
 //! |---|---|
-//! | a vector | one, by its name; of gauges `S1` |
+//! | vector | one, with the name of the array; `S1` for gauges |
 //! | `S`, `G`, `gauges`, `ch`, `raw` …, n × k | `S1` to `Sk` |
 //! | `F`, `forces`, n × 3 | `Fx` `Fy` `Fz` |
 //! | `M`, `T`, `moments`, `torques`, n × 3 | `Mx` `My` `Mz` |
 //! | `F`, `loads`, `wrench`, `FT`, `reference` …, n × 6 | `Fx` to `Mz` (n × 3: the forces) |
 //! | `X`, any other, n × k | `X1` to `Xk` |
 //!
-//! Of `run.S` or `run/S` the last part says this, and what stands before it stays: `run.S1`.
+//! The last part of a path such as `run.S` or `run/S` selects the row of this table. The part before it stays: `run.S1`.
 //!
-//! n is the length of the time, or without one what most numbers stand in. An array that lies on its side is turned.
+//! n is the length of the time array, or else the number of rows of the most values. A k × n array is transposed.
 
 use std::collections::HashMap;
 
@@ -21,14 +20,14 @@ use super::format::COLUMN_LIMIT;
 use crate::formats::column_name::{is_gauge_name, is_time_name};
 use crate::recording::Axis;
 
-/// What an array of gauges may be called besides what its columns may be called, in small letters.
+/// Names of gauge arrays, in lower case. The names of gauge columns count too.
 const GAUGES: [&str; 6] = ["gauges", "channels", "strains", "sensors", "signals", "volts"];
 const FORCES: [&str; 5] = ["f", "force", "forces", "forces_n", "f_n"];
 const MOMENTS: [&str; 8] =
     ["m", "t", "moment", "moments", "torque", "torques", "moments_nm", "torques_nm"];
 const LOADS: [&str; 9] =
     ["load", "loads", "wrench", "wrenches", "ft", "reference", "ref", "ati", "ground_truth"];
-/// The clock of a reference that has its own.
+/// Names of the clock of a reference, if the reference has its own.
 const REFERENCE_TIMES: [&str; 8] = [
     "t_ref",
     "time_ref",
@@ -40,11 +39,11 @@ const REFERENCE_TIMES: [&str; 8] = [
     "time_loads",
 ];
 
-/// One part of a file that is written.
+/// Variable to be written to a file.
 #[derive(Clone, Debug)]
 pub(crate) enum Entry {
     Numbers(Array),
-    /// One text per entry.
+    /// List of texts.
     Texts {
         name: String,
         texts: Vec<String>,
@@ -60,23 +59,23 @@ impl Entry {
     }
 }
 
-/// Numbers as a file holds them.
+/// Array of numbers as stored in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Array {
     pub name: String,
-    /// Where the file itself says it; empty otherwise.
+    /// Unit given by the file; empty if there is none.
     pub unit: &'static str,
-    /// Where the file itself names each of its columns.
+    /// Column names given by the file; empty if there are none.
     pub labels: Vec<String>,
     pub shape: Vec<usize>,
-    /// Whether the first index runs fastest.
+    /// True if the first index varies fastest (column-major order).
     pub is_by_column: bool,
-    /// Added to each of the values.
+    /// Offset to be added to each value.
     pub since: i64,
     pub values: Vec<f64>,
 }
 
-/// The arrays as columns; what is none is listed with what it is.
+/// Returns the arrays as columns; arrays that are not columns are listed in `left_out`.
 pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
     let n_rows = n_rows(&arrays);
     let reference_rows = reference_time(&arrays, n_rows).map(|array| array.values.len());
@@ -117,12 +116,12 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
 }
 
 impl Array {
-    /// Whether it is a time of several samples.
+    /// Returns true if the array holds the times of several samples.
     pub(super) fn is_time(&self) -> bool {
         is_time_name(&self.name) && self.is_vector() && self.values.len() > 1
     }
 
-    /// Whether it is the clock of a reference that has its own.
+    /// Returns true if the array is a separate clock of the reference.
     fn is_reference_time(&self) -> bool {
         let name = last_part(&self.name).to_lowercase();
         REFERENCE_TIMES.contains(&name.as_str()) && self.is_vector()
@@ -132,7 +131,7 @@ impl Array {
         self.shape.iter().filter(|&&length| length != 1).count() <= 1
     }
 
-    /// Whether this has `n_rows` rows.
+    /// Returns true if the array has `n_rows` rows.
     fn lies_in(&self, n_rows: usize) -> bool {
         match self.shape[..] {
             _ if n_rows == 0 || self.values.is_empty() => false,
@@ -142,7 +141,7 @@ impl Array {
         }
     }
 
-    /// A matrix with its rows as columns.
+    /// Returns the transposed matrix.
     fn turned(mut self) -> Self {
         if self.shape.len() == 2 {
             self.shape.reverse();
@@ -151,7 +150,7 @@ impl Array {
         self
     }
 
-    /// One column of a matrix of this size.
+    /// Returns one column of a matrix with these dimensions.
     pub(super) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
@@ -162,7 +161,7 @@ impl Array {
     }
 }
 
-/// How many samples there are: as many as times, or else what most numbers stand in.
+/// Returns the number of samples: the length of the time array, or else the number of rows of the most values.
 pub(super) fn n_rows(arrays: &[Array]) -> usize {
     if let Some(time) = arrays.iter().find(|array| array.is_time()) {
         return time.values.len();
@@ -182,7 +181,7 @@ pub(super) fn n_rows(arrays: &[Array]) -> usize {
     most.map_or(0, |(rows, _)| rows)
 }
 
-/// The reference's own clock, if it has one.
+/// Returns the separate clock of the reference, if there is one.
 fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
     let has_gauge_time = arrays.iter().any(|array| {
         is_time_name(&array.name) && array.is_vector() && array.values.len() == n_rows
@@ -191,7 +190,7 @@ fn reference_time(arrays: &[Array], n_rows: usize) -> Option<&Array> {
     times.next().filter(|_| has_gauge_time)
 }
 
-/// Of a path the part that says what it is.
+/// Returns the last part of a path, which is the name of the array itself.
 fn last_part(name: &str) -> &str {
     name.rsplit(['.', '/']).next().unwrap_or(name)
 }
@@ -275,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn an_array_on_its_side_is_turned() {
+    fn a_transposed_array_is_turned_upright() {
         let table = columns(vec![array("t", &[3]), array("S", &[2, 3])], Vec::new());
         assert_eq!(table.columns[1].values, [0.0, 1.0, 2.0]);
         assert_eq!(table.columns[2].values, [3.0, 4.0, 5.0]);
@@ -302,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_time_the_most_numbers_say_how_many_samples_there_are() {
+    fn without_a_time_the_largest_array_sets_the_number_of_samples() {
         let arrays =
             vec![array("x", &[4]), array("y", &[4]), array("S", &[7, 3]), array("e", &[0, 9])];
         let (named, left_out) = names(arrays);

@@ -1,54 +1,54 @@
-//! Columns of numbers, and rows of cells as they are looked at one after the other.
+//! Columns of numbers, and rows of cells that are read in order.
 
 use crate::recording::Day;
 
-/// One of several parts of a file that could be the table.
+/// One of several tables of a file.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct FilePart {
-    /// What it is called in the file; a map names it so.
+    /// Name of the table in the file and in a column map.
     pub name: String,
-    /// What is in it.
+    /// Contents of the table in words.
     pub what: String,
-    /// Whether it is read.
+    /// True if the table is read.
     pub is_used: bool,
 }
 
-/// Columns of numbers, as a file that is no text holds them.
+/// Columns of numbers of a file that is not text.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
     pub columns: Vec<Column>,
-    /// Whether the columns have names.
+    /// True if the columns have names.
     pub is_named: bool,
-    /// Which column is the clock of the reference, where that is another than the gauges'.
+    /// Index of the separate clock of the reference, if there is one.
     pub reference_time: Option<usize>,
-    /// The day of the recording, where the file itself says it.
+    /// Day of the recording, if the file gives it.
     pub day: Option<Day>,
-    /// What else the file holds, and what it is.
+    /// Names and kinds of the other parts of the file, which are not read.
     pub left_out: Vec<String>,
-    /// Whether the file ends before it should.
+    /// True if the file is cut short.
     pub ends_early: bool,
-    /// Where the file holds several tables, all of them.
+    /// All tables of the file; empty if there is only one.
     pub parts: Vec<FilePart>,
-    /// Whether nobody said which of them it is.
+    /// True if the program chose among the tables because the user did not.
     pub is_guessed_part: bool,
 }
 
-/// One column; another clock's columns may have another length.
+/// One column. Columns of another clock may have another length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Column {
-    /// As a header of text would have it; empty without names.
+    /// Name as a text header would have it; empty if there is none.
     pub name: String,
-    /// Where the file itself says it; empty otherwise.
+    /// Unit given by the file; empty if there is none.
     pub unit: String,
-    /// Added to each of the values: large whole numbers keep their digits so.
+    /// Offset to be added to each value. It keeps all digits of large whole numbers.
     pub since: i64,
     pub values: Vec<f64>,
 }
 
-/// Up to here a number of 64 bits has every whole number.
+/// Limit below which a 64-bit float represents every whole number exactly.
 const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
-/// What whole numbers are counted from ([`Column::since`]): zero, or the first one where numbers are too large to keep their digits.
+/// Origin of the whole numbers of a column ([`Column::since`]): zero, or the first number if it exceeds [`EXACT`].
 #[derive(Clone, Debug, Default)]
 pub(super) struct Since(std::cell::Cell<Option<i64>>);
 
@@ -70,13 +70,13 @@ impl Since {
 }
 
 impl Columns {
-    /// How long the longest column is.
+    /// Returns the length of the longest column.
     pub fn n_rows(&self) -> usize {
         let lengths = self.columns.iter().map(|column| column.values.len());
         lengths.max().unwrap_or(0)
     }
 
-    /// The names of the parts that are read, where there are several.
+    /// Returns the names of the tables that are read, if the file holds several.
     pub(super) fn used_parts(&self) -> Vec<String> {
         let used = self.parts.iter().filter(|part| part.is_used);
         used.map(|part| part.name.clone()).collect()
@@ -87,22 +87,22 @@ impl Columns {
     }
 }
 
-/// Rows of a file from its start to its end: its first ones, and some at places all over the rest.
+/// Rows from the start of a file and from places all over the rest.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sample<'a> {
     pub rows: Vec<Vec<Cell<'a>>>,
-    /// With which row each place starts.
+    /// Index of the first row of each place.
     starts: Vec<usize>,
 }
 
 impl<'a> Sample<'a> {
-    /// Appends rows that follow one another.
+    /// Appends successive rows from one place.
     pub(super) fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
         self.starts.push(self.rows.len());
         self.rows.extend(rows);
     }
 
-    /// The rows of each place, which follow one another there.
+    /// Returns the successive rows of each place.
     pub fn places(&self) -> impl Iterator<Item = &[Vec<Cell<'a>>]> {
         let ends = self.starts.iter().copied().skip(1).chain([self.rows.len()]);
         let starts = self.starts.iter();
@@ -110,18 +110,18 @@ impl<'a> Sample<'a> {
     }
 }
 
-/// At how many places besides its start a file is looked at.
+/// Number of places, besides the start of the file, from which rows are sampled.
 pub(super) const PLACES: usize = 64;
-/// How many rows are looked at there.
+/// Number of rows sampled at each place.
 pub(super) const ROWS_AT_A_PLACE: usize = 8;
 
-/// What stands in one column of one row.
+/// Contents of one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Cell<'a> {
-    /// As it is written, without quotes; nothing where there is nothing.
+    /// Text as written, without quotes; may be empty.
     Text(&'a [u8]),
     Number(f64),
-    /// The sum of the two; for times that are counted from long ago.
+    /// Sum of the two, for times that are counted from long ago.
     Since(i64, f64),
 }
 
@@ -130,7 +130,7 @@ impl<'a> Cell<'a> {
         self == Self::Text(b"")
     }
 
-    /// Whether no value stands there: nothing, or NaN.
+    /// Returns true if the cell holds no value: it is empty or NaN.
     pub fn is_blank(self) -> bool {
         match self {
             Self::Text(text) => text.is_empty() || text.eq_ignore_ascii_case(b"nan"),
@@ -138,7 +138,7 @@ impl<'a> Cell<'a> {
         }
     }
 
-    /// As it is written; nothing of a number.
+    /// Returns the text as written, or `None` for a number.
     pub fn written(self) -> Option<&'a [u8]> {
         match self {
             Self::Text(text) => Some(text),
@@ -146,7 +146,7 @@ impl<'a> Cell<'a> {
         }
     }
 
-    /// For people.
+    /// Returns the contents as readable text.
     pub fn text(self) -> String {
         match self {
             Self::Text(text) => String::from_utf8_lossy(text).into_owned(),
@@ -155,7 +155,7 @@ impl<'a> Cell<'a> {
         }
     }
 
-    /// The start of [`Cell::text`], long enough for any message.
+    /// Returns the start of [`Cell::text`], long enough for a message.
     pub fn shown(self) -> String {
         const LONG_ENOUGH_BYTES: usize = 200;
         match self {
@@ -165,13 +165,13 @@ impl<'a> Cell<'a> {
     }
 }
 
-/// The cells of one row, from left to right.
+/// Cells of one row, from left to right.
 pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
-    /// The next cell if it is a plain number; otherwise `None`, and the cell is still the next one.
+    /// Returns the next cell if it is a plain number. Otherwise returns `None` and does not advance.
     fn next_number(&mut self) -> Option<f64>;
 }
 
-/// A row of columns of numbers; nothing stands below the end of a shorter column.
+/// Row of columns of numbers. Below the end of a shorter column the cell is empty.
 #[derive(Clone, Debug)]
 pub(crate) struct NumberRow<'a> {
     columns: std::slice::Iter<'a, Column>,

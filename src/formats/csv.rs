@@ -1,15 +1,15 @@
 //! Writes one recording as a table that every spreadsheet and this program can read.
 //!
-//! Guarantees: numbers stand in the shortest form that reads back as the same value, with a decimal point.
+//! Guarantees: numbers have a decimal point and the shortest form that reads back as the same value.
 
 use std::io::{self, Write};
 
 use crate::recording::Recording;
 
-/// Comma-separated text whose cells no spreadsheet takes for formulas.
+/// Writer of comma-separated text in which no spreadsheet finds a formula.
 ///
-/// A text that begins with `=`, `+`, `-`, `@`, a tab or a return gets a `'` before it, which spreadsheets hide, and which
-/// [`unguarded`] takes away where names are read; numbers stand as they are.
+/// A text that begins with `=`, `+`, `-`, `@`, a tab or a return gets a leading `'`. Spreadsheets hide it, and
+/// [`unguarded`] removes it when names are read. Numbers stay as they are.
 pub(crate) struct CsvWriter<W: Write>(csv::Writer<W>);
 
 impl<W: Write> CsvWriter<W> {
@@ -17,7 +17,7 @@ impl<W: Write> CsvWriter<W> {
         Self(csv::Writer::from_writer(out))
     }
 
-    /// Writes one cell of the row that has begun.
+    /// Writes one cell of the current row.
     pub fn cell(&mut self, cell: impl AsRef<str>) -> io::Result<()> {
         let cell = cell.as_ref();
         if begins_a_formula(cell) && cell.parse::<f64>().is_err() {
@@ -46,7 +46,7 @@ fn begins_a_formula(cell: &str) -> bool {
     cell.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
-/// A cell as it was before [`CsvWriter`] made a text of what a spreadsheet would take for a formula.
+/// Returns a cell without the leading `'` that [`CsvWriter`] adds.
 pub(crate) fn unguarded(cell: &str) -> &str {
     match cell.strip_prefix('\'') {
         Some(text) if begins_a_formula(text) => text,
@@ -55,12 +55,12 @@ pub(crate) fn unguarded(cell: &str) -> &str {
 }
 
 /// Writes a recording as comma-separated text: one header line, then one line per sample with its time, its gauges
-/// and, where there is a reference, its load.
+/// and, if there is a reference, its load.
 ///
-/// **Units** time in s, loads in N and N·m, named in the header (`t [s],S1,…,Fx [N],…,Mx [N·m]`); gauges as they are.
+/// **Units** time in s, loads in N and N·m, named in the header (`t [s],S1,…,Fx [N],…,Mx [N·m]`); gauges as recorded.
 ///
 /// # Errors
-/// What the writer returns; part of the table may have been written by then.
+/// Errors of the writer. Part of the table may have been written before.
 pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let mut table = CsvWriter::new(out);
     let axes = recording.axes();

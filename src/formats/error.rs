@@ -1,4 +1,4 @@
-//! Why a file gives no numbers, in one sentence each.
+//! Reasons why a file cannot be read as numbers, one sentence each.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,13 +7,13 @@ use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::shown::{listed, shown};
 
-/// Why a file gives no numbers.
+/// Reason why a file cannot be read as numbers.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum FileError {
-    #[error("a folder and not a file; name the recordings in it ({}), or many by a pattern such as {}", listed(files), pattern.display())]
+    #[error("this is a folder; name the recordings in it ({}), or several by a pattern such as {}", listed(files), pattern.display())]
     Folder { files: Vec<String>, pattern: PathBuf },
-    #[error("not a file but a pipe or a device; save what comes of it, and choose that file")]
+    #[error("this is a pipe or a device; save its output to a file and choose that file")]
     NotAFile,
     #[error("cannot be read: {0}")]
     Io(io::Error),
@@ -22,7 +22,7 @@ pub enum FileError {
     #[error("not text but {what}; {instead}")]
     NotText { what: &'static str, instead: &'static str },
     #[error(
-        "a line is longer than {limit_bytes} bytes, so this is no table with one row per line; choose a text file with one row per sample"
+        "a line is longer than {limit_bytes} bytes, so this is not a table with one row per line; choose a text file with one row per sample"
     )]
     LineTooLong { limit_bytes: usize },
     #[error("the file ends inside {}; it was cut short, so copy or save it again", shown(what))]
@@ -32,66 +32,66 @@ pub enum FileError {
     #[error("{} holds {}; save it as an array of plain numbers", shown(what), shown(kind))]
     NotNumbers { what: String, kind: String },
     #[error(
-        "{} has the shape {}; a table has one row per sample and one column per channel",
+        "{} has the shape {}; save it with one row per sample and one column per channel",
         shown(what),
         shown(shape)
     )]
     NotATable { what: String, shape: String },
     #[error(
-        "no numbers in rows in this file{}; save the samples as arrays with one row each",
+        "this file holds no table of numbers{}; save the samples as arrays with one row per sample",
         others(left_out)
     )]
     NoNumbers { left_out: Vec<String> },
     #[error(
-        "{} would unpack to more than {limit_bytes} bytes, far more than numbers ever pack; save the samples alone, not compressed",
+        "{} would unpack to more than {limit_bytes} bytes, the limit for a file of this size; save the samples alone, without compression",
         shown(what)
     )]
     UnpacksTooLarge { what: String, limit_bytes: u64 },
     #[error(
-        "a MATLAB 7.3 file that is not read here ({}); save it with `save FILE -v7`, or export it as CSV",
+        "a MATLAB 7.3 file that cannot be read ({}); save it with `save FILE -v7`, or export it as CSV",
         shown(why)
     )]
     Mat73 { why: String },
     #[error(
-        "an HDF5 file that is damaged, or written in a way that is not read here, as groups with soft links are ({}); in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
+        "an HDF5 file that is damaged or uses a feature that is not supported, such as soft links between groups ({}); in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
         shown(why)
     )]
     Hdf5 { why: String },
     #[error(
-        "there is no {} in this file, but {}; say so under \"parts\" in the column map, or leave \"parts\" away",
+        "there is no {} in this file, but {}; name one of these under \"parts\" in the column map, or remove \"parts\"",
         shown(part),
         listed(parts)
     )]
     NoSuchPart { part: String, parts: Vec<String> },
     #[error(
-        "the columns of {} and {} are not called the same, so they are not one table; choose one of them",
+        "the columns of {} and {} have different names, so they are not one table; choose one of the two",
         shown(first),
         shown(second)
     )]
     PartsDiffer { first: String, second: String },
     #[error(
-        "{} topics are chosen, and two at most are read together: one of gauges and one of the reference; choose those two",
+            "{} topics are chosen, but at most two are read together; choose one of gauges and one of the reference",
         topics.len()
     )]
     TooManyTopics { topics: Vec<String> },
     #[error(
-        "{} is compressed by {}, which is not read here; save it with {instead}",
+        "{} is compressed by {}, which is not supported; save it with {instead}",
         shown(what),
         shown(codec)
     )]
     Compression { what: String, codec: String, instead: &'static str },
     #[error(
-        "{what}, and this program was built without the feature `{feature}` that reads it; take a full build, or export the recording as CSV"
+        "{what}, but this program was built without the feature `{feature}` that reads it; use a full build, or export the recording as CSV"
     )]
     NotBuilt { what: &'static str, feature: &'static str },
-    #[error("the file is damaged, so that its reader failed: {}; save it again", shown(&.0.message))]
+    #[error("the file is damaged, and its reader failed: {}; save it again", shown(&.0.message))]
     ReaderFailed(Panicked),
     #[error("cancelled")]
     Cancelled,
 }
 
 impl FileError {
-    /// There is less of `what` than it says.
+    /// Returns the error of `what` that has fewer bytes than it declares.
     pub(super) fn cut_short(what: &str) -> Self {
         let what = what.to_owned();
         Self::CutShort { what }
@@ -126,7 +126,7 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Reading `what` failed: most often there is less of it than it says.
+/// Returns a conversion of an I/O error while `what` is read. An unexpected end becomes [`FileError::CutShort`].
 pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
         io::ErrorKind::UnexpectedEof => FileError::cut_short(what),
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_shape_without_end_is_told_in_short() {
+    fn a_very_long_shape_is_shortened_in_the_message() {
         let error = FileError::NotATable { what: "a".repeat(9000), shape: "(1, ".repeat(20_000) };
         assert!(error.to_string().chars().count() < 250, "{error}");
     }

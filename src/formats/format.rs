@@ -1,4 +1,4 @@
-//! What a format is, and what is known of a file before its format reads it.
+//! Description of a file format, and of a file before its format reads it.
 
 use std::fs::File;
 use std::io;
@@ -8,34 +8,34 @@ use super::columns::Columns;
 use super::error::FileError;
 use crate::progress::Progress;
 
-/// More columns are no table of a sensor.
+/// Maximum number of columns of a table; a sensor has far fewer.
 pub(super) const COLUMN_LIMIT: usize = 4096;
-/// Number of bytes that any file may unpack to.
+/// Unpacked size that any file may have (bytes).
 const UNPACKED_BYTES: u64 = 1 << 30;
-/// Beyond [`UNPACKED_BYTES`], the maximum ratio of unpacked to packed bytes: measured numbers pack far less.
+/// Maximum ratio of unpacked to packed bytes above [`UNPACKED_BYTES`]. Measured numbers pack far less.
 const UNPACKED_RATIO: u64 = 100;
 
-/// One kind of file.
+/// File format that can be read.
 #[derive(Debug)]
 pub struct Format {
-    /// What people call such a file.
+    /// Name for people.
     pub name: &'static str,
-    /// What the names of such files end with, without the point.
+    /// Extensions of file names, without the point.
     pub endings: &'static [&'static str],
-    /// What such files start with; what starts like none of them is text.
+    /// First bytes of a file of this format. A file that matches no format is text.
     pub(super) signatures: &'static [&'static [u8]],
-    /// What such a file holds; `None` if it is something else after all.
+    /// Reads a file; returns `None` if it is of another format after all.
     pub(super) read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
 }
 
-/// A file whose format is known, before it is read.
+/// File whose format is known and that is not read yet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
-    /// How it starts.
+    /// First bytes of the file.
     pub head: &'a [u8],
     pub n_bytes: u64,
-    /// Which of several parts of it make the table; none where nobody said.
+    /// Names of the tables that the user chose; empty for an automatic choice.
     pub parts: &'a [String],
     pub progress: &'a Progress,
 }
@@ -46,7 +46,7 @@ impl Source<'_> {
     }
 }
 
-/// Memory that may still be taken for what a file holds.
+/// Memory limit for the contents of a file.
 #[derive(Debug)]
 pub(super) struct Budget {
     left_bytes: u64,
@@ -54,16 +54,16 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// Returns the budget of a whole file with this length.
+    /// Returns the budget of a file of this length (bytes).
     pub fn of_file(n_bytes: u64) -> Self {
         let limit_bytes = unpacked_limit(n_bytes);
         Self { left_bytes: limit_bytes, limit_bytes }
     }
 
-    /// Takes the memory of a number of values of `what`, to be asked before the memory is allocated.
+    /// Takes memory for `n_values` values of `what` from the budget. Call it before the memory is allocated.
     ///
     /// # Errors
-    /// [`FileError::UnpacksTooLarge`] if less is left.
+    /// [`FileError::UnpacksTooLarge`] if the budget is too small.
     pub fn take(&mut self, what: &str, n_values: u64, bytes_each: u64) -> Result<(), FileError> {
         let left_bytes = n_values
             .checked_mul(bytes_each)
@@ -74,7 +74,7 @@ impl Budget {
     }
 }
 
-/// Returns the maximum number of bytes that packed ones of this number may unpack to.
+/// Returns the maximum unpacked size of a file with this packed size (bytes).
 pub(super) fn unpacked_limit(packed_bytes: u64) -> u64 {
     packed_bytes.saturating_mul(UNPACKED_RATIO).max(UNPACKED_BYTES)
 }
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_budget_is_for_all_that_a_file_holds() {
+    fn all_parts_of_a_file_share_one_budget() {
         let mut budget = Budget::of_file(0);
         let half = UNPACKED_BYTES / 16;
         budget.take("a", half, 8).unwrap();

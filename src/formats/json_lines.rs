@@ -1,7 +1,7 @@
-//! JSON lines (`.jsonl`, `.ndjson`): one object for each sample, whose numbers are columns called by their paths.
+//! JSON lines (`.jsonl`, `.ndjson`): one object per sample. Its numbers become columns named by their paths.
 //!
-//! Guarantees: rows keep the numbers of their lines; a document of JSON, such as this program's own files, is none of these;
-//! the memory that is taken is within the file's budget, whatever its keys are.
+//! Guarantees: rows keep their line numbers. A JSON document, such as a file of this program, is not read as JSON lines.
+//! Memory stays within the budget of the file for any keys.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};
@@ -23,15 +23,15 @@ pub(super) const FORMAT: Format = Format {
 };
 
 const LINE_LIMIT_BYTES: usize = 1 << 20;
-/// No path of a number is longer.
+/// Maximum length of the path of a number (bytes).
 const NAME_LIMIT_BYTES: usize = 1 << 10;
 const VALUE_BYTES: u64 = size_of::<f64>() as u64;
-/// Of the first lines that are not blank, two of three are objects; in a document over several lines at most one is.
+/// Number of first non-blank lines that are checked. Two of three must be objects; a document over several lines has one.
 const LOOKED_AT: usize = 3;
-/// How a text may say a time: with no more than one way to read it.
+/// Forms of a time in text that can be read in only one way.
 const TIMES: [TimeForm; 2] = [TimeForm::Date(DateOrder::YearMonthDay), TimeForm::TimeOfDay];
 
-/// The objects of a file as a table; `None` if its first lines are none.
+/// Reads the objects of a file as a table; returns `None` if the first lines are not objects.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut n_objects = 0;
     let mut first = Lines::open(source)?;
@@ -56,7 +56,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             break;
         }
         n_damaged += usize::from(row.is_none());
-        // A damaged line is a row without numbers.
+        // A damaged line becomes a row without numbers, so that line numbers stay right.
         table.add(row.unwrap_or_default())?;
     }
     let (mut columns, _) = table.columns()?;
@@ -67,17 +67,17 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     Ok(Some(Columns { ends_early, ..columns }))
 }
 
-/// Which value of each line stands in which column of a table.
+/// Keys of the values in each line, one for each column of a table.
 #[derive(Debug)]
 pub(crate) struct LineKeys(Vec<Key>);
 
 impl LineKeys {
-    /// The objects among the first lines of a stream as a table, its columns named as those of a file of these lines; `None` if there
-    /// is no object.
+    /// Reads the first lines of a stream as a table, with the same column names as in a file. Returns `None` if no line
+    /// is an object.
     pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
         let mut rows: Vec<Row> = lines.iter().filter_map(|own| row(own.as_bytes())).collect();
         let n_rows = rows.len();
-        // Of one row alone, a list would be as long as the table.
+        // With a single row, a list would be taken for a column: it is as long as the table.
         rows.extend(rows.first().filter(|_| n_rows == 1).cloned());
         let mut table = Table::of_bytes(lines.iter().map(|line| line.len() as u64).sum());
         for row in rows {
@@ -90,7 +90,7 @@ impl LineKeys {
         (n_rows > 0).then_some((columns, Self(keys)))
     }
 
-    /// A line as the one row of a table; `None` if it is no object.
+    /// Reads a line as a table with one row; returns `None` if it is not an object.
     pub fn row(&self, line: &str) -> Option<Columns> {
         let row = row(line.as_bytes())?;
         let column = |key: &Key| {
@@ -103,13 +103,13 @@ impl LineKeys {
         Some(Columns { columns: self.0.iter().map(column).collect(), ..Columns::default() })
     }
 
-    /// Whether some of the values stand in a list.
+    /// Returns true if some values stand in a list.
     pub fn have_list(&self) -> bool {
         self.0.iter().any(|(_, index)| index.is_some())
     }
 }
 
-/// The lines of a file that are not blank.
+/// Reader of the non-blank lines of a file.
 struct Lines {
     file: BufReader<std::fs::File>,
     line: Vec<u8>,
@@ -119,7 +119,7 @@ impl Lines {
     fn open(source: &Source<'_>) -> Result<Self, FileError> {
         let mut file = BufReader::new(source.open()?);
         if !source.head.starts_with(b"{") {
-            // A byte order mark.
+            // Skips the byte order mark.
             file.read_exact(&mut [0; 3])?;
         }
         let line = Vec::new();
@@ -142,14 +142,14 @@ impl Lines {
     }
 }
 
-/// The path of a value, and its index where it is in a list.
+/// Path of a value, and its index if it stands in a list.
 type Key = (String, Option<usize>);
 
-/// What an object holds besides objects and lists.
+/// Value of a key that is neither an object nor a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Value {
     Number(f64),
-    /// A date, in seconds.
+    /// Date (s since 1970).
     Time(f64),
     Text,
     Nothing,
@@ -166,7 +166,7 @@ impl Value {
 
 type Row = Vec<(Key, Value)>;
 
-/// The values of a line; `None` if it is no object.
+/// Returns the values of a line; `None` if it is not an object.
 fn row(line: &[u8]) -> Option<Row> {
     if !line.trim_ascii_start().starts_with(b"{") {
         return None;
@@ -180,14 +180,14 @@ fn row(line: &[u8]) -> Option<Row> {
         Some(row)
     };
     read(line).or_else(|| {
-        // As Python writes what is no number.
+        // Python writes these words for missing and infinite numbers.
         let line = std::str::from_utf8(line).ok()?;
         let line = line.replace("-Infinity", "null").replace("Infinity", "null");
         read(line.replace("NaN", "null").as_bytes())
     })
 }
 
-/// Takes what stands at a path.
+/// Collector of the values below a path.
 struct Values<'a> {
     path: &'a mut String,
     index: Option<usize>,
@@ -202,11 +202,11 @@ impl Values<'_> {
         Ok(())
     }
 
-    /// Makes the index a part of the path, and says how long the path was.
+    /// Appends the index to the path, and returns the previous length of the path (bytes).
     fn enter(&mut self) -> usize {
         let n_bytes = self.path.len();
         if let Some(index) = self.index {
-            // Writing to a text does not fail.
+            // Writing to a string cannot fail.
             let _ = write!(self.path, "[{index}]");
         }
         n_bytes
@@ -282,27 +282,27 @@ impl<'de> Visitor<'de> for Values<'_> {
     }
 }
 
-/// The rows so far.
+/// Rows that were read so far.
 struct Table {
     budget: Budget,
     channels: Vec<Channel>,
-    /// Where each channel stands.
+    /// Index of each channel.
     places: HashMap<Key, usize>,
     n_rows: usize,
-    /// Whether there are more keys than a table has columns.
+    /// True if there are more keys than [`COLUMN_LIMIT`].
     has_more: bool,
 }
 
 struct Channel {
     key: Key,
-    /// As long as the last row with this key.
+    /// Values up to the last row with this key.
     values: Vec<f64>,
     has_numbers: bool,
     has_times: bool,
 }
 
 impl Table {
-    /// An empty table for lines of this length together (bytes).
+    /// Creates an empty table for lines of this total length (bytes).
     fn of_bytes(n_bytes: u64) -> Self {
         Self {
             budget: Budget::of_file(n_bytes),
@@ -347,7 +347,7 @@ impl Table {
         Ok(())
     }
 
-    /// Lists of numbers become arrays, which are named as those of other formats are. With the key of each column.
+    /// Returns the columns with their keys. Lists of numbers become arrays, with the column names that other formats have.
     fn columns(mut self) -> Result<(Columns, Vec<Key>), FileError> {
         let missing = |channel: &Channel| (self.n_rows - channel.values.len()) as u64;
         let n_missing = self.channels.iter().map(missing).sum();
@@ -392,7 +392,7 @@ impl Table {
     }
 }
 
-/// The values of one key, or of a list of them.
+/// Values of one key, or of a list under one key.
 struct List {
     array: Array,
     keys: Vec<Key>,

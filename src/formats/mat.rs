@@ -1,10 +1,10 @@
-//! MATLAB's `.mat`, versions 4 and 5: matrices of numbers, alone or in structs, read compressed or not, written plain as
-//! version 5.
+//! MATLAB's `.mat`, versions 4 and 5: numeric matrices, alone or in structs. Both plain and compressed files are read;
+//! files are written as plain version 5.
 //!
-//! **Source** MAT-File Format (The MathWorks), level 5: a header of 128 bytes, then one element for each variable. An
-//! element is a kind, a length and bytes of that number; a matrix is an element whose parts are elements: class, dimensions,
-//! name, numbers. Numbers may be stored as a smaller kind than their class. Level 4: for each variable five integers, its
-//! name and its numbers. The first integer has decimal digits: 1000 for the high byte first, 10 for each step in the list of
+//! **Source** MAT-File Format (The MathWorks). Level 5: a header of 128 bytes, then one element per variable. An element
+//! is a kind, a length and that number of bytes. A matrix is an element made of elements: class, dimensions, name,
+//! numbers. Numbers may be stored in a smaller kind than their class. Level 4: five integers per variable, then its name
+//! and its numbers. The decimal digits of the first integer mean: 1000 for big-endian, 10 for each step in the list of
 //! kinds, 1 for text, 2 for a sparse matrix.
 
 use std::io::{self, Read};
@@ -26,7 +26,7 @@ pub(super) const FORMAT: Format = Format {
     signatures: &[
         b"MATLAB 5.0",
         NEWER,
-        // The first integer of version 4.
+        // First integer of a file of version 4.
         b"\x00\0\0\0",
         b"\x01\0\0\0",
         b"\x02\0\0\0",
@@ -51,7 +51,7 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-/// What is HDF5 within.
+/// Start of the header of a version 7.3 file, which is HDF5.
 const NEWER: &[u8] = b"MATLAB 7.3";
 
 const HEADER_BYTES: usize = 128;
@@ -69,7 +69,7 @@ const MI_COMPRESSED: u32 = 15;
 const COMPLEX_FLAG: u32 = 0x0800;
 const FILE: &str = "the file";
 
-/// The matrices of a file as a table.
+/// Reads the matrices of a file as a table.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if source.head.starts_with(NEWER) {
         return hdf5::matlab(source);
@@ -129,7 +129,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     top.table(groups, source).map(Some)
 }
 
-/// What stands before each matrix of version 4, its name included.
+/// Header of a matrix of version 4, including its name.
 struct OlderHeader {
     is_big_endian: bool,
     number: Number,
@@ -142,7 +142,7 @@ struct OlderHeader {
 }
 
 impl OlderHeader {
-    /// The header at the start of `bytes`, or `None` if none is there.
+    /// Reads the header at the start of `bytes`; returns `None` if there is none.
     fn read(bytes: &[u8]) -> Option<Self> {
         const NUMBERS: [Number; 6] = [
             Number::Float(8),
@@ -176,7 +176,7 @@ impl OlderHeader {
     }
 }
 
-/// The matrices of a file of version 4; `None` if it does not start with one.
+/// Reads the matrices of a file of version 4; returns `None` if the file does not start with one.
 fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if OlderHeader::read(source.head).is_none() {
         return Ok(None);
@@ -191,7 +191,7 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             return Err(if rest.len() < HEADER_BYTES {
                 FileError::cut_short(FILE)
             } else {
-                FileError::damaged(FILE, "what follows a matrix is none")
+                FileError::damaged(FILE, "the data after a matrix are not a matrix")
             });
         };
         let OlderHeader { shape, name, .. } = header;
@@ -236,7 +236,7 @@ fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
     Ok(unpacked)
 }
 
-/// The variables of a file, or the fields of a struct; those of a struct within are called `within.field`.
+/// Variables of a file, or fields of a struct. The field of a nested struct is named `within.field`.
 #[derive(Default)]
 struct Fields {
     arrays: Vec<Array>,
@@ -249,13 +249,13 @@ impl Fields {
         self.left_out.push(format!("{name} ({what})"));
     }
 
-    /// Leaves out characters, but for the day of the recording where they are that.
+    /// Takes the day of the recording from a text, if it names one, and lists the text as left out.
     fn text(&mut self, name: &str, text: &str) {
         self.day = self.day.or(Day::in_header(&format!("{name}: {text}")));
         self.leave_out(name, "text");
     }
 
-    /// The table of a file with these variables, and with structs as groups.
+    /// Returns the table of a file with these variables and with structs as groups.
     fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
         let own = Group { arrays: self.arrays, ..Group::default() };
         let groups = std::iter::once(own).chain(structs).collect();
@@ -264,10 +264,10 @@ impl Fields {
     }
 }
 
-/// Structs may lie in structs so deep.
+/// Maximum depth of nested structs.
 const DEPTH_LIMIT: usize = 8;
 
-/// The fields of each element of a struct, after its name.
+/// Returns the fields of each element of a struct, read after its name.
 fn structs(
     mut parts: Elements<'_>,
     n_elements: usize,
@@ -284,7 +284,7 @@ fn structs(
         .map(|name| String::from_utf8_lossy(name).into_owned())
         .collect();
     let mut elements = Vec::new();
-    // What is declared is not believed: there is no more than what follows.
+    // The declared number of elements may be wrong: reading stops where the bytes end.
     while elements.len() < n_elements && !parts.bytes.is_empty() && !names.is_empty() {
         let mut fields = Fields::default();
         for name in &names {
@@ -315,8 +315,8 @@ fn structs(
     Ok(elements)
 }
 
-/// Adds a matrix from the bytes of its element; as a field of a struct it is called so, and lies so deep. Returns the name and the
-/// elements of a struct, one or more of the same fields.
+/// Adds the matrix that an element holds. `field` is its name and depth if it is a field of a struct. For a struct,
+/// returns its name and the fields of each of its elements.
 fn variable(
     bytes: &[u8],
     is_big_endian: bool,
@@ -328,7 +328,7 @@ fn variable(
     let flags = parts.uint32(flags).ok_or_else(|| FileError::cut_short(FILE))?;
     let class = flags & 0xff;
     if !(1..=15).contains(&class) {
-        // Objects and tables are stored in ways of their own.
+        // Objects and tables are stored in a form that is not documented.
         let what = "an object, such as a table or timetable: save it as `S = table2struct(T, \"ToScalar\", true)`, or with writetable";
         into.left_out.push(match field {
             Some((name, _)) => format!("{name} ({what})"),
@@ -378,7 +378,7 @@ fn variable(
     Ok(None)
 }
 
-/// Characters of a stored kind.
+/// Decodes characters that are stored in this kind.
 fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
     if kind == MI_UTF8 {
         return String::from_utf8_lossy(bytes).into_owned();
@@ -389,7 +389,7 @@ fn text(kind: u32, bytes: &[u8], is_big_endian: bool) -> String {
     char::decode_utf16(codes).map(|code| code.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Numbers of a stored kind; `None` if it is none of numbers.
+/// Decodes numbers that are stored in this kind; returns `None` if the kind is not numeric.
 fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
     let number = match kind {
         1 => Number::Int(1),
@@ -407,7 +407,7 @@ fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
     Some(number.all(bytes, is_big_endian))
 }
 
-/// Elements one after another.
+/// Reader of successive elements.
 struct Elements<'a> {
     bytes: &'a [u8],
     is_big_endian: bool,
@@ -419,11 +419,11 @@ impl<'a> Elements<'a> {
         Some(if self.is_big_endian { u32::from_be_bytes(four) } else { u32::from_le_bytes(four) })
     }
 
-    /// The kind and the bytes of the next element, a part of `what`.
+    /// Returns the kind and the bytes of the next element of `what`.
     fn next(&mut self, what: &str) -> Result<(u32, &'a [u8]), FileError> {
         let ends = || FileError::cut_short(what);
         let kind = self.uint32(self.bytes).ok_or_else(ends)?;
-        // Up to four bytes stand in the place of the length, which moves into the upper half of the kind.
+        // A small element keeps up to four bytes where the length normally is. Its length is the upper half of the kind.
         if kind >> 16 != 0 {
             let n_bytes = (kind >> 16) as usize;
             let small = self.bytes.get(4..8).ok_or_else(ends)?;
@@ -443,8 +443,8 @@ impl<'a> Elements<'a> {
     }
 }
 
-/// Writes each entry as a matrix, row-major numbers turned; lists of texts are matrices of characters, one row each,
-/// padded with blanks.
+/// Writes each entry as a matrix; row-major numbers are transposed. A list of texts becomes a matrix of characters, one
+/// row per text, padded with blanks.
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
     let title = concat!("MATLAB 5.0 MAT-file, written by LoopScope ", env!("CARGO_PKG_VERSION"));
     let mut header = title.as_bytes().to_vec();
@@ -461,7 +461,7 @@ pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()
 fn written(entry: &Entry) -> io::Result<Vec<u8>> {
     let (class, rows, columns, kind, data) = match entry {
         Entry::Numbers(Array { shape, values, .. }) => {
-            // A vector is one row.
+            // A vector is written as one row.
             let columns = shape.last().copied().unwrap_or(1);
             let rows = values.len().checked_div(columns).unwrap_or(0);
             let data = column_by_column(rows, columns, |row, column| {

@@ -1,25 +1,25 @@
-//! Files of numbers, one file a format: what each holds as named columns, and how it is written.
+//! Files of numbers, one source file per format: reading them as named columns, and writing them.
 //!
-//! Guarantees: a file's first bytes say what it is, never its name; memory grows with what a file really holds, not with
-//! what it declares; where a crate that reads a format panics on a damaged file, that is an error of this file.
+//! Guarantees: the first bytes of a file select its format, never its name. Memory grows with the actual contents of
+//! a file, not with the size that it declares. A panic of a crate that reads a format becomes an error of the file.
 //!
-//! A format is one file with a [`Format`] in it, and a line in [`FORMATS`]: the file dialogs, `--help`, the import window
-//! and the messages follow from that list.
+//! A new format is one source file with a [`Format`] and one line in [`FORMATS`]. The file dialogs, `--help`, the
+//! import window and the messages follow from that list.
 //!
-//! | room | what |
+//! | module | contents |
 //! |---|---|
-//! | [`text`], [`csv`] | delimited text: read as any logger writes it, LabVIEW's among them; written as every spreadsheet reads it |
-//! | `npy`, `npz` | NumPy's arrays and records, alone and in an archive |
-//! | `mat` | MATLAB's files of versions 4 and 5 (`save` without `-v7.3`) |
-//! | `hdf5` | groups of arrays and tables of records, MATLAB's files of version 7.3 among them; feature `hdf5` |
+//! | [`text`], [`csv`] | delimited text: read as loggers (also LabVIEW) write it, written as spreadsheets read it |
+//! | `npy`, `npz` | NumPy arrays and records, alone and in an archive |
+//! | `mat` | MATLAB files of versions 4 and 5 (`save` without `-v7.3`) |
+//! | `hdf5` | groups of arrays and tables of records, also MATLAB files of version 7.3; feature `hdf5` |
 //! | `parquet` | columns of numbers; feature `parquet` |
 //! | `mcap` | topics of a ROS 2 recording; feature `mcap` |
 //! | `xlsx` | sheets of a workbook; feature `xlsx` |
-//! | `json_lines` | lines of JSON, an object for each sample |
-//! | `parts` | which of several tables in a file is read |
-//! | `opened`, `columns` | a file behind one face, whichever of these it is: where its table may be, and its rows |
+//! | `json_lines` | lines of JSON, one object per sample |
+//! | `parts` | choice among several tables of a file |
+//! | `opened`, `columns` | common interface to text and columns: layout, header and rows |
 //! | `number` | numbers as binary files store them |
-//! | `arrays`, `column_name` | arrays to columns with the names that headers have, and what such names mean |
+//! | `arrays`, `column_name` | arrays as named columns, and the kind of a column by its name |
 
 mod arrays;
 pub(crate) mod column_name;
@@ -48,7 +48,7 @@ pub(crate) use format::Format;
 pub(crate) use json_lines::LineKeys;
 pub(crate) use opened::{Opened, Part, open};
 
-/// Every format that is read.
+/// All formats that can be read.
 pub const FORMATS: &[Format] = &[
     text::FORMAT,
     npy::FORMAT,
@@ -62,12 +62,12 @@ pub const FORMATS: &[Format] = &[
     json_lines::FORMAT,
 ];
 
-/// What the names of files with recordings end with, without the point.
+/// Returns the extensions of recording files, without the point.
 pub fn endings() -> impl Iterator<Item = &'static str> {
     FORMATS.iter().flat_map(|format| format.endings).copied()
 }
 
-/// The formats with their endings, as `--help` and the window list them.
+/// Returns all formats with their extensions, as `--help` and the window list them.
 pub fn listed() -> String {
     let of_format = |format: &Format| {
         let endings = format.endings.iter().map(|ending| format!(".{ending}"));
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_format_has_endings_and_starts_of_its_own() {
+    fn endings_are_unique_and_each_signature_selects_its_format() {
         let mut all: Vec<&str> = endings().collect();
         let n = all.len();
         all.sort_unstable();

@@ -1,7 +1,6 @@
 //! NumPy's `.npy`: one array of numbers or of records, read and written.
 //!
-//! **Source** the NPY format, versions 1.0 to 3.0: magic, length of the header, the header (a Python literal), the
-//! numbers.
+//! **Source** NPY format, versions 1.0 to 3.0: magic bytes, length of the header, header (a Python literal), numbers.
 
 use std::io::{self, BufReader, Read};
 
@@ -16,18 +15,18 @@ pub(super) const FORMAT: Format =
     Format { name: "NumPy array", endings: &["npy"], signatures: &[MAGIC], read: columns };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
-/// Headers of plain arrays are some hundred bytes.
+/// Maximum length of a header (bytes). The header of a plain array has a few hundred bytes.
 const HEADER_LIMIT: usize = 1 << 16;
-/// Bytes read at a time, but for records that are longer.
+/// Number of bytes read at a time; a record that is longer is read whole.
 const BLOCK_BYTES: usize = 1 << 16;
-/// Records may lie in records so deep.
+/// Maximum depth of nested records.
 const DEPTH_LIMIT: usize = 8;
 
-/// What each element of an array holds: one number, or the fields of a record.
+/// Contents of one element of an array: one number, or the fields of a record.
 #[derive(Debug, Default)]
 struct Record {
     fields: Vec<Field>,
-    /// Fields without numbers.
+    /// Names of fields without numbers.
     left_out: Vec<String>,
     n_bytes: usize,
 }
@@ -40,17 +39,17 @@ struct Header {
     shape: Vec<usize>,
 }
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Debug)]
 pub(super) struct Content {
-    /// One array, or one for each field of the records, called like the field.
+    /// One array, or one array per field of the records, named like the field.
     pub arrays: Vec<Array>,
     pub is_records: bool,
-    /// Fields without numbers.
+    /// Names of fields without numbers.
     pub left_out: Vec<String>,
 }
 
-/// The fields of records, or a lone array: its columns have no names.
+/// Reads a file as columns. Fields of records give names; the columns of a plain array have none.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const WHAT: &str = "the array";
     let mut file = BufReader::new(source.open()?);
@@ -79,7 +78,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     Ok(Some(Columns { columns: columns.collect(), ..Columns::default() }))
 }
 
-/// Reads one file, called `name`, from a stream that cannot give more than `at_most_bytes`.
+/// Reads one array, named `name`, from a stream of at most `at_most_bytes` bytes.
 pub(super) fn read(
     name: &str,
     from: &mut impl Read,
@@ -113,7 +112,7 @@ pub(super) fn read(
     })
 }
 
-/// The numbers of each field.
+/// Reads the numbers of each field.
 fn numbers(
     record: &Record,
     n_bytes: usize,
@@ -121,7 +120,7 @@ fn numbers(
     progress: &Progress,
 ) -> Result<Vec<(Vec<f64>, Since)>, FileError> {
     let at_a_time = (BLOCK_BYTES / record.n_bytes).max(1) * record.n_bytes;
-    // Both grow with what is there; what the header says may be anything.
+    // Both grow with the bytes that are read, since the header may declare any size.
     let mut block = Vec::new();
     let mut values = vec![(Vec::new(), Since::default()); record.fields.len()];
     for start in (0..n_bytes).step_by(at_a_time) {
@@ -171,11 +170,11 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     };
     let not_numbers =
         |kind: &str| FileError::NotNumbers { what: name.to_owned(), kind: kind.to_owned() };
-    // Objects are stored in a way of their own, whatever stands beside them.
+    // Python objects are pickled, so an array that contains them is refused.
     if text.contains("'|O'") {
         return Err(not_numbers("Python objects"));
     }
-    let shape = shape.lengths().ok_or_else(|| damaged("its shape is none"))?;
+    let shape = shape.lengths().ok_or_else(|| damaged("its shape cannot be read"))?;
     let is_records = descr.0.trim_start().starts_with('[');
     let record = descr.record(0);
     let record = record.ok_or_else(|| damaged("its header describes no kind of numbers"))?;
@@ -188,11 +187,11 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     Ok(Header { record, is_records, is_by_column: order.0.trim_start().starts_with("True"), shape })
 }
 
-/// The rest of a Python literal.
+/// Unread rest of a Python literal.
 struct Literal<'a>(&'a str);
 
 impl<'a> Literal<'a> {
-    /// Whether a mark comes next, which is then behind.
+    /// Skips a mark if it comes next, and returns true if it did.
     fn has(&mut self, mark: char) -> bool {
         let rest = self.0.trim_start().strip_prefix(mark);
         self.0 = rest.unwrap_or(self.0);
@@ -216,7 +215,7 @@ impl<'a> Literal<'a> {
         lengths.map(|length| length.parse().ok()).collect()
     }
 
-    /// A kind, or a list of fields: `(name, kind)` or `(name, kind, shape)` each, where the name may be `(title, name)`.
+    /// Reads a kind, or a list of fields `(name, kind)` or `(name, kind, shape)`. The name may be `(title, name)`.
     fn record(&mut self, depth: usize) -> Option<Record> {
         if !self.has('[') {
             return of_kind(self.text()?);
@@ -244,7 +243,7 @@ impl<'a> Literal<'a> {
                 if is_record { format!("{name}.{what}") } else { format!("{name} ({what})") }
             };
             if name.is_empty() {
-                // Fills up to where the next field starts.
+                // Padding up to the next field.
             } else if n_each != 1 && is_record {
                 record.left_out.push(format!("{name} (lists of records)"));
             } else if n_each > 0 && record.fields.len() + inner.fields.len() <= COLUMN_LIMIT {
@@ -262,7 +261,7 @@ impl<'a> Literal<'a> {
     }
 }
 
-/// An element that is one number, or something else; `None` if its size is not known.
+/// Returns the element of this kind: one number, or something else. Returns `None` if its size is unknown.
 fn of_kind(kind: &str) -> Option<Record> {
     let is_big_endian = kind.starts_with('>');
     let kind = kind.trim_start_matches(['<', '>', '|', '=']);
@@ -300,7 +299,7 @@ fn of_kind(kind: &str) -> Option<Record> {
     })
 }
 
-/// The file of one array: magic, header padded to a multiple of 64 bytes, little-endian numbers or characters.
+/// Returns the file of one array: magic bytes, header padded to a multiple of 64 bytes, little-endian numbers or characters.
 pub(super) fn written(entry: &Entry) -> Vec<u8> {
     let mut data = Vec::new();
     let (kind, shape) = match entry {

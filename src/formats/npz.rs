@@ -1,4 +1,4 @@
-//! NumPy's `.npz`: arrays in a zip archive, those of records as tables of their own; written without compression.
+//! NumPy's `.npz`: arrays in a zip archive, written without compression. An array of records is a table of its own.
 
 use std::io::{self, BufReader, Cursor, Read as _, Write as _};
 
@@ -20,14 +20,14 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-/// An archive without members.
+/// First bytes of an archive without members.
 const EMPTY: &[u8] = b"PK\x05\x06";
 
-/// More members are no recording.
+/// Maximum number of members that are read.
 const MEMBER_LIMIT: usize = 10_000;
 
-/// The arrays of an archive as a table; `None` if it is an archive of something else. A damaged one is only told of if
-/// it starts with an array.
+/// Reads the arrays of an archive as a table; returns `None` if the archive holds something else. Damage is an error
+/// only if the archive starts with an array.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const ARCHIVE: &str = "the archive";
     if source.head.starts_with(EMPTY) {
@@ -50,7 +50,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         let mut member = archive.by_index(index).map_err(of_zip(ARCHIVE))?;
         let name = member.name().map_err(of_zip(ARCHIVE))?.into_owned();
         let Some(name) = name.strip_suffix(".npy").map(str::to_owned) else {
-            left_out.push(format!("{name} (no array)"));
+            left_out.push(format!("{name} (not an array)"));
             continue;
         };
         let limit_bytes = unpacked_limit(member.compressed_size());
@@ -85,7 +85,7 @@ fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
 
 /// Writes each entry as an array of its own.
 pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
-    // One date for all, so that equal entries give equal files.
+    // A fixed date, so that equal entries give equal files.
     let stored = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
         .last_modified_time(DateTime::default());

@@ -1,12 +1,12 @@
-//! Numbers as files of bytes store them, alone or as fields of records.
+//! Numbers as binary files store them, alone or as fields of records.
 
 use super::arrays::Array;
 use super::columns::Since;
 
-/// What a NumPy time that is none is stored as.
+/// Stored value of a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;
 
-/// The numbers of one kind.
+/// Kind of a stored number, with its size in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     Float(usize),
@@ -23,18 +23,18 @@ impl Number {
         }
     }
 
-    /// Returns the value that these bytes store.
+    /// Returns the stored value.
     pub fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
         self.value_since(bytes, is_big_endian, &Since::zero())
     }
 
-    /// The values that follow one another.
+    /// Returns successive stored values.
     pub fn all(self, bytes: &[u8], is_big_endian: bool) -> Vec<f64> {
         let elements = bytes.chunks_exact(self.n_bytes());
         elements.map(|own| self.value(own, is_big_endian)).collect()
     }
 
-    /// Returns the value that these bytes store, counted from the first value of its column where that is large.
+    /// Returns the stored value. Large values are counted from the first value of their column.
     fn value_since(self, bytes: &[u8], is_big_endian: bool, since: &Since) -> f64 {
         let mut eight = [0; 8];
         let own = &mut eight[..bytes.len()];
@@ -59,7 +59,7 @@ impl Number {
     }
 }
 
-/// A number of two bytes: a sign, 5 bits of exponent, 10 of fraction (IEEE 754 binary16).
+/// Decodes a half-precision number: 1 bit sign, 5 bits exponent, 10 bits fraction (IEEE 754 binary16).
 fn half(bits: u16) -> f64 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
     let fraction = f64::from(bits & 0x3ff);
@@ -72,24 +72,24 @@ fn half(bits: u16) -> f64 {
     sign * size
 }
 
-/// Numbers of one kind in each record of an array.
+/// Field of the records of an array: one or more numbers of one kind.
 #[derive(Debug)]
 pub(super) struct Field {
-    /// Empty where the elements are no records.
+    /// Name of the field; empty if the elements are not records.
     pub name: String,
     pub number: Number,
     pub unit: &'static str,
     pub is_big_endian: bool,
-    /// Where they start in each record, and how many there are.
+    /// Offset in each record (bytes); `n_each` numbers follow.
     pub offset: usize,
     pub n_each: usize,
 }
 
 impl Field {
-    /// Appends the numbers in each of these records.
+    /// Appends the numbers of each record.
     ///
     /// # Panics
-    /// If the field is not within a record.
+    /// If the field does not lie within a record.
     pub fn append(
         &self,
         records: &[u8],
@@ -105,7 +105,7 @@ impl Field {
         }
     }
 
-    /// An array of records of this shape, of which these are the numbers.
+    /// Returns these numbers as an array of records with this shape.
     pub fn array(self, shape: &[usize], (values, since): (Vec<f64>, Since)) -> Array {
         Array {
             name: self.name,
@@ -125,9 +125,9 @@ impl Field {
 mod tests {
     use super::*;
 
-    /// The values of IEEE 754 binary16 as its table of examples gives them.
+    /// Values from the table of examples of IEEE 754 binary16.
     #[test]
-    fn numbers_of_two_bytes_are_those_of_the_standard() {
+    fn half_precision_numbers_are_those_of_the_standard() {
         for (bits, value) in [
             (0x3c00, 1.0),
             (0xc000, -2.0),

@@ -1,6 +1,6 @@
-//! A file that was opened: text, or columns of numbers that need no cutting.
+//! An opened file: text, or columns of numbers.
 //!
-//! Guarantees: whoever looks at a file or reads its rows need not know which of the two it is.
+//! Guarantees: code that inspects a file or reads its rows treats both alike.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -17,22 +17,22 @@ use crate::panicked;
 use crate::progress::Progress;
 use crate::recording::Day;
 
-/// Enough for a signature, and the name of an archive's first member.
+/// Number of first bytes that hold the signature and the name of an archive's first member.
 const SIGNATURE_BYTES: u64 = 512;
-/// Number of first rows that are looked at where a file holds columns.
+/// Number of first rows that are sampled from a file of columns.
 const HEAD_ROWS: usize = 200;
-/// Rows of columns that are handed over at a time.
+/// Number of rows of columns in one part.
 const PART_ROWS: usize = 1 << 14;
 
-/// A file that was opened, and its start.
+/// Opened file with its start.
 #[derive(Debug)]
 pub(crate) struct Opened {
-    /// What a file is called that is no text.
+    /// Name of the format; `None` for text.
     pub kind: Option<&'static str>,
     pub encoding: Encoding,
-    /// How long the file is.
+    /// Length of the file (bytes).
     pub file_bytes: u64,
-    /// How many of them are read.
+    /// Number of bytes that are read.
     pub read_bytes: u64,
     table: Table,
 }
@@ -43,7 +43,7 @@ enum Table {
     Columns(Columns),
 }
 
-/// Some of a file's rows.
+/// Part of a file's rows.
 #[derive(Clone, Debug)]
 pub(crate) enum Part<'a> {
     /// Whole lines.
@@ -51,18 +51,18 @@ pub(crate) enum Part<'a> {
     Rows(&'a Columns, Range<usize>),
 }
 
-/// The formats whose files start so; text is what starts like none of them.
+/// Returns the formats whose signature matches the first bytes; none for text.
 pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     let starts =
         move |format: &&Format| format.signatures.iter().any(|start| head.starts_with(start));
     super::FORMATS.iter().filter(starts)
 }
 
-/// Opens a file. Of a text at most `limit_bytes` are read; of a file with several tables these parts, if any
-/// are named.
+/// Opens a file. At most `limit_bytes` of a text are read. `parts` names the tables to read if the file holds several;
+/// if it is empty, the program chooses.
 ///
 /// # Errors
-/// [`FileError`] if there is no such file, it is damaged, or holds no numbers in rows.
+/// [`FileError`] if the file does not exist, is damaged, or holds no table of numbers.
 pub(crate) fn open(
     path: &Path,
     block_bytes: usize,
@@ -70,7 +70,7 @@ pub(crate) fn open(
     parts: &[String],
     progress: &Progress,
 ) -> Result<Opened, FileError> {
-    // Asked before opening: opening a named pipe would wait for its other end.
+    // Checked before opening: opening a named pipe would block until its other end is opened.
     let metadata = std::fs::metadata(path)?;
     if metadata.is_dir() {
         return Err(FileError::Folder { files: files_in(path), pattern: path.join("*.csv") });
@@ -82,7 +82,7 @@ pub(crate) fn open(
     File::open(path)?.take(SIGNATURE_BYTES).read_to_end(&mut head)?;
     for format in formats_of(&head) {
         let source = Source { path, head: &head, n_bytes: metadata.len(), parts, progress };
-        // Not all crates that read these formats hold what this one does.
+        // Some crates that read these formats panic on damaged files.
         let read = panicked::caught_quietly(|| (format.read)(&source));
         match read.map_err(FileError::ReaderFailed)?? {
             Some(columns) if columns.n_rows() == 0 => {
@@ -102,7 +102,7 @@ pub(crate) fn open(
     })
 }
 
-/// The names of the files in a folder, but for hidden ones.
+/// Returns the names of the visible files in a folder.
 fn files_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let files = entries.filter(|entry| entry.path().is_file());
@@ -125,13 +125,13 @@ impl Opened {
         }
     }
 
-    /// The first lines of a stream as if they were a file, where they are JSON objects.
+    /// Treats the first lines of a stream as a file; returns `None` if they are not JSON objects.
     pub fn of_json_lines(lines: &[String]) -> Option<(Self, LineKeys)> {
         let (columns, keys) = LineKeys::of_first(lines)?;
         Some((Self::of_columns(columns, &json_lines::FORMAT, 0), keys))
     }
 
-    /// How the table is written, found by looking; `None` if there is none.
+    /// Detects the layout of the table; returns `None` if there is no table.
     pub fn layout(&self) -> Option<TextLayout> {
         match &self.table {
             Table::Text(text) => text.layout(),
@@ -143,7 +143,7 @@ impl Opened {
         }
     }
 
-    /// Where the table is by a layout, of which only the header matters where nothing is cut; `None` if it is not there.
+    /// Returns the head of the table under a layout, or `None` if it is not found. For columns only the header flag counts.
     pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         let table = match &self.table {
             Table::Text(text) => return text.head(layout),
@@ -161,7 +161,7 @@ impl Opened {
         })
     }
 
-    /// The day of the recording, where the file says it above its table.
+    /// Returns the day of the recording, if the file gives it above its table.
     pub fn day(&self, head: &Head) -> Option<Day> {
         match &self.table {
             Table::Text(text) => text.day(head),
@@ -169,7 +169,7 @@ impl Opened {
         }
     }
 
-    /// Whether looking finds that the file is cut as a layout says.
+    /// Returns true if the detected layout equals this one.
     pub fn is_cut_by(&self, layout: &TextLayout) -> bool {
         match &self.table {
             Table::Text(text) => text.layout().as_ref() == Some(layout),
@@ -177,7 +177,7 @@ impl Opened {
         }
     }
 
-    /// The cells of the first rows, and of some all over the file.
+    /// Returns the cells of the first rows, and of some rows all over the file.
     pub fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let columns = match &self.table {
             Table::Text(text) => return text.sample(layout, head),
@@ -201,8 +201,8 @@ impl Opened {
         sample
     }
 
-    /// Hands the rows below a head to `parse` part by part, many at a time, and what comes of them in file order to
-    /// `take`, with the share of the file that these parts are.
+    /// Passes the rows below a head to `parse` in parts, several at a time. Passes the results to `take` in file order,
+    /// with the share of the file that they cover.
     pub fn read<R: Send>(
         self,
         head: &Head,
@@ -227,7 +227,7 @@ impl Opened {
         Ok(())
     }
 
-    /// How many rows the file has if all are like those of its head.
+    /// Returns the number of rows, estimated from the length of the first ones.
     pub fn about_rows(&self, head: &Head) -> u64 {
         match &self.table {
             Table::Text(text) => text.about_rows(head),
@@ -235,7 +235,7 @@ impl Opened {
         }
     }
 
-    /// What the file holds if it is no text.
+    /// Returns the columns of a file that is not text.
     pub fn columns(&self) -> Option<&Columns> {
         match &self.table {
             Table::Text(_) => None,
@@ -243,7 +243,7 @@ impl Opened {
         }
     }
 
-    /// Of a file with several tables, all of them.
+    /// Returns all tables of a file; empty if there is only one.
     pub fn parts(&self) -> &[FilePart] {
         self.columns().map_or(&[], |columns| &columns.parts)
     }

@@ -1,28 +1,27 @@
-//! Files that hold several tables: the topics of a recording, the sheets of a workbook, the groups of an archive, structs.
+//! Files with several tables: topics of a recording, sheets of a workbook, groups of an archive, structs.
 //!
-//! Guarantees: what somebody names is read, or there is an error that names what is there; where nobody does, what is taken
-//! is said, with what could have been.
+//! Guarantees: a table that the user names is read, or the error lists the existing ones. If the user names none, the
+//! chosen table and its alternatives are reported.
 
 use super::arrays::{self, Array};
 use super::column_name::{ColumnName, Kind};
 use super::columns::{Column, Columns, FilePart};
 use super::error::FileError;
 
-/// One table of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
     pub name: String,
     pub columns: Columns,
 }
 
-/// Arrays that lie beside each other in a group or a struct; those of the file itself have no name.
+/// Arrays of one group or struct. The group of the file itself has an empty name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Group {
     pub name: String,
     pub arrays: Vec<Array>,
 }
 
-/// What was asked for that is not there.
+/// Checks that all wanted tables exist.
 pub(super) fn check_wanted<'a>(
     wanted: &[String],
     names: impl Iterator<Item = &'a str> + Clone,
@@ -36,8 +35,8 @@ pub(super) fn check_wanted<'a>(
     }
 }
 
-/// The part that is wanted; several if their columns are called the same, one after the other. Without a wish the one
-/// whose names say most, then the one with most rows.
+/// Returns the wanted table; several with the same column names are joined one after the other. If none is named,
+/// chooses the table with the most kinds of columns (time, gauges, loads), then with the most rows.
 pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
     check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
     if parts.len() <= 1 {
@@ -46,18 +45,18 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
     }
     let is_used: Vec<bool> = if wanted.is_empty() {
         let score = |part: &Part| (kinds(&part.columns), part.columns.n_rows());
-        // `max_by_key` takes the last of equals.
+        // `max_by_key` returns the last of equal elements.
         let best = (0..parts.len()).rev().max_by_key(|&at| score(&parts[at]));
         (0..parts.len()).map(|at| Some(at) == best).collect()
     } else {
         parts.iter().map(|part| wanted.contains(&part.name)).collect()
     };
-    let told = parts.iter().zip(&is_used).map(|(part, &is_used)| FilePart {
+    let listed = parts.iter().zip(&is_used).map(|(part, &is_used)| FilePart {
         name: part.name.clone(),
         what: format!("{} rows of {} columns", part.columns.n_rows(), part.columns.columns.len()),
         is_used,
     });
-    let told: Vec<FilePart> = told.collect();
+    let listed: Vec<FilePart> = listed.collect();
     let used = parts.into_iter().zip(is_used).filter(|(_, is_used)| *is_used);
     let mut used = used.map(|(part, _)| part);
     let Some(mut table) = used.next() else {
@@ -72,7 +71,7 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
         }
         let n_rows = table.columns.n_rows();
         for (column, more) in table.columns.columns.iter_mut().zip(next.columns.columns) {
-            // Below a shorter column nothing stands, and its rows stay its own.
+            // Pads a shorter column, so that its next values stay in their own rows.
             column.values.resize(n_rows, f64::NAN);
             let later = (more.since - column.since) as f64;
             let more = more.values.into_iter().map(|value| value + later);
@@ -80,10 +79,10 @@ pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, Fil
         }
         table.columns.left_out.extend(next.columns.left_out);
     }
-    Ok(Columns { parts: told, is_guessed_part: wanted.is_empty(), ..table.columns })
+    Ok(Columns { parts: listed, is_guessed_part: wanted.is_empty(), ..table.columns })
 }
 
-/// How many of time, gauges and loads are among the names.
+/// Returns the number of kinds (time, gauge, load) among the column names.
 fn kinds(columns: &Columns) -> usize {
     let kind = |column: &Column| ColumnName::parse(&column.name).kind;
     let has = |is_it: fn(Kind) -> bool| columns.columns.iter().filter_map(kind).any(is_it);
@@ -92,8 +91,8 @@ fn kinds(columns: &Columns) -> usize {
         + usize::from(has(|kind| matches!(kind, Kind::Load(_))))
 }
 
-/// The table of a file of groups: all of them together where they are as long as each other and one time is for all,
-/// otherwise each is a part.
+/// Returns the table of a file of groups. Groups of equal length with at most one time are read together; otherwise
+/// each group is a table of its own.
 pub(super) fn of_groups(
     mut groups: Vec<Group>,
     separator: char,
@@ -112,7 +111,7 @@ pub(super) fn of_groups(
         let all = groups.into_iter().flat_map(|group| {
             let name = move |name: &str| match group.name.as_str() {
                 "" => name.to_owned(),
-                // The one group of a file says nothing; the fields of a struct are called so.
+                // The name of the only group carries no information. Fields of a struct keep theirs.
                 _ if n_tables <= 1 && separator == '/' => name.to_owned(),
                 group => format!("{group}{separator}{name}"),
             };

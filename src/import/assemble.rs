@@ -1,4 +1,4 @@
-//! Recordings from rows: the times settled, what is odd noted, cut where a recording ends.
+//! Turns rows into recordings: settles the times, reports irregularities, and cuts between recordings.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use crate::recording;
 use crate::recording::units::TimeUnit;
 use crate::recording::{Recording, Source};
 
-/// More cuts mean that the times are no times; so many recordings would only fill the memory.
+/// Maximum number of recordings in a file. More cuts mean that the time column is not a time.
 const RECORDING_LIMIT: usize = 50_000;
 
-/// Why no row is usable.
+/// Returns the reason why no row is usable.
 pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
     let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
@@ -41,7 +41,7 @@ pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> Rea
     }
 }
 
-/// Brings the times to seconds; a unit that only the values tell is noted.
+/// Converts the times to seconds. A unit that is derived from the values is reported.
 pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     let per_second = match (plan.time_scale, plan.time_column) {
         (TimeScale::ByValues, Some(column)) => {
@@ -65,7 +65,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     if plan.is_time_of_day() {
         count_days(&mut rows.times);
     }
-    // Less than one a second makes times longer, at the very end too long.
+    // A factor below one makes times larger, so that they may overflow.
     if per_second < 1.0
         && let Some(row) = rows.times.iter().position(|time| !time.is_finite())
     {
@@ -80,7 +80,7 @@ pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// A clock that tells no day starts anew at midnight; its times become those since the first midnight.
+/// Adds a day at each midnight to a clock without dates, so that times count from the first midnight.
 fn count_days(times: &mut [f64]) {
     const DAY_SECS: f64 = 86_400.0;
     let mut midnight = 0.0;
@@ -94,7 +94,7 @@ fn count_days(times: &mut [f64]) {
     }
 }
 
-/// Puts the means of bursts in place of their samples.
+/// Replaces the samples of each burst by their mean.
 pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     let bursts = join::bursts(&rows.times, within_secs);
     let (n_before, n_after) = (rows.times.len(), bursts.len());
@@ -108,7 +108,7 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     rows.findings.note(plan.line, Cause::AveragedBursts { n_before, n_after });
 }
 
-/// Notes a reference whose values stay for some samples and then change, again and again.
+/// Reports a reference whose values repeat for several samples before they change.
 pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     if plan.is_static {
         return;
@@ -119,7 +119,7 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// The rows of each load case as a recording without times.
+/// Returns the rows of each load case as a recording without times.
 pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
@@ -150,7 +150,7 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
     (recordings, findings.into_warnings(&path))
 }
 
-/// Notes what is odd, and cuts the rows into recordings, where nothing else is said at steps longer than `gap_secs`.
+/// Reports irregularities and cuts the rows into recordings at steps longer than `gap_secs`, or the default gap.
 pub(super) fn recordings(
     table: Table,
     gap_secs: Option<f64>,
@@ -209,7 +209,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         parts
     };
     let mut held = held_by_part(&plan, &rows, starts).into_iter();
-    // One list after the other, so that never more than half of one is there twice.
+    // One list after the other, so that at most half of one list is in memory twice.
     let times = parts(rows.times, 1);
     let gauges = parts(rows.gauges, plan.gauge_names.len());
     let loads = parts(rows.loads, plan.axes.len());
@@ -229,7 +229,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
     recordings
 }
 
-/// From when to when each channel of each part holds a value that is too old.
+/// Returns the intervals, per part and auxiliary channel, in which a value is held for too long.
 fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64, f64)>>> {
     let n_channels = plan.auxiliary_names.len();
     let mut parts = vec![vec![Vec::new(); n_channels]; starts.len() + 1];
@@ -245,7 +245,7 @@ fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64,
     parts
 }
 
-/// A recording of rows with these times, gauges, loads and auxiliary channels.
+/// Creates a recording from times, gauges, loads and auxiliary channels.
 fn recording(
     name: String,
     path: &Path,
@@ -262,8 +262,8 @@ fn recording(
         .expect("what is missing was held, so that each row has a number for each channel")
 }
 
-/// Cuts `values`, the first of which is number `offset`, before each of the `starts`. The shorter side of a cut is
-/// copied, and what is left given back, so that little memory is needed.
+/// Cuts `values` before each index in `starts`; the first value has the index `offset`. Only the shorter side of a cut
+/// is copied, and free memory is returned, so that little memory is needed.
 fn cut_values(mut values: Vec<f64>, offset: usize, starts: &[usize], parts: &mut Vec<Vec<f64>>) {
     let middle = starts.len() / 2;
     let Some(start) = starts.get(middle) else {
@@ -308,20 +308,20 @@ mod tests {
     }
 
     #[test]
-    fn an_assumed_time_unit_is_told() {
+    fn an_assumed_time_unit_is_reported() {
         let (recordings, findings) = load("S1,time\n1,0\n2,3\n4,6\n");
         assert_eq!(recordings[0].times(), [0.0, 0.003, 0.006]);
-        let told = Cause::AssumedTimeUnit {
+        let expected = Cause::AssumedTimeUnit {
             column: NamedColumn::new(1, "time"),
             unit: TimeUnit::Milliseconds,
         };
-        assert_eq!(findings, [told]);
+        assert_eq!(findings, [expected]);
         let (recordings, findings) = load("S1,time_s\n1,0\n2,3\n4,6\n");
         assert_eq!(recordings[0].times(), [0.0, 3.0, 6.0]);
         assert_eq!(findings, []);
     }
 
-    /// The same three samples with the day and without: without, the day is counted from the first.
+    /// The same three samples with and without the date. Without it, days are counted from the first one.
     #[test]
     fn a_time_of_day_goes_on_past_midnight() {
         let rows = ["23:59:59.5,1", "0:00:00,2", "00:00:00.5,4"];
@@ -338,13 +338,13 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_gauge_is_told_and_stays() {
+    fn a_constant_gauge_is_reported_and_kept() {
         let (recordings, findings) = load("S1,S2,t,S3\n7,1,0,2\n7,2,0.1,2\n");
         assert_eq!(recordings[0].n_gauges(), 3);
         let constant =
             |column, name: &str, value| Cause::ConstantGauge { column, name: name.into(), value };
-        let told = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
-        assert_eq!(findings, told);
+        let expected = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
+        assert_eq!(findings, expected);
         assert_eq!(load("t,S1\n0,1\n").1, []);
     }
 
@@ -360,8 +360,8 @@ mod tests {
             panic!("two warnings: {:?}", loaded.warnings)
         };
         assert_eq!((cut.first_line, cut.last_line, cut.count), (5, 8, 2));
-        let told = Cause::NewRecording { from_secs: 0.2, to_secs: 9.0 };
-        assert_eq!(cut.cause, told);
+        let expected = Cause::NewRecording { from_secs: 0.2, to_secs: 9.0 };
+        assert_eq!(cut.cause, expected);
         assert_eq!((repeat.first_line, repeat.count), (9, 1));
         assert_eq!(repeat.cause, Cause::RepeatedTime { time_secs: 0.0 });
     }
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn times_that_are_none_are_an_error() {
+    fn a_time_column_that_always_goes_back_is_an_error() {
         let mut text = String::from("# count\nt,S1\n");
         for row in 0..60_000 {
             writeln!(text, "{},{row}", 60_000 - row).unwrap();

@@ -1,4 +1,4 @@
-//! Whatever a file holds: an answer that names the place and the way out, never a panic, never a made-up number.
+//! Faulty files give a message with the place and a way out, never a panic and never an invented number.
 
 use std::fs;
 use std::path::Path;
@@ -11,12 +11,13 @@ use crate::import::map::ColumnMap;
 use crate::progress::Progress;
 use crate::recording::Recording;
 
-/// What is said about a file: its one error, or its warnings.
-fn told(content: impl AsRef<[u8]>) -> String {
+/// Returns the error of reading a file, or its warnings.
+fn messages(content: impl AsRef<[u8]>) -> String {
     match TestFile::new(content).read() {
         Ok(loaded) => {
-            let told: Vec<String> = loaded.warnings.iter().map(LoadWarning::to_string).collect();
-            told.join("\n")
+            let messages: Vec<String> =
+                loaded.warnings.iter().map(LoadWarning::to_string).collect();
+            messages.join("\n")
         }
         Err(error) => error.to_string(),
     }
@@ -34,11 +35,11 @@ fn of_path(path: &Path) -> String {
 #[test]
 fn mixed_line_ends_are_all_line_ends() {
     let text = "t,S1\r0,1\r\n0.1,2\n0.2,3\r\r\n0.3,4";
-    assert_eq!((n_samples(text), told(text)), (4, String::new()));
+    assert_eq!((n_samples(text), messages(text)), (4, String::new()));
 }
 
 #[test]
-fn two_bytes_a_character_are_read_like_one() {
+fn utf_16_is_read_like_utf_8() {
     let text = "\u{feff}t;S1;Fx [N]\r\n0;1,5;2\r\n0,1;2,5;3\r\n";
     let expected = TestFile::new(text).read().unwrap();
     for bytes in [u16::to_le_bytes, u16::to_be_bytes] {
@@ -50,7 +51,7 @@ fn two_bytes_a_character_are_read_like_one() {
 }
 
 #[test]
-fn progress_over_two_bytes_a_character_reaches_its_end() {
+fn progress_over_utf_16_reaches_its_end() {
     let text = "t;S1\n0;1\n1;2\n";
     let file = TestFile::new(text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<_>>());
     let progress = Progress::default();
@@ -73,15 +74,21 @@ fn a_few_zero_bytes_cost_only_their_rows() {
         text.push_str(&format!("{},1.5\n", f64::from(k) / 10.0));
     }
     assert_eq!(n_samples(&text), 99);
-    assert!(told(&text).contains("run.csv:3: column 2 (S1) holds \"\\0\\0\""), "{}", told(&text));
+    assert!(
+        messages(&text).contains("run.csv:3: column 2 (S1) holds \"\\0\\0\""),
+        "{}",
+        messages(&text)
+    );
 }
 
 #[test]
-fn ragged_rows_are_told_with_what_they_have_and_should_have() {
+fn rows_of_wrong_length_are_reported_with_both_lengths() {
     let text = "t,S1,Fx\n0,1,2\n1,1\n2,1,2,3\n3,1,2\n";
     assert_eq!(n_samples(text), 3);
-    assert!(told(text).contains("run.csv:3: 2 cells where the table has 3 columns; row skipped"));
-    assert!(told(text).contains("run.csv:4: 4 cells where the table has 3 columns; the extra"));
+    assert!(
+        messages(text).contains("run.csv:3: 2 cells where the table has 3 columns; row skipped")
+    );
+    assert!(messages(text).contains("run.csv:4: 4 cells where the table has 3 columns; the extra"));
 }
 
 #[test]
@@ -92,60 +99,64 @@ fn quoted_numbers_are_numbers() {
 }
 
 #[test]
-fn what_is_not_finite_never_gets_in() {
+fn values_that_are_not_finite_are_never_kept() {
     for (cell, shown) in
         [("inf", "inf"), ("-Infinity", "-Infinity"), ("nan", "nan"), ("1e999", "1e999")]
     {
         let text = format!("t,S1\n0,1\n1,{cell}\n2,2\n");
         assert_eq!(n_samples(&text), 2);
         let place = format!("run.csv:3: column 2 (S1) holds {shown}, which is not a finite number");
-        assert!(told(&text).contains(&place), "{}", told(&text));
+        assert!(messages(&text).contains(&place), "{}", messages(&text));
     }
-    // Finite as it stands, but not in newtons.
+    // The number is finite, but its value in newtons is not.
     assert!(
-        told("t,S1,Fx [kN]\n0,1,1e307\n1,1,1\n").contains("run.csv:2: column 3 (Fx) holds 1e307")
+        messages("t,S1,Fx [kN]\n0,1,1e307\n1,1,1\n")
+            .contains("run.csv:2: column 3 (Fx) holds 1e307")
     );
 }
 
 #[test]
 fn repeated_names_are_refused_with_both_places() {
     assert!(
-        told("t,S1,S1\n0,1,2\n")
+        messages("t,S1,S1\n0,1,2\n")
             .contains("run.csv:1: columns 2 and 3 are both gauge S1; give each")
     );
-    assert!(told("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both Fx; rename"));
+    assert!(messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both Fx; rename"));
 }
 
 #[test]
-fn empty_files_and_headers_alone_are_told_apart() {
-    assert!(told("").contains("run.csv: the file is empty"));
-    assert!(told("\n\n#x\n").contains("run.csv: no header"));
-    assert!(told("t,S1\n\n").contains("run.csv:1: no rows follow"));
+fn empty_files_and_headers_alone_are_distinguished() {
+    assert!(messages("").contains("run.csv: the file is empty"));
+    assert!(messages("\n\n#x\n").contains("run.csv: no header"));
+    assert!(messages("t,S1\n\n").contains("run.csv:1: no rows follow"));
 }
 
 #[test]
-fn archives_and_binary_files_are_called_what_they_are() {
+fn archives_and_binary_files_are_named() {
     for (content, kind) in [
         (&b"\x1f\x8b\x08\0\0\0\0\0"[..], "a gzip archive"),
         (b"PK\x03\x04\x14\0", "a zip archive or a spreadsheet"),
         (b"\x28\xb5\x2f\xfd\x24", "a Zstandard archive"),
         (b"\x00\x01\x02\x03\x04\x05", "binary data"),
     ] {
-        let told = told(content);
-        assert!(told.contains(&format!("run.csv: not text but {kind}; unpack it")), "{told}");
+        let messages = messages(content);
+        assert!(
+            messages.contains(&format!("run.csv: not text but {kind}; unpack it")),
+            "{messages}"
+        );
     }
-    // Read, but not this one.
+    // HDF5 is supported, but this file is damaged.
     #[cfg(feature = "hdf5")]
-    assert!(told(b"\x89HDF\r\n\x1a\n").contains("an HDF5 file that is damaged"));
+    assert!(messages(b"\x89HDF\r\n\x1a\n").contains("an HDF5 file that is damaged"));
 }
 
 #[test]
-fn a_delimiter_that_is_not_the_files_is_told_by_the_number_of_columns() {
+fn a_wrong_delimiter_shows_in_the_number_of_columns() {
     let file = TestFile::new("t;S1;Fx\n0;1;2\n1;2;3\n");
     let layout = TextLayout { header: true, ..TextLayout::default() };
     let inspection = inspect(&file.path, Known::Layout(&layout), &Progress::default()).unwrap();
-    let told = inspection.check.error.unwrap();
-    assert!(told.contains("run.csv:1: no time column among t;S1;Fx"), "{told}");
+    let messages = inspection.check.error.unwrap();
+    assert!(messages.contains("run.csv:1: no time column among t;S1;Fx"), "{messages}");
     let known = inspect(&file.path, Known::Nothing, &Progress::default()).unwrap();
     assert_eq!(known.check.error, None);
     let wrong = ColumnMap::from_json(
@@ -161,9 +172,9 @@ fn a_delimiter_that_is_not_the_files_is_told_by_the_number_of_columns() {
 }
 
 #[test]
-fn directories_devices_and_vanished_files_are_told() {
+fn folders_and_missing_files_are_reported() {
     let folder = tempfile::tempdir().unwrap();
-    assert!(of_path(folder.path()).contains("a folder and not a file; name the recordings in it"));
+    assert!(of_path(folder.path()).contains("this is a folder; name the recordings in it"));
     let file = TestFile::new("t,S1\n0,1\n");
     fs::remove_file(&file.path).unwrap();
     assert!(of_path(&file.path).contains("run.csv: cannot be read"));
@@ -171,13 +182,13 @@ fn directories_devices_and_vanished_files_are_told() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_cannot_be_read_is_told() {
-    assert!(of_path(Path::new("/dev/zero")).contains("/dev/zero: not a file"));
-    // A file that can be opened, but whose first byte nobody may read.
+fn unreadable_files_are_reported() {
+    assert!(of_path(Path::new("/dev/zero")).contains("/dev/zero: this is a pipe or a device"));
+    // The file can be opened, but its first byte cannot be read.
     assert!(of_path(Path::new("/proc/self/mem")).contains("/proc/self/mem: cannot be read"));
 }
 
-/// Files and maps with bytes changed, left out and put in at random.
+/// Files and maps with bytes changed, removed and inserted at random.
 mod mutations {
     use super::*;
 
@@ -230,7 +241,7 @@ mod mutations {
     }
 
     #[test]
-    fn mutated_files_never_panic_whatever_the_map() {
+    fn mutated_files_never_panic_with_or_without_a_map() {
         let file = TestFile::new("");
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
         let sound_map = ColumnMap::from_json(MAP).unwrap();
@@ -253,7 +264,7 @@ mod mutations {
     }
 
     #[test]
-    fn mutated_maps_never_panic_and_never_lie() {
+    fn mutated_maps_never_panic_and_read_back_the_same() {
         let file = TestFile::new(FILES[3]);
         let mut random = Random(0x0123_4567_89ab_cdef);
         let mut n_used = 0;

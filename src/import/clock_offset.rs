@@ -1,11 +1,11 @@
-//! How far apart two clocks are, judged by what was measured: only an estimate, for a person to accept or not.
+//! Estimates the offset between two clocks from the measured values, for the user to accept or reject.
 //!
-//! The gauges follow the load, so the right offset is the one at which they explain most of it. For each offset the
-//! share of the reference's variance that a linear combination of the gauges explains (R²) is what cross-correlation
-//! gives once the gauges are made orthogonal.
+//! The gauges follow the load, so they explain most of it at the right offset. The measure is the share of the
+//! reference's variance that a linear combination of the gauges explains (R²). It equals the cross-correlation with
+//! gauges that were made orthogonal.
 //!
-//! This is not the time lag that [`scoring::lag`](crate::scoring::lag) measures: here clocks may be hours apart and each side has its
-//! own sample times, while a lag is sought within a fraction of a cycle, beside hysteresis, on samples that are already joined.
+//! [`scoring::lag`](crate::scoring::lag) measures something else: a lag within a fraction of a cycle, beside hysteresis,
+//! in samples that are already joined. Here the clocks may be hours apart, and each side has its own sample times.
 
 use serde::Serialize;
 
@@ -13,36 +13,36 @@ use super::join::Series;
 use crate::dot::dot;
 use crate::recording::gap::median_step;
 
-/// Minimum number of points on each clock.
+/// Minimum number of samples on each clock.
 const FEWEST_SAMPLES: usize = 16;
-/// Points of the first, coarse search, over the longer of the two.
+/// Number of grid points of the first, coarse search, over the longer of the two series.
 const COARSE_POINTS: f64 = 1024.0;
-/// Points of the second search at most.
+/// Maximum number of grid points of the second, fine search.
 const FINE_POINTS: f64 = 16_384.0;
-/// The clocks may be apart by this share of what both have in common.
+/// Maximum offset, as a share of the time that both series have in common.
 const LARGEST_SHARE: f64 = 0.2;
-/// Repeated loadings fit nearly as well many times. So the smallest offset is taken whose unexplained share comes this
-/// near to the smallest: by this much, or by half of it.
+/// Explained share that an offset may lose against the best one; half of the unexplained share if that is larger.
+/// Repeated loads fit nearly as well at many offsets, so the smallest of the offsets within this tolerance is returned.
 const NEARLY_AS_GOOD: f64 = 0.01;
-/// A gauge of which less than this is its own adds nothing.
+/// Minimum share of a gauge's variance that the other gauges do not explain. Below it the gauge adds nothing.
 const SMALLEST_SHARE: f64 = 1e-9;
 
-/// How far apart two clocks seem to be.
+/// Estimated offset between two clocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockOffset {
-    /// Added to the reference's times it makes them those of the gauges (s).
+    /// Offset to be added to the reference's times (s).
     pub offset_secs: f64,
-    /// The share of the reference that the gauges explain then, 0 to 1, over all axes.
+    /// Share of the reference that the gauges explain with this offset, 0 to 1, over all axes.
     pub explained: f64,
-    /// The same share as the clocks are.
+    /// Share of the reference that the gauges explain without an offset, 0 to 1.
     pub explained_without: f64,
 }
 
-/// Estimates what must be added to the reference's times.
+/// Estimates the offset to be added to the reference's times.
 ///
-/// Both runs must overlap by half of the shorter one; where they do not, their starts are laid upon each other first.
-/// From there, offsets up to a fifth of what they have in common are tried. A gauge that lags behind its load looks like
-/// an offset too, so this is no proof of one. `None` where a time goes back, or either side is too short or constant.
+/// Both series must overlap by half of the shorter one; if they do not, their starts are aligned first. From there,
+/// offsets up to a fifth of the common time are tried. A gauge that lags behind its load also looks like an offset, so
+/// the result is no proof. Returns `None` if a time goes back, or one series is too short or constant.
 pub fn estimate(gauges: Series, reference: Series) -> Option<ClockOffset> {
     let (gauge_span, reference_span) = (Span::of(gauges.times)?, Span::of(reference.times)?);
     let shorter = gauge_span.length().min(reference_span.length());
@@ -77,7 +77,7 @@ struct Span {
 }
 
 impl Span {
-    /// From first to last; `None` if there is too little, or time goes back.
+    /// Returns the span from the first to the last time; `None` if there are too few or they go back.
     fn of(times: &[f64]) -> Option<Self> {
         let (start, end) = (*times.first()?, *times.last()?);
         let is_usable = times.len() >= FEWEST_SAMPLES && times.is_sorted() && end > start;
@@ -88,7 +88,7 @@ impl Span {
         self.end - self.start
     }
 
-    /// What it shares with another one that comes `later`; of negative length if that is nothing.
+    /// Returns the common span with another one shifted `later`; its length is negative if there is none.
     fn common(self, other: Self, later: f64) -> Self {
         Self { start: self.start.max(other.start + later), end: self.end.min(other.end + later) }
     }
@@ -96,15 +96,15 @@ impl Span {
 
 /// Gauges and reference on one grid of times.
 struct Grids {
-    /// Each with mean 0 and sum of squares 1, and orthogonal to all others, over the middle of what both have in common.
+    /// Orthogonal gauges, each with mean 0 and sum of squares 1, over the middle of the common span.
     gauges: Vec<Vec<f64>>,
-    /// As they are, over all of it: `reach` points more than the gauges before and after.
+    /// Reference axes as measured, over the whole common span: `reach` more points than the gauges on both sides.
     axes: Vec<Vec<f64>>,
     reach: usize,
 }
 
 impl Grids {
-    /// `None` if the middle is too short, or all gauges or all axes are constant.
+    /// Resamples both series; returns `None` if the middle is too short, or all gauges or all axes are constant.
     fn new(
         gauges: Series,
         reference: Series,
@@ -144,7 +144,7 @@ impl Grids {
         })
     }
 
-    /// The share of the reference that the gauges explain if it comes `lag` steps later, the mean over the axes.
+    /// Returns the share of the reference that the gauges explain if it is `lag` steps later, as the mean over the axes.
     fn explained(&self, lag: isize) -> f64 {
         let start = self.reach.saturating_add_signed(-lag);
         let of_axis = |axis: &Vec<f64>| -> f64 {
@@ -157,7 +157,7 @@ impl Grids {
         self.axes.iter().map(of_axis).sum::<f64>() / self.axes.len() as f64
     }
 
-    /// The smallest lag that is nearly as good as the best, moved to the top of its hill.
+    /// Returns the smallest lag that is nearly as good as the best, moved to its local maximum.
     fn nearest_good_lag(&self) -> isize {
         let reach = self.reach as isize;
         let explained: Vec<f64> = (-reach..=reach).map(|lag| self.explained(lag)).collect();
@@ -171,7 +171,7 @@ impl Grids {
         lag
     }
 
-    /// Where, as a share of a step, the top of the parabola through a best lag and its neighbours lies.
+    /// Returns the vertex of the parabola through the best lag and its neighbours, as a fraction of a step from the best lag.
     fn peak_beside(&self, best: isize) -> f64 {
         let [left, top, right] = [best - 1, best, best + 1].map(|lag| self.explained(lag));
         let curvature = left - 2.0 * top + right;
@@ -179,7 +179,7 @@ impl Grids {
     }
 }
 
-/// Subtracts the mean; gives the sum of squares that is left.
+/// Subtracts the mean and returns the sum of squares of the rest.
 fn centre(values: &mut [f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     for value in values.iter_mut() {
@@ -188,8 +188,8 @@ fn centre(values: &mut [f64]) -> f64 {
     dot(values, values)
 }
 
-/// One column of a series at `n` times a step apart: the mean around each time where there are several samples, else
-/// on the line between two.
+/// Returns one column of a series at `n` equidistant times. Each value is the mean of the samples around that time, or
+/// interpolated if there are few.
 fn on_grid(series: Series, column: usize, start: f64, step: f64, n: usize) -> Vec<f64> {
     const FEWEST_FOR_MEAN: usize = 4;
     let value = |k: usize| series.values[k * series.width + column];
@@ -222,14 +222,14 @@ fn on_grid(series: Series, column: usize, start: f64, step: f64, n: usize) -> Ve
 mod tests {
     use super::*;
 
-    /// Two loads that never repeat within the run.
+    /// Returns two loads that never repeat within the run.
     fn loads(t: f64) -> [f64; 2] {
         let first = (0.9 * t).sin() + (0.41 * t + 1.0).sin() + 0.3 * (2.3 * t).cos();
         [first, (0.7 * t).cos() - (0.23 * t).sin()]
     }
 
-    /// Three gauges that mix the loads, every `step` seconds with some jitter, and both loads at other times on a clock
-    /// that is `late` seconds behind.
+    /// Returns three gauges that mix two loads, sampled every `step` seconds with jitter, and both loads at other times on
+    /// a clock that is `late` seconds behind.
     fn run(step: f64, late: f64) -> [(Vec<f64>, Vec<f64>); 2] {
         let times = |step: f64, phase: f64| -> Vec<f64> {
             let jitter = |k: f64| 0.2 * step * (7.0 * k).sin();
@@ -268,23 +268,23 @@ mod tests {
     }
 
     #[test]
-    fn clocks_of_different_epochs_are_laid_upon_each_other_first() {
+    fn clocks_of_different_epochs_are_aligned_at_their_starts_first() {
         let found = estimated(0.1, 1.7e9);
         assert!((found.offset_secs - 1.7e9).abs() < 0.01, "{found:?}");
         assert_eq!(found.explained_without, 0.0);
     }
 
     #[test]
-    fn what_the_shift_gains_is_told() {
+    fn the_gain_of_the_offset_is_reported() {
         let found = estimated(0.1, 0.4);
         assert!(found.explained_without < found.explained - 0.05, "{found:?}");
         let none = estimated(0.1, 0.0);
         assert!((none.explained_without - none.explained).abs() < 1e-3, "{none:?}");
     }
 
-    /// A load that repeats each 10 s fits as well 10 s later; the offset near 0 is meant.
+    /// A load with a period of 10 s fits as well 10 s later; the offset near 0 is the right one.
     #[test]
-    fn of_many_fitting_offsets_the_smallest_is_taken() {
+    fn of_several_offsets_that_fit_the_smallest_is_returned() {
         let times: Vec<f64> = (0..2000).map(|k| 0.1 * f64::from(k)).collect();
         let load = |t: f64| (0.2 * std::f64::consts::PI * t).sin();
         let gauges: Vec<f64> = times.iter().map(|t| load(*t) + 0.01 * (0.3 * t).sin()).collect();
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_compare_gives_nothing() {
+    fn without_enough_data_there_is_no_estimate() {
         let times: Vec<f64> = (0..50).map(f64::from).collect();
         let flat = vec![1.0; 50];
         let series = |times, values| Series { times, values, width: 1 };

@@ -1,4 +1,4 @@
-//! Loads to a weight where it is not known.
+//! Estimates an unknown weight from measured loads.
 
 use std::path::Path;
 
@@ -13,13 +13,13 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::recording::Axis;
 
-/// Finds the weight that a sensor carries in a recording with both its pose and a measured load, on one clock.
+/// Estimates the weight that a sensor carries from a recording with its pose and a measured load on one clock.
 ///
-/// Least squares with an offset of the reference; the map's `weight` may say what gravity and angles are, its mass does
-/// not matter.
+/// The method is least squares with an offset of the reference. `weight` in the map may set gravity and the convention
+/// of angles; its mass is not used.
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read by the map, has no pose or no forces, or the sensor was never turned.
+/// [`ReadError`] if the map does not fit the file, a pose or forces are missing, or the sensor was never turned.
 pub fn estimate_weight(
     path: &Path,
     map: &ColumnMap,

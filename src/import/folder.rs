@@ -1,18 +1,18 @@
-//! The files that the name of a folder, or a pattern, stands for.
+//! Expands the name of a folder, or a pattern, to files.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::formats;
 
-/// What lies beside recordings and is none.
+/// Names of text files that lie beside recordings but are not recordings.
 const BESIDE: [&str; 5] = ["readme", "license", "licence", "changelog", "notes"];
 
-/// The files in a folder that a recording's name ends like, in the order of their names; hidden ones and what tells of the others are left
-/// out.
+/// Returns the files in a folder that have the extension of a recording, sorted by name. Hidden files and descriptions
+/// such as a readme are left out.
 ///
 /// # Errors
-/// What reading the folder gives.
+/// Errors of reading the folder.
 pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -29,13 +29,13 @@ pub fn recordings_in(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Returns true if a name stands for many.
+/// Returns true if a name contains wildcards.
 pub fn is_pattern(path: &Path) -> bool {
     path.to_string_lossy().contains(['*', '?'])
 }
 
-/// Returns the files that a pattern with `*` or `?` stands for, sorted by name as a Unix shell does; `None` where a file itself has
-/// that name, or none matches.
+/// Returns the files that match a pattern with `*` or `?`, sorted by name as a Unix shell does. Returns `None` if a file
+/// has exactly that name, or no file matches.
 pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
     if !is_pattern(pattern) || pattern.exists() {
         return None;
@@ -45,7 +45,7 @@ pub fn matching(pattern: &Path) -> Option<Vec<PathBuf>> {
         require_literal_separator: true,
         require_literal_leading_dot: true,
     };
-    // Square brackets are common in the names of folders.
+    // Square brackets are common in the names of folders, so they are not wildcards.
     let pattern = pattern.to_str()?.replace('[', "[[]");
     let found: Vec<_> = glob::glob_with(&pattern, options).ok()?.flatten().collect();
     (!found.is_empty()).then_some(found)
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pattern_stands_for_the_names_that_are_like_it() {
+    fn a_pattern_selects_the_matching_names() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         for day in ["day1", "day2", "day[3]"] {
@@ -77,7 +77,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_file_that_is_called_like_a_pattern_is_itself() {
+    fn a_file_whose_name_looks_like_a_pattern_is_that_file() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["*.csv", "a.csv"] {
             std::fs::write(folder.path().join(name), "").unwrap();
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_come_in_order_and_what_is_none_stays() {
+    fn recordings_are_sorted_and_other_files_left_out() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["b.csv", "a.TXT", "README.txt", ".hidden.csv", "sensor.toml", "c.json"] {
             std::fs::write(folder.path().join(name), "").unwrap();

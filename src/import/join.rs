@@ -1,30 +1,30 @@
-//! Two clocks become one: what a reference is at the times of the gauges.
+//! Joins two clocks: gives the reference at the times of the gauges.
 //!
-//! Guarantees: nothing is made up. Outside of the reference's times, and further from its samples than the limit, there
-//! is no value.
+//! Guarantees: no value is invented. There is none outside the reference's times, or farther from its samples than the
+//! limit.
 
 use std::ops::Range;
 
 use super::map::JoinMethod;
 
-/// Values on their own clock.
+/// Values with the times of their own clock.
 #[derive(Clone, Copy, Debug)]
 pub struct Series<'a> {
-    /// When (s); never going back.
+    /// Times (s), never decreasing.
     pub times: &'a [f64],
-    /// Row-major, `width` for each time.
+    /// Values, row-major with `width` per time.
     pub values: &'a [f64],
-    /// How many values belong to one time.
+    /// Number of values per time.
     pub width: usize,
 }
 
-/// Brings a reference to other times.
+/// Evaluates a reference at other times.
 ///
-/// Interpolation bridges no step longer than `limit_secs`; the nearest sample may be no further away than that, the one
-/// before no older.
+/// `limit_secs` is the longest step that interpolation bridges, the largest distance of the nearest sample, or the
+/// largest age of a held one.
 ///
-/// **Shapes** one entry per time; `None` where there is no reference, else `width` values are appended to the second
-/// list, row-major.
+/// **Shapes** one entry per time, `None` if there is no reference; for each other one `width` values are appended to the
+/// second list, row-major.
 pub fn at_times(
     times: &[f64],
     reference: Series,
@@ -45,7 +45,7 @@ pub fn at_times(
                 };
                 values.extend(row(first).iter().zip(row(second)).map(between));
             }
-            // The difference of the largest numbers is none.
+            // The difference of very large numbers may be infinite; then there is no value.
             if values[n_before..].iter().any(|value| !value.is_finite()) {
                 values.truncate(n_before);
             }
@@ -55,7 +55,7 @@ pub fn at_times(
     (has_value, values)
 }
 
-/// A value between two samples: this share of the way from the first to the second.
+/// Value between two samples, at a fraction of the way from the first to the second.
 #[derive(Clone, Copy, Debug)]
 struct Blend {
     first: usize,
@@ -95,7 +95,7 @@ fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Op
     }
 }
 
-/// Intervals of samples that follow each other no later than `within_secs`; together they are all samples.
+/// Returns the intervals of samples whose steps are at most `within_secs`. Together they contain all samples.
 pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {
@@ -109,14 +109,14 @@ pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
     bursts
 }
 
-/// The means of intervals that follow each other, in place of the values.
+/// Replaces the values of successive intervals by their means.
 ///
-/// **Shapes** values row-major with `width` columns, one row per sample before, one per interval after.
+/// **Shapes** row-major with `width` columns: one row per sample before, one row per interval after.
 pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) {
     for (at, interval) in intervals.iter().enumerate() {
         for column in 0..width {
             let first = values[interval.start * width + column];
-            // As differences from the first value: sums of large times would lose digits.
+            // Differences from the first value are averaged, since sums of large times would lose digits.
             let later = |k: usize| values[k * width + column] - first;
             let n = interval.len() as f64;
             let mut mean = first + interval.clone().map(later).sum::<f64>() / n;
@@ -161,19 +161,19 @@ mod tests {
         let values = joined(&times, JoinMethod::Nearest, 0.5);
         let expected = [None, Some(10.0), Some(10.0), Some(20.0), None, None, None, Some(0.0)];
         assert_eq!(values, expected);
-        // Halfway between two, the earlier one.
+        // Halfway between two samples, the earlier one counts.
         assert_eq!(joined(&[3.0], JoinMethod::Nearest, 1.0), [Some(20.0)]);
     }
 
     #[test]
-    fn a_held_value_gets_old() {
+    fn a_held_value_expires() {
         let times = [0.9, 1.0, 1.9, 5.0, 6.1, 12.0];
         let values = joined(&times, JoinMethod::Hold, 2.0);
         assert_eq!(values, [None, Some(10.0), Some(10.0), Some(40.0), None, Some(0.0)]);
     }
 
     #[test]
-    fn all_values_of_a_time_come_along() {
+    fn all_values_at_a_time_are_joined() {
         let reference = Series { times: &[0.0, 1.0], values: &[1.0, -1.0, 2.0, -2.0], width: 2 };
         let (has_value, values) =
             at_times(&[0.5, 2.0, 1.0], reference, JoinMethod::Interpolate, 1.0);

@@ -1,18 +1,21 @@
-//! Rows as they come: from a pipe, or from a file that somebody writes to.
+//! Rows that arrive live, from a pipe or from a file that another program writes.
 //!
-//! Guarantees: the columns are settled once, by the code that reads whole files; after that a line costs what its cells cost,
-//! and a line that is no row is said to be none and changes nothing. JSON lines are read as rows whose names are their keys.
+//! Guarantees: the columns are determined once, by the code that reads whole files. Each further line costs only the
+//! parsing of its cells. A line that is not a row is reported and changes nothing. The keys of JSON lines name columns.
 
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+pub use super::device_rows::RowForm;
+use super::device_rows::{DeviceRows, GUESSED_BY};
 use super::error::{at, of_file};
 use super::load::{Reading, by_names};
 use super::map::ColumnMap;
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
+use super::warning::Cause;
 use crate::formats::text::ArrivingLines;
 use crate::formats::{LineKeys, Opened, Part};
 use crate::import::error::ReadError;
@@ -25,56 +28,159 @@ use crate::recording::units::TimeUnit;
 
 /// Maximum number of lines before the first row.
 const MAX_HEAD_LINES: usize = 200;
-/// Number of rows from which on their median step is that of the sensor.
+/// Number of rows whose median step is taken for the sample interval of the sensor.
 const ROWS_FOR_A_STEP: usize = 5;
 
-/// Where rows come from, and what is known of them.
+/// Source of live rows, with its known properties.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSource<'a> {
-    /// What messages call it.
+    /// Name of the source in messages.
     pub path: &'a Path,
-    /// What the columns are, where a map says it.
+    /// Column map, if the user gives one.
     pub map: Option<&'a ColumnMap>,
-    /// The step of the recordings that the calibration was made of (s).
+    /// Sample interval of the recordings from which the calibration was made (s).
     pub step_secs: Option<f64>,
+    /// The gauges of the calibration, in its order.
+    pub gauges: &'a [String],
+    /// The auxiliary channels that the calibration needs, in its order.
+    pub auxiliary: &'a [String],
+    /// How the rows are printed; guessed from the first ten lines if it is not given.
+    pub form: Option<RowForm>,
+    /// Rows a second where they have no time (Hz); without it the clock of this computer is their time.
+    pub rate_hz: Option<f64>,
 }
 
-/// One row.
+/// A table and the rows among its first lines.
+pub type Begun = (LiveTable, Vec<LiveRow>);
+
+/// Why a line is no row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejected {
+    /// Its time (s), if it has one.
+    pub time: Option<f64>,
+    /// Which value is wrong.
+    pub why: String,
+}
+
+/// The first lines of a source, until they tell what its rows are.
+#[derive(Debug)]
+pub struct LiveHead {
+    lines: Vec<String>,
+    /// When each line came, from the start on (s).
+    arrived_secs: Vec<f64>,
+    start: Instant,
+}
+
+impl Default for LiveHead {
+    fn default() -> Self {
+        Self { lines: Vec::new(), arrived_secs: Vec::new(), start: Instant::now() }
+    }
+}
+
+impl LiveHead {
+    /// Returns true before the first line.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    /// Takes the next line. Returns the table once it is known.
+    ///
+    /// # Errors
+    /// [`ReadError`] if no more lines will make a table of them.
+    pub fn push(
+        &mut self,
+        line: String,
+        source: LiveSource<'_>,
+    ) -> Result<Option<Begun>, ReadError> {
+        self.lines.push(line);
+        self.arrived_secs.push(self.start.elapsed().as_secs_f64());
+        let is_table = matches!(source.form, None | Some(RowForm::Table));
+        let begun = match is_table {
+            true => LiveTable::begin(&self.lines, source),
+            false => Ok(None),
+        };
+        match begun {
+            Ok(None) if source.form.is_none() && self.lines.len() < GUESSED_BY => Ok(None),
+            Ok(None) => self.of_device(source, false),
+            begun => begun,
+        }
+    }
+
+    /// Returns the table where no more lines come.
+    ///
+    /// # Errors
+    /// [`ReadError`] if they make no table.
+    pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
+        match self.of_device(source, true)? {
+            Some(begun) => Ok(begun),
+            None => LiveTable::of_all(&self.lines, source),
+        }
+    }
+
+    fn of_device(&self, source: LiveSource<'_>, is_all: bool) -> Result<Option<Begun>, ReadError> {
+        let n_needed = source.gauges.len() + source.auxiliary.len();
+        let form = match (source.form, source.map) {
+            (Some(form), _) => Some(form),
+            (None, None) => RowForm::guess(&self.lines, n_needed),
+            (None, Some(_)) => None,
+        };
+        let Some(form) = form.filter(|form| *form != RowForm::Table && n_needed > 0) else {
+            return Ok(None);
+        };
+        let (mut device, map) = DeviceRows::new(form, &self.lines, source);
+        let lines = self.lines.iter().zip(&self.arrived_secs);
+        let rows: Vec<String> =
+            lines.filter_map(|(line, arrived)| device.line(line, *arrived)).collect();
+        let table_source = LiveSource { map: map.as_ref(), ..source };
+        let begun = match is_all || !rows.is_empty() && self.lines.len() >= GUESSED_BY {
+            true => Some(LiveTable::of_all(&rows, table_source)?),
+            false => LiveTable::begin(&rows, table_source)?,
+        };
+        Ok(begun.map(|(mut table, rows)| {
+            table.device = Some((device, self.start));
+            (table, rows)
+        }))
+    }
+}
+
+/// One live row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveRow {
-    /// Its time (s).
+    /// Time (s).
     pub time: f64,
-    /// Its gauges, as [`LiveTable::gauge_names`] names them.
+    /// Gauges, in the order of [`LiveTable::gauge_names`].
     pub gauges: Vec<f64>,
-    /// Its auxiliary channels, as [`LiveTable::auxiliary_names`] names them; what a line leaves out is as in the line before.
+    /// Auxiliary channels, in the order of [`LiveTable::auxiliary_names`]. A missing value is held from the line before.
     pub auxiliary: Vec<f64>,
-    /// How long ago each of them was measured, and how far apart its numbers are in the mean (s).
+    /// Age of each auxiliary value, and mean interval between the values of its channel (s).
     pub auxiliary_ages: Vec<(f64, f64)>,
-    /// Its reference, as [`LiveTable::axes`] names it.
+    /// Reference load, in the order of [`LiveTable::axes`].
     pub loads: Vec<f64>,
 }
 
-/// What the lines of a table are, once its head has come.
+/// Columns of a live source, known once its head has arrived.
 #[derive(Debug)]
 pub struct LiveTable {
     plan: Plan,
     per_second: f64,
     assumed_unit: Option<TimeUnit>,
-    /// What JSON lines call the columns.
+    /// Keys of the columns in JSON lines.
     keys: Option<LineKeys>,
     n_rows: f64,
-    /// The newest of each auxiliary channel.
+    /// Newest value of each auxiliary channel.
     held: Vec<Newest>,
+    /// What brings the lines of a device to lines of this table, and when its clock started.
+    device: Option<(DeviceRows, Instant)>,
 }
 
-/// The newest number of a channel.
+/// Newest value of an auxiliary channel.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
-    /// NaN before the first.
+    /// Value; NaN before the first one.
     value: f64,
-    /// When it came (s).
+    /// Time of the value (s).
     secs: f64,
-    /// How long the numbers took from the first on (s), and how many came after it.
+    /// Time since the first value (s), and the number of values after the first.
     since_first: (f64, u64),
 }
 
@@ -97,12 +203,12 @@ impl Newest {
 }
 
 impl LiveTable {
-    /// The names of the gauges.
+    /// Returns the names of the gauges.
     pub fn gauge_names(&self) -> &[String] {
         &self.plan.gauge_names
     }
 
-    /// Where each of these gauges stands in a row: by its name, or by its place where the gauges of JSON lines are one list.
+    /// Returns the position of each gauge in a row: by its name, or by its index if the gauges of JSON lines are one list.
     pub fn places(&self, gauges: &[String]) -> Option<Vec<usize>> {
         let names = self.gauge_names();
         let place = |gauge: &String| names.iter().position(|name| name == gauge);
@@ -112,12 +218,12 @@ impl LiveTable {
         by_name.or_else(|| is_list.then(|| (0..names.len()).collect()))
     }
 
-    /// The names of the auxiliary channels.
+    /// Returns the names of the auxiliary channels.
     pub fn auxiliary_names(&self) -> &[String] {
         &self.plan.auxiliary_names
     }
 
-    /// Where each of these auxiliary channels stands in a row; the first that is not there, if there is one.
+    /// Returns the position of each auxiliary channel in a row, or the name of the first one that is missing.
     pub fn auxiliary_places(&self, names: &[String]) -> Result<Vec<usize>, String> {
         let own = self.auxiliary_names();
         let place = |name: &String| own.iter().position(|own| own == name);
@@ -125,20 +231,26 @@ impl LiveTable {
         places.collect()
     }
 
-    /// The axes of the reference; empty without one.
+    /// Returns the axes of the reference; empty without a reference.
     pub fn axes(&self) -> &[Axis] {
         &self.plan.axes
     }
 
-    /// The unit of the times where the header has none: that in which their step is nearest to the one that the calibration knows.
+    /// Returns the assumed unit of the times if the header has none: the one whose step is nearest to the calibration's.
     pub fn assumed_unit(&self) -> Option<&'static str> {
         self.assumed_unit.map(TimeUnit::symbol)
     }
 
-    /// Looks at the first lines, and gives the table with the rows that are among them; `None` if more must come.
+    /// Returns a description of a device's rows: their form, and the source of their times.
+    pub fn device(&self) -> Option<String> {
+        let (device, _) = self.device.as_ref()?;
+        Some(format!("rows are {}; the time is by {}", device.form.words(), device.clock))
+    }
+
+    /// Creates the table from the first lines, with the rows among them; returns `None` if more lines are needed.
     ///
     /// # Errors
-    /// [`ReadError`] if no more lines will make a table of them.
+    /// [`ReadError`] if further lines cannot make the table valid.
     pub fn begin(
         lines: &[String],
         source: LiveSource<'_>,
@@ -156,10 +268,10 @@ impl LiveTable {
         }
     }
 
-    /// [`begin`](Self::begin) where no more lines come.
+    /// Creates the table as [`begin`](Self::begin) does, when no further lines follow.
     ///
     /// # Errors
-    /// [`ReadError`] if they make no table.
+    /// [`ReadError`] if the lines are not a table.
     pub fn of_all(
         lines: &[String],
         source: LiveSource<'_>,
@@ -167,7 +279,7 @@ impl LiveTable {
         Ok(Self::begun(lines, source, 0)?.expect("no more rows are needed"))
     }
 
-    /// `None` with fewer rows than these, where their step must tell the unit of the times.
+    /// Returns `None` with fewer rows than `n_needed`, if the step of the rows must give the unit of the times.
     fn begun(
         lines: &[String],
         source: LiveSource<'_>,
@@ -198,12 +310,13 @@ impl LiveTable {
             plan,
             keys,
             n_rows: 0.0,
+            device: None,
         };
         let rows = table.rows(rows);
         Ok(Some((table, rows)))
     }
 
-    /// The first lines, read as if they were a file.
+    /// Reads the first lines as if they were a file.
     fn of_first(
         lines: &[String],
         map: Option<&ColumnMap>,
@@ -226,7 +339,7 @@ impl LiveTable {
         let head = opened
             .head(&map.table.text)
             .ok_or_else(|| ReadError::NoHeader { path: path.clone() })?;
-        // A reference on another clock is of other moments.
+        // A reference on another clock belongs to other times, so only the gauges are read.
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
         let plan = plan.map_err(at(&path, head.line))?;
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(&path))?;
@@ -237,25 +350,42 @@ impl LiveTable {
         }
     }
 
-    /// Reads one line.
+    /// Reads one line; `None` where a row needs more lines.
     ///
     /// # Errors
-    /// The time (s) of a line that is no usable row; `None` if it has none.
-    pub fn row(&mut self, line: &str) -> Result<LiveRow, Option<f64>> {
+    /// [`Rejected`] if the line is no usable row.
+    pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
+        let translated = match &mut self.device {
+            None => return self.table_row(line).map(Some),
+            Some((device, start)) => device.line(line, start.elapsed().as_secs_f64()),
+        };
+        translated.map(|line| self.table_row(&line)).transpose()
+    }
+
+    fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
         let columns;
         let part = match &self.keys {
             Some(keys) => {
-                columns = keys.row(line).ok_or(None)?;
+                columns = keys.row(line).ok_or_else(|| Rejected {
+                    time: None,
+                    why: "the line is no JSON object".to_owned(),
+                })?;
                 Part::Rows(&columns, 0..1)
             }
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
+        let why = rows.findings.first_skipped(Path::new("")).map(|own| own.cause);
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
-            // It takes its place where rows are counted.
+            // An unusable row still counts where the time is a row number.
             self.n_rows += f64::from(time.is_some());
-            time.map(|time| time / self.per_second)
+            let why = match why {
+                Some(Cause::Cell { column, value, .. }) => format!("{} is {value:?}", column.name),
+                Some(cause) => cause.to_string().trim_end_matches("; row skipped").to_owned(),
+                None => "the line is blank or a comment".to_owned(),
+            };
+            Rejected { time: time.map(|time| time / self.per_second), why }
         })
     }
 
@@ -284,7 +414,7 @@ impl LiveTable {
     }
 }
 
-/// The unit in which times have a step like that of the calibration; `None` where no time goes by.
+/// Returns the unit in which the step of the times is nearest to that of the calibration; `None` if no time passes.
 fn by_step_of(
     times: &[f64],
     trained_secs: f64,
@@ -304,41 +434,41 @@ fn by_step_of(
     })
 }
 
-/// How often a file that does not grow is looked at again.
-const LOOK_AGAIN: Duration = Duration::from_millis(50);
+/// Interval at which a file that does not grow is checked again.
+const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
-/// Length that is read at a time, and length of the end of what was read that tells whether it still stands there (bytes).
+/// Number of bytes read at a time. The last [`TAIL_BYTES`] of them show later whether the file was rewritten.
 const READ_BYTES: usize = 1 << 16;
 const TAIL_BYTES: usize = 256;
 
-/// A file that is still being written: its end is waited at, and a file that takes its place, or starts anew, is followed.
+/// File that is still being written. A file that replaces it, or is rewritten, is followed.
 #[derive(Debug)]
 pub struct GrowingFile {
     path: PathBuf,
     file: File,
     /// Number of bytes read so far.
     n_read: u64,
-    /// The last of these.
+    /// Last bytes that were read.
     tail: Vec<u8>,
     lines: ArrivingLines,
 }
 
-/// What a growing file has.
+/// Result of checking a growing file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Grown {
-    /// A whole line.
+    /// Complete line.
     Line(String),
-    /// Nothing new for now.
+    /// No new line.
     Nothing,
-    /// Another file stands in its place, or it was cut and begins anew: a new head comes.
+    /// Another file has replaced it, or it was rewritten: a new head follows.
     Replaced,
 }
 
 impl GrowingFile {
-    /// From the beginning.
+    /// Opens a file at its beginning.
     ///
     /// # Errors
-    /// If it cannot be opened.
+    /// If the file cannot be opened.
     pub fn open(path: &Path) -> io::Result<Self> {
         Ok(Self {
             path: path.to_owned(),
@@ -349,10 +479,10 @@ impl GrowingFile {
         })
     }
 
-    /// The next line that is whole; where there is none, what there is instead, after a short wait.
+    /// Returns the next complete line. If there is none, waits briefly and returns the reason.
     ///
     /// # Errors
-    /// If it cannot be read.
+    /// If the file cannot be read.
     pub fn look(&mut self) -> io::Result<Grown> {
         if let Some(line) = self.lines.next_line() {
             return Ok(Grown::Line(line));
@@ -378,8 +508,8 @@ impl GrowingFile {
         Ok(self.lines.next_line().map_or(Grown::Nothing, Grown::Line))
     }
 
-    /// Whether what was read last still stands where it did: a file that was cut and written anew holds something else there, however
-    /// long it is by now. The file is then read from there on.
+    /// Returns true if the last bytes that were read are unchanged. A file that was rewritten differs there, even if it is
+    /// longer by now. After the check, reading continues behind these bytes.
     fn still_holds_its_tail(&mut self) -> io::Result<bool> {
         let mut again = vec![0; self.tail.len()];
         let start = self.n_read - self.tail.len() as u64;
@@ -391,7 +521,7 @@ impl GrowingFile {
         }
     }
 
-    /// Whether another file has its name. One that is gone may come again.
+    /// Returns true if another file has the same path. A file that is missing may come back.
     fn is_replaced(&self) -> bool {
         match (self.file.metadata(), std::fs::metadata(&self.path)) {
             (Ok(here), Ok(there)) => is_other(&here, &there),
@@ -423,12 +553,20 @@ mod tests {
     }
 
     fn of(step_secs: Option<f64>) -> LiveSource<'static> {
-        LiveSource { path: Path::new("log.csv"), map: None, step_secs }
+        LiveSource {
+            path: Path::new("log.csv"),
+            map: None,
+            step_secs,
+            gauges: &[],
+            auxiliary: &[],
+            form: None,
+            rate_hz: None,
+        }
     }
 
-    /// 0, 50, 100 … of millis(), and the same in other units, beside a calibration of 20 Hz.
+    /// 0, 50, 100 … as `millis()` counts, and the same times in other units, with a calibration at 20 Hz.
     #[test]
-    fn a_clock_without_a_unit_has_the_one_in_which_its_step_is_nearest_to_the_trained_one() {
+    fn a_clock_without_a_unit_gets_the_one_whose_step_is_nearest_to_the_calibration() {
         let lines = |step: f64| -> Vec<String> {
             let rows = (0..5).map(|k| format!("{},1,2", step * f64::from(k)));
             ["time,S1,S2".to_owned()].into_iter().chain(rows).collect()
@@ -454,7 +592,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_table_is_refused_by_the_name_of_its_file() {
+    fn a_file_without_a_table_is_refused_by_its_name() {
         let lines = vec!["a b c".to_owned(); MAX_HEAD_LINES];
         let refused = LiveTable::begin(&lines, of(None)).unwrap_err().to_string();
         assert!(refused.starts_with("log.csv"), "{refused}");
@@ -478,22 +616,23 @@ mod tests {
         assert_eq!(rows, [row(0.02, [1.0, 2.0], 3.0)]);
         for broken in ["", "30,1", "x,1,2,0", "30,nan,2,0", "{}", "\u{0}"] {
             let time = broken.starts_with("30,").then_some(0.03);
-            assert_eq!(table.row(broken), Err(time), "{broken:?}");
+            assert_eq!(table.row(broken).unwrap_err().time, time, "{broken:?}");
         }
-        assert_eq!(table.row("30,4,5,0.001"), Ok(row(0.03, [4.0, 5.0], 1.0)));
+        assert_eq!(table.row("30,x,2,0").unwrap_err().why, "S1 is \"x\"");
+        assert_eq!(table.row("30,4,5,0.001"), Ok(Some(row(0.03, [4.0, 5.0], 1.0))));
     }
 
     #[test]
-    fn an_auxiliary_channel_stays_until_there_is_another_number() {
+    fn an_auxiliary_value_is_held_until_the_next_one() {
         let (mut table, rows) = begin(&["t [s],S1,T [degF]", "0,1,", "1,2,212"]).unwrap();
         assert_eq!(table.auxiliary_names(), ["T"]);
         assert!(rows[0].auxiliary[0].is_nan());
         assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
-        let held = table.row("2,3,").unwrap();
+        let held = table.row("2,3,").unwrap().unwrap();
         assert_eq!(held.auxiliary, rows[1].auxiliary);
         assert_eq!([rows[1].auxiliary_ages[0], held.auxiliary_ages[0]], [(0.0, 0.0), (1.0, 0.0)]);
         table.row("3,3,213").unwrap();
-        assert_eq!(table.row("9,3,").unwrap().auxiliary_ages[0], (6.0, 2.0));
+        assert_eq!(table.row("9,3,").unwrap().unwrap().auxiliary_ages[0], (6.0, 2.0));
     }
 
     #[test]
@@ -504,7 +643,7 @@ mod tests {
         assert_eq!(table.places(&own), Some(vec![0, 1]));
         assert_eq!(table.places(&own[1..]), None);
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
-        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap();
+        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap().unwrap();
         assert_eq!((row.time, row.gauges, row.loads), (0.6, vec![7.0, 8.0], vec![4.0]));
         let nested =
             r#"{"header": {"stamp": {"sec": 7, "nanosec": 250000000}}, "gauges": [1], "Fz": 3}"#;
@@ -514,7 +653,7 @@ mod tests {
         }
     }
 
-    /// A calibration that was fitted on the file finds its gauges in the stream.
+    /// A calibration that was fitted on the file must find its gauges in the stream.
     #[test]
     fn json_lines_have_the_same_columns_in_a_file_and_in_a_stream() {
         let lines: Vec<String> = (0..9)
@@ -534,7 +673,7 @@ mod tests {
         for n_head in [1, 4] {
             let (mut table, mut rows) =
                 LiveTable::begin(&lines[..n_head], of(None)).unwrap().unwrap();
-            rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap()));
+            rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap().unwrap()));
             assert_eq!(table.gauge_names(), file.gauge_names());
             assert_eq!(table.auxiliary_names(), ["temp_degC"]);
             assert_eq!(table.axes(), file.axes());
@@ -572,7 +711,7 @@ mod tests {
         assert_eq!(next(), Some(Grown::Replaced));
         std::fs::write(&path, "head\n1\n").unwrap();
         assert_eq!([next(), next()], [line("head"), line("1")]);
-        // Cut, and at once longer than it was.
+        // Rewritten, and at once longer than before.
         std::fs::write(&path, "other head\n7\n8\n").unwrap();
         assert_eq!(next(), Some(Grown::Replaced));
         assert_eq!([next(), next(), next()], ["other head", "7", "8"].map(line));

@@ -1,4 +1,4 @@
-//! From a path to recordings: what to read, in which order, and what is done to it before it is cut.
+//! Loads recordings from a path: reads gauges and reference, checks them, joins them and cuts them into recordings.
 
 use std::path::Path;
 
@@ -17,29 +17,29 @@ use crate::import::{assemble, names, timeline, weigh};
 use crate::progress::Progress;
 use crate::recording::{Day, Recording};
 
-/// Small enough to stay in a core's cache with the numbers in it, large enough that nothing else costs time.
+/// Size of a block (bytes): small enough for a core's cache, large enough that only parsing takes time.
 const BLOCK_BYTES: usize = 1 << 18;
 
-/// A table without times has no more load cases than that: a longer one is a recording whose time has another name.
+/// Maximum number of rows of a table of load cases. A longer table without times is a recording whose time is misnamed.
 const LOAD_CASE_ROWS: u64 = 2000;
 
-/// Share of skipped rows above which a table counts as not understood ...
+/// Share of skipped rows above which a table counts as not understood.
 const SKIPPED_SHARE: f64 = 0.1;
-/// ... where at least this number of rows is skipped.
+/// Minimum number of skipped rows for [`SKIPPED_SHARE`] to apply.
 const SKIPPED_ROWS: u64 = 10;
 
-/// What a file held, and what a person should know about it.
+/// Recordings of a file, with warnings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// At least one, in file order.
+    /// Recordings in file order, at least one.
     pub recordings: Vec<Recording>,
-    /// One per kind, in the order of their first lines.
+    /// Warnings, one per kind, in the order of their first lines.
     pub warnings: Vec<LoadWarning>,
-    /// By which map the file was read, if not by its names.
+    /// Map by which the file was read; `None` if it was read by its names.
     pub map: Option<Box<ColumnMap>>,
 }
 
-/// How files are read.
+/// Settings for reading files.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading<'a> {
     pub progress: &'a Progress,
@@ -48,36 +48,36 @@ pub(super) struct Reading<'a> {
     pub limit_bytes: Option<u64>,
 }
 
-/// Gauges and reference before they are joined, and notes on the map that was made for them.
+/// Gauges and reference before they are joined.
 #[derive(Debug)]
 pub(super) struct Sides {
     pub gauges: Table,
-    /// `None` if there is only one clock.
+    /// Reference; `None` if there is only one clock.
     pub reference: Option<Table>,
     map: ColumnMap,
-    /// The day that the file of the gauges, or that of the reference, says.
+    /// Day given by the file of the gauges or of the reference.
     day: Option<Day>,
 }
 
 impl<'a> Reading<'a> {
-    /// Whole files.
+    /// Reads whole files.
     pub fn whole(progress: &'a Progress) -> Self {
         Self { progress, block_bytes: BLOCK_BYTES, limit_bytes: None }
     }
 
-    /// The start of each file, of this length (bytes).
+    /// Reads the start of each file, up to `limit_bytes`.
     pub fn start(progress: &'a Progress, limit_bytes: u64) -> Self {
         Self { limit_bytes: Some(limit_bytes), ..Self::whole(progress) }
     }
 
-    /// Opens a file, of several tables in it these parts; without any one is chosen.
+    /// Opens a file. `parts` names the tables to read if it holds several; if empty, the program chooses.
     pub fn open(&self, path: &Path, parts: &[String]) -> Result<Opened, ReadError> {
         let (block_bytes, limit_bytes) = (self.block_bytes, self.limit_bytes);
         let opened = formats::open(path, block_bytes, limit_bytes, parts, self.progress);
         opened.map_err(of_file(path))
     }
 
-    /// Reads a file by a map; without one, by its names.
+    /// Reads a file by a map, or by its names without one.
     pub fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
         if map.is_none() {
@@ -194,7 +194,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// The map that the names of a file make, and what is to be said about it.
+/// Returns the map that the names of a file give, and the remarks on it.
 pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<Cause>), ReadError> {
     let no_header = || ReadError::NoHeader { path: path.to_owned() };
     let mut text = opened.layout().ok_or_else(no_header)?;
@@ -207,7 +207,7 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     }
     let sample = opened.sample(&text, &head);
     let mut guess = names::by_names(&text, &head, &sample.rows);
-    // Nobody has said that commas are decimal points: then each is told. Between quotes they were found to be nothing else.
+    // The map does not declare decimal commas, so that each one is reported. Between quotes they have no other meaning.
     if text.delimiter.allows_decimal_comma() && text.thousands.is_none() {
         text.decimal = Decimal::Point;
     }
@@ -215,7 +215,7 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     Ok((map, guess.notes))
 }
 
-/// What the file itself gives reason to say.
+/// Returns the remarks that the file itself gives reason for.
 fn about(opened: &Opened) -> Vec<Cause> {
     let Some(columns) = opened.columns() else {
         return Vec::new();
@@ -237,8 +237,8 @@ fn about(opened: &Opened) -> Vec<Cause> {
 }
 
 impl Sides {
-    /// Fails where so many rows are skipped that the table is not understood, though some of it can be read. NaN is understood: it
-    /// stands where nothing was measured.
+    /// Returns an error if so large a share of the rows is skipped that the table is not understood. NaN counts as
+    /// understood, since it marks missing values.
     fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
         let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);
@@ -255,7 +255,7 @@ impl Sides {
         })
     }
 
-    /// Brings the reference to the gauges' times, and cuts the result into recordings.
+    /// Joins the reference to the gauges' times, and cuts the result into recordings.
     pub fn joined(self) -> Result<Loaded, ReadError> {
         let Self { mut gauges, reference, map, day } = self;
         let is_static = gauges.plan.is_static;
@@ -273,7 +273,7 @@ impl Sides {
         let finished = |recording: Recording| {
             let recording = recording.with_file_day(day);
             match map.tare {
-                // Load cases have no interval to tare by, which is an error.
+                // Load cases have no interval for taring, so taring them is an error.
                 Some(tare) => Ok(recording.tared(tare)?.0),
                 None => Ok(recording),
             }

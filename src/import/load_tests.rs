@@ -1,4 +1,4 @@
-//! Files read by maps: what is joined, left out, and refused.
+//! Files read by column maps: joined clocks, removed values, and refused maps.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::import::map::ColumnMap;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// A folder with files.
+/// Temporary folder with files.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -33,14 +33,14 @@ impl Folder {
     }
 }
 
-/// A map from what differs in its JSON.
+/// Returns a map from the parts of its JSON that differ.
 #[track_caller]
 fn map(parts: &str) -> ColumnMap {
     let text = format!("{{ \"format\": \"loopscope column map\", \"version\": 1, {parts} }}");
     ColumnMap::from_json(text.as_bytes()).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// What reading one file by one map gives.
+/// Reads one file by one map.
 fn read_one(content: &str, parts: &str) -> Result<Loaded, ReadError> {
     Folder::with(&[("run.csv", content)]).read("run.csv", &map(parts))
 }
@@ -53,9 +53,9 @@ fn single(loaded: Result<Loaded, ReadError>) -> (Recording, Vec<Cause>) {
     (loaded.recordings.remove(0), findings.collect())
 }
 
-/// A thermometer is slower than gauges and its cells are blank in between: no row is lost for that.
+/// A thermometer is slower than the gauges, and its cells between two values are blank. No row is lost for this.
 #[test]
-fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
+fn an_auxiliary_value_is_held_and_costs_no_row() {
     let text = "t [s],S1,Fz,temperature [K],spare temp\n0,1,1,,\n0.1,2,2,300.15,\n0.2,3,3,x,\n0.3,4,4,301.15,\n";
     let folder = Folder::with(&[("run.csv", text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
@@ -69,10 +69,10 @@ fn an_auxiliary_channel_is_held_between_its_numbers_and_costs_no_row() {
     assert_eq!(findings, [Cause::IgnoredColumns { names }]);
 }
 
-/// One row every 10 ms, whose thermometer says nothing from row 100 on for 60 rows, and in row 20; a slow one that is written every
-/// 20th row stops for 100.
+/// Rows are 10 ms apart. The first thermometer has no value in row 20 and in 60 rows from row 100 on. A slow one has a
+/// value in every 20th row and then stops for 100 rows.
 #[test]
-fn holes_in_an_auxiliary_channel_are_told_and_known_to_the_recording() {
+fn missing_auxiliary_values_are_reported_and_known_to_the_recording() {
     let mut text = String::from("t [s],S1,Fz,temperature,humidity\n");
     for k in 0..400 {
         let temperature = if k == 20 || (100..160).contains(&k) { "" } else { "21.5" };
@@ -129,9 +129,9 @@ fn a_headerless_file_is_read_by_numbers_units_and_signs() {
     assert_eq!(findings, []);
 }
 
-/// With a decimal comma, 1.500 may be fifteen hundred: it is not guessed.
+/// With a decimal comma, 1.500 may be fifteen hundred, so it is refused.
 #[test]
-fn a_point_among_decimal_commas_is_no_number() {
+fn a_point_among_decimal_commas_is_not_a_number() {
     let (recording, findings) = single(read_one("0;1;x;3\n5;1;x;1.500\n10;1;x;4\n", HEADERLESS));
     assert_eq!(recording.n_samples(), 2);
     assert!(
@@ -143,7 +143,7 @@ fn a_point_among_decimal_commas_is_no_number() {
 fn times_can_be_counted_at_a_rate() {
     let parts = r#""table": { "shape": { "columns": 1 }, "sample_rate_hz": 4, "columns": [{ "column": 1, "is": "gauge" }] }"#;
     let (recording, findings) = single(read_one("1\n2\n\n# note\nx\n4\n", parts));
-    // The row that is no number still took its time; the blank line and the comment did not.
+    // The unreadable row still takes its time; the blank line and the comment do not.
     assert_eq!(recording.times(), [0.0, 0.25, 0.75]);
     assert_eq!(findings.len(), 1);
     let in_blocks = |block_bytes| {
@@ -184,7 +184,7 @@ fn dates_are_read_from_one_column_and_from_two() {
         single(read_one("Date,Time,S1\n9.9.2001,1:46:39.5,1\n9.9.2001,1:46:40,2\n", two));
     assert_eq!(recording.clock_time(0), 999_999_999.5);
     assert_eq!(recording.clock_time(1), 1e9);
-    // By their names and looks the same without a map.
+    // Without a map, names and values give the same result.
     let folder = Folder::with(&[
         ("two.csv", "Date,Time,S1\n2001-09-09,1:46:39.5,1\n2001-09-09,1:46:40,2\n"),
         ("one.csv", "time,S1\n2001-09-09T01:46:39.5Z,1\n2001-09-09T01:46:40Z,2\n2001-09-09,x\n"),
@@ -205,8 +205,8 @@ fn a_units_row_is_read_by_names() {
     let recording = &loaded.recordings[0];
     assert_eq!((recording.times(), recording.loads()), (&[0.0, 0.01][..], &[2000.0, 4000.0][..]));
     assert_eq!(recording.gauge_units(), ["mV/V"]);
-    let told = loaded.warnings[0].to_string();
-    assert!(told.ends_with("run.csv:3: 2 lines above the table are skipped"), "{told}");
+    let messages = loaded.warnings[0].to_string();
+    assert!(messages.ends_with("run.csv:3: 2 lines above the table are skipped"), "{messages}");
 }
 
 const TWO_CLOCKS: &str = r#""table": { "shape": { "columns": 4 }, "columns": [
@@ -214,8 +214,8 @@ const TWO_CLOCKS: &str = r#""table": { "shape": { "columns": 4 }, "columns": [
     { "column": 3, "is": "time_reference", "unit": "ms" }, { "column": 4, "is": "Fx" }] }"#;
 
 #[test]
-fn a_reference_on_its_own_clock_is_brought_to_the_gauges() {
-    // The reference ends earlier, so its columns do too; the last gauge samples have none.
+fn a_reference_on_its_own_clock_is_evaluated_at_the_times_of_the_gauges() {
+    // The reference ends earlier, so its columns are shorter and the last gauge samples have no reference.
     let text = "0,1,125,10\n0.25,2,375,30\n0.5,3,625,50\n0.75,4,,\n1,5,,\n";
     let join =
         |join: &str| single(read_one(text, &format!("{TWO_CLOCKS}, \"join\": {{ {join} }}")));
@@ -248,33 +248,33 @@ fn a_reference_file_is_joined_without_its_dropouts() {
         dropout.cause,
         Cause::Cell { trouble: Trouble::Dropout, column: NamedColumn { number: 2, .. }, .. }
     ));
-    // The second file is counted too: all that was added to the total is done, and the first file besides.
+    // The second file is counted too: progress reaches the total plus the size of the first file.
     progress.add_total(std::fs::metadata(folder.path("a.csv")).unwrap().len());
     assert_eq!(progress.fraction(), Some(1.0));
 }
 
 #[test]
-fn clocks_that_cannot_be_joined_are_an_error_that_says_why() {
-    let told = |reference: &str| {
+fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
+    let messages = |reference: &str| {
         let folder = Folder::with(&[("a.csv", "0,1\n1,2\n"), ("a_ref.csv", reference)]);
         folder.read("a.csv", &map(TWO_FILES)).unwrap_err().text(Face::CommandLine)
     };
-    let apart = told("100,1\n101,2\n");
+    let apart = messages("100,1\n101,2\n");
     assert!(apart.contains("the gauges run from 0 s to 1 s, the reference in"), "{apart}");
     assert!(apart.contains("clock_offset_secs"), "{apart}");
-    let back = told("0,1\n1,2\n0.5,3\n");
+    let back = messages("0,1\n1,2\n0.5,3\n");
     assert!(
         back.contains("a_ref.csv:3: the reference's time goes back from 1 s to 0.5 s"),
         "{back}"
     );
-    assert!(told("0,-1\n1,-1\n").contains("a_ref.csv:1: column 2 (Fx) holds -1"));
+    assert!(messages("0,-1\n1,-1\n").contains("a_ref.csv:1: column 2 (Fx) holds -1"));
     let folder = Folder::with(&[("a.csv", "0,1\n1,2\n")]);
     let gone = folder.read("a.csv", &map(TWO_FILES)).unwrap_err();
     assert!(gone.to_string().contains("a_ref.csv: cannot be read"), "{gone}");
 }
 
 #[test]
-fn bursts_become_means_where_the_map_says_so() {
+fn bursts_are_averaged_if_the_map_requires_it() {
     let parts = format!("{HEADERLESS}, \"average_bursts_secs\": 0.002");
     let text = "0;1;;1\n1;2;;2\n2;3;;3\n\n100;4;;4\n101;6;;6\n";
     let (recording, findings) = single(read_one(text, &parts));
@@ -286,15 +286,15 @@ fn bursts_become_means_where_the_map_says_so() {
 }
 
 #[test]
-fn a_held_reference_is_told() {
+fn a_held_reference_is_reported() {
     let mut text = String::from("t_s,S1,Fx\n");
     for k in 0..200 {
         text.push_str(&format!("{},{},{}\n", k as f64 / 100.0, k, k / 4));
     }
     let folder = Folder::with(&[("run.csv", &text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
-    let told = loaded.warnings[0].to_string();
-    assert!(told.contains("changes only every 4 samples and is held"), "{told}");
+    let messages = loaded.warnings[0].to_string();
+    assert!(messages.contains("changes only every 4 samples and is held"), "{messages}");
 }
 
 const NET_FT: &str = "Start Time: Nov 5, 2026, 3:00:00 PM\nRDT Sample Rate: 100\nForce Units: N\n\
@@ -337,10 +337,10 @@ fn a_net_ft_log_is_a_reference_in_counts_without_the_rows_that_report_errors() {
 }
 
 #[test]
-fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
+fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
     let named = r#""table": { "shape": { "columns": 3, "names": ["t", "A", "B"] }, "text": { "header": true }, "columns": [
         { "column": "t", "is": "time" }, { "column": "A", "is": "gauge" }, { "column": 3, "is": "Fx" }] }"#;
-    for (content, parts, told) in [
+    for (content, parts, messages) in [
         (
             "1;2;3\n",
             HEADERLESS,
@@ -348,24 +348,24 @@ fn a_map_for_another_file_is_refused_with_what_was_expected_and_found() {
         ),
         ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, this one has 1"),
         ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, this one has 4"),
-        ("t,X,B\n0,1,2\n", named, "the column map needs a column A, here are t, X, B"),
+        ("t,X,B\n0,1,2\n", named, "the column map needs a column A, but this file has t, X, B"),
         ("t,A,C\n0,1,2\n", named, "column 3 is C where B is expected"),
-        ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both called A"),
+        ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),
         ("# nothing\n", named, "the start of this file does not have them"),
         ("t,A,B\n", named, "no rows follow"),
         ("0;a;b;c\n", HEADERLESS, "run.csv:1: column 2 (Fz) holds \"a\", which is not a number"),
     ] {
         let error = read_one(content, parts).unwrap_err().to_string();
-        assert!(error.contains(told), "{content}: {error}");
+        assert!(error.contains(messages), "{content}: {error}");
     }
     let more_columns =
         read_one("x,t,A\n0,1,2\n", &named.replace(", { \"column\": 3, \"is\": \"Fx\" }", ""));
     assert_eq!(more_columns.unwrap().recordings[0].gauges(), [2.0]);
 }
 
-/// A column has a name and a number; two rules that call it by one each are two rules for one column.
+/// One rule uses the column's name, another its number, so there are two rules for one column.
 #[test]
-fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
+fn a_column_listed_by_name_and_by_number_is_an_error_that_names_both() {
     let parts = |columns: &str| {
         format!(
             r#""table": {{ "shape": {{ "columns": 4 }}, "text": {{ "header": true }}, "columns": [
@@ -394,9 +394,9 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
         let text = "t [s],S1,S2,Fx [N]\n0,1,2,3\n0.1,2,3,4\n";
         let error = read_one(text, &parts(columns)).unwrap_err();
         assert!(matches!(error, ReadError::Table { source: TableError::MapKey(_), .. }), "{error}");
-        let told = error.to_string();
-        let place = format!("run.csv:1: the column map speaks of column {number} twice, {keys}");
-        assert!(told.contains(&place), "{told}");
+        let messages = error.to_string();
+        let place = format!("run.csv:1: the column map lists column {number} twice, {keys}");
+        assert!(messages.contains(&place), "{messages}");
     }
     let both_known = parts(r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#)
         .replace(
@@ -409,7 +409,7 @@ fn a_column_that_is_listed_by_name_and_by_number_is_an_error_that_names_both() {
 }
 
 #[test]
-fn a_map_made_by_a_program_is_checked_too() {
+fn a_map_made_in_code_is_checked_too() {
     let mut wrong = map(HEADERLESS);
     wrong.table.columns[0].scale = f64::NAN;
     let folder = Folder::with(&[("run.csv", "0;1;x;3\n")]);
@@ -418,16 +418,16 @@ fn a_map_made_by_a_program_is_checked_too() {
 }
 
 #[test]
-fn as_many_lines_are_skipped_as_the_map_says() {
+fn the_number_of_skipped_lines_is_that_of_the_map() {
     let preamble = "a line of a long preamble\n".repeat(700);
     let parts = HEADERLESS.replace("\"decimal\"", "\"skip_rows\": 700, \"decimal\"");
     let (recording, _) = single(read_one(&format!("{preamble}0;1;x;3\n10;2;x;4\n"), &parts));
     assert_eq!(recording.gauges(), [-6.0, -8.0]);
 }
 
-/// The largest numbers there are, blended, averaged and stretched: left out, never infinite.
+/// The largest floating-point numbers, when interpolated, averaged and scaled, are removed and never become infinite.
 #[test]
-fn numbers_at_the_end_of_the_range_stay_finite_or_out() {
+fn numbers_at_the_end_of_the_range_stay_finite_or_are_removed() {
     let slow = r#""table": { "shape": { "columns": 2 }, "sample_rate_hz": 0.1, "columns": [
         { "column": 1, "is": "time", "unit": "samples" }, { "column": 2, "is": "gauge" }] }"#;
     let (recording, findings) = single(read_one("1,1\n2,2\n1.5e308,3\n", slow));
@@ -464,7 +464,7 @@ fn roles_that_exclude_each_other_are_named() {
     assert!(with(&format!("{time}, {clock}")).contains("no reference load among"));
 }
 
-/// What each map proposes for its own file reads that file.
+/// The map that is proposed for a file reads it like its names do.
 #[test]
 fn a_proposed_map_reads_its_file_like_its_names_do() {
     for content in [
@@ -488,9 +488,9 @@ fn a_proposed_map_reads_its_file_like_its_names_do() {
     }
 }
 
-/// What a map was made for is seen by the header; without one by how the file is cut and what stands in its columns.
+/// A header identifies the files of a map. Without one, the layout and the values do.
 #[test]
-fn a_map_is_for_files_that_look_like_its_own() {
+fn a_map_is_used_for_files_that_match_it() {
     let rows = "0;1,5;2;3\n10;-2;1;4,25\n20;2,5;0;3\n30;1,5;1;5\n";
     let own = |content: &str| {
         let folder = Folder::with(&[("run.csv", content)]);
@@ -523,7 +523,7 @@ fn a_map_is_for_files_that_look_like_its_own() {
 }
 
 #[test]
-fn inspection_says_what_names_do_not() {
+fn inspection_shows_questions_that_names_leave_open() {
     let content = "5;0;10,5;7\n6;0,5;10,5;8\n5;1;10,5;9\n7;1,5;10,5;7\n";
     let folder = Folder::with(&[("run.csv", content)]);
     let path: &Path = &folder.path("run.csv");
@@ -538,9 +538,9 @@ fn inspection_says_what_names_do_not() {
     assert_eq!((check.gauges.len(), check.recordings[0].rate_hz), (2, Some(2.0)));
 }
 
-/// What ROS's tools make of a wrench and of an array, and German measuring programs of both.
+/// Headers that ROS tools and German measuring programs write for a wrench and for an array.
 #[test]
-fn headers_of_other_tools_are_understood_by_themselves() {
+fn headers_of_other_programs_are_understood_without_a_map() {
     let gauges = |name: fn(usize) -> String| (0..2).map(name).collect::<Vec<_>>().join(",");
     let bagpy =
         "Time,header.seq,header.stamp.secs,header.stamp.nsecs,wrench.force.x,wrench.torque.z,S1,S2";
@@ -580,7 +580,7 @@ fn headers_of_other_tools_are_understood_by_themselves() {
 }
 
 #[test]
-fn of_several_wrenches_one_is_the_reference_and_the_others_are_named() {
+fn one_of_several_wrenches_is_the_reference_and_the_others_are_named() {
     let (recording, findings) = single(read_by_names(
         "t,/dut/wrench/force/x,/ati/wrench/force/x,/dut/wrench/force/y,S1\n0,1,2,3,4\n0.1,2,3,4,5\n",
     ));
@@ -597,9 +597,9 @@ fn read_by_names(content: &str) -> Result<Loaded, ReadError> {
     read(&folder.path("run.csv"), None, &[], &Progress::default())
 }
 
-/// The second column moves late, the third rises for long before it comes back; ten rows are enough to see a clock.
+/// The second column changes late, and the third increases for long before it decreases. Ten rows alone would mislead.
 #[test]
-fn roles_are_guessed_from_all_over_the_file() {
+fn roles_are_guessed_from_rows_all_over_the_file() {
     use crate::import::map::ColumnRole;
     let roles = |n_rows: usize| -> Vec<ColumnRole> {
         let mut content = String::from("stamp of host,b,c,d\n");
@@ -628,9 +628,9 @@ fn read_text(text: &str) -> Result<Loaded, ReadError> {
     read(&path, None, &[], &Progress::default())
 }
 
-/// Numbers of a thousand and more come late, where the first lines show none: US, German and Swiss, with and without decimals.
+/// Numbers from a thousand on occur late, not in the first lines: US, German and Swiss, with and without decimals.
 #[test]
-fn separators_of_thousands_lose_no_large_load() {
+fn separators_of_thousands_are_found_late_in_the_file() {
     for (head, small, large, delimiter) in [
         ("t,S1,Fz [N]", "9.5", "\"1,262.21\"", ","),
         ("t,S1,Fz [N]", "9.5", "\"1,262\"", ","),
@@ -652,22 +652,22 @@ fn separators_of_thousands_lose_no_large_load() {
 }
 
 #[test]
-fn a_table_of_which_more_than_a_tenth_would_be_skipped_asks_how_it_is_written() {
+fn more_than_a_tenth_of_skipped_rows_is_an_error_that_asks_for_a_map() {
     let text = |n_bad: usize| {
         let row = |k: usize| format!("{k},{},{}\n", k % 7, if k < n_bad { "1.2.3" } else { "4" });
         format!("t,S1,Fz [N]\n{}", (0..200).map(row).collect::<String>())
     };
     let error = read_text(&text(30)).unwrap_err();
-    let told = error.to_string();
+    let messages = error.to_string();
     assert!(
-        error.wants_a_map() && told.contains("30 of 200 rows") && told.contains("1.2.3"),
-        "{told}"
+        error.wants_a_map() && messages.contains("30 of 200 rows") && messages.contains("1.2.3"),
+        "{messages}"
     );
     assert_eq!(read_text(&text(15)).unwrap().recordings[0].n_samples(), 185);
 }
 
 #[test]
-fn a_load_that_says_no_axis_is_asked_about_and_never_left_out_in_silence() {
+fn a_load_without_an_axis_is_reported_or_asked_about() {
     for name in [
         "Force [N]",
         "Kraft [N]",
@@ -680,8 +680,8 @@ fn a_load_that_says_no_axis_is_asked_about_and_never_left_out_in_silence() {
         let rows: String = (0..30).map(|k| format!("{k},{},{}\n", k % 7, k % 5)).collect();
         let loaded = read_text(&format!("t,S1,{name}\n{rows}")).unwrap();
         assert!(!loaded.recordings[0].has_reference(), "{name}");
-        let is_said = |own: &LoadWarning| matches!(&own.cause, Cause::UnnamedLoads { names } if names.len() == 1);
-        assert!(loaded.warnings.iter().any(is_said), "{name}: {:?}", loaded.warnings);
+        let is_reported = |own: &LoadWarning| matches!(&own.cause, Cause::UnnamedLoads { names } if names.len() == 1);
+        assert!(loaded.warnings.iter().any(is_reported), "{name}: {:?}", loaded.warnings);
     }
     let rows: String = (0..30).map(|k| format!("{k},{},{}\n", k % 7, k % 5)).collect();
     for name in ["Fx in kN", "Force_X in kN"] {
@@ -690,7 +690,7 @@ fn a_load_that_says_no_axis_is_asked_about_and_never_left_out_in_silence() {
         assert_eq!((recording.axes(), recording.loads()[1]), (&[Axis::Fx][..], 1000.0), "{name}");
         assert!(loaded.warnings.is_empty());
     }
-    // Gauges and temperatures are what they were.
+    // Gauges and temperatures are not affected.
     let loaded = read_text(&format!("t,S1,load cell [mV/V]\n{rows}")).unwrap();
     assert_eq!(loaded.recordings[0].n_gauges(), 2);
 }

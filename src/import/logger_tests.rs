@@ -18,7 +18,7 @@ fn single(text: &str) -> (Recording, Vec<Cause>) {
     (recording.clone(), findings.collect())
 }
 
-/// Stamps of today have seven digits behind the point as numbers of 64 bits.
+/// As a 64-bit float, a present-day stamp in seconds has only seven digits behind the point.
 #[test]
 fn stamps_of_a_date_keep_their_digits() {
     let stamp = |k: i64, step_ns: i64| 1_763_000_000_123_456_789 + k * step_ns;
@@ -60,7 +60,7 @@ fn stamps_of_a_date_keep_their_digits() {
     assert!((rate - 200.0).abs() < 1e-9, "{rate}");
 }
 
-/// Whole numbers of 64 bits keep digits that numbers with a point do not have.
+/// A 64-bit integer has digits that a float does not have.
 #[test]
 fn stamps_of_a_file_of_arrays_keep_their_digits() {
     let head = "{'descr': [('t_ns', '<i8'), ('S1', '<f8'), ('Fz', '<f8')], 'fortran_order': False, 'shape': (400,), }";
@@ -79,7 +79,7 @@ fn stamps_of_a_file_of_arrays_keep_their_digits() {
 }
 
 #[test]
-fn two_clocks_of_one_day_meet() {
+fn two_clocks_of_the_same_day_are_joined() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("a.csv", "time,S1\n1763000000.25,1\n1763000000.50,2\n1763000000.75,3\n");
@@ -98,7 +98,7 @@ fn two_clocks_of_one_day_meet() {
 }
 
 #[test]
-fn lines_of_a_terminal_have_their_time_in_front() {
+fn lines_of_a_terminal_start_with_their_time() {
     for names in ["", "12:03:04.000 -> S1,S2,Fz\n"] {
         let mut text = names.to_owned();
         for k in 0..40 {
@@ -121,14 +121,14 @@ fn lines_of_a_terminal_have_their_time_in_front() {
 }
 
 #[test]
-fn milliseconds_may_stand_behind_a_colon() {
+fn milliseconds_may_follow_a_colon() {
     let (recording, _) =
         single("time,S1,Fz\n10:11:12:000,1,2\n10:11:12:250,2,3\n10:11:12:500,4,4\n");
     assert_eq!(recording.rate_hz(), Some(4.0));
 }
 
 #[test]
-fn a_word_with_its_value_is_no_header() {
+fn a_word_with_its_value_is_not_a_header() {
     for (names, delimiter) in [("Zeit Kan1 Kan2 Druck", " "), ("q;alpha;beta;gamma", ";")] {
         let mut text =
             format!("{names}\n{}\nSample rate: 200 Hz\n", ["s", "mV", "mV", "N"].join(delimiter));
@@ -142,7 +142,7 @@ fn a_word_with_its_value_is_no_header() {
 }
 
 #[test]
-fn what_meters_say_out_of_range_is_no_value() {
+fn the_overload_codes_of_meters_are_not_values() {
     let (recording, findings) =
         single("t_s,S1,Fz\n0,1,2\n1,9.9E+37,2\n2,2,-9.91e37\n3,3,4\n4,4,5\n");
     assert_eq!(recording.gauges(), [1.0, 3.0, 4.0]);
@@ -158,7 +158,7 @@ fn a_comment_in_quotes_may_hold_a_line_end() {
     assert_eq!((skipped.first_line, skipped.count), (7, 1));
 }
 
-/// As what `"stamps"` says in a map.
+/// Returns the recordings of a text read with this treatment of stamps.
 fn with_stamps(text: &str, stamps: &str) -> Vec<Recording> {
     let file = TestFile::new(text);
     let rule = |name: &str, is: &str| format!(r#"{{"column": "{name}", "is": "{is}"}}"#);
@@ -173,10 +173,10 @@ fn with_stamps(text: &str, stamps: &str) -> Vec<Recording> {
 }
 
 #[test]
-fn rows_that_were_written_late_can_be_sorted() {
+fn rows_written_late_can_be_sorted() {
     let mut text = String::from("t,S1,Fz\n");
     for k in 0..60_i32 {
-        // Two of ten change places.
+        // Two of ten rows are exchanged.
         let own = match k % 10 {
             4 => k + 1,
             5 => k - 1,
@@ -186,8 +186,12 @@ fn rows_that_were_written_late_can_be_sorted() {
     }
     let loaded = TestFile::new(&text).read().unwrap();
     assert_eq!(loaded.recordings.len(), 7);
-    let told = loaded.warnings.iter().map(|own| &own.cause);
-    assert!(told.clone().any(|own| *own == Cause::LateRows { count: 6 }), "{:?}", loaded.warnings);
+    let messages = loaded.warnings.iter().map(|own| &own.cause);
+    assert!(
+        messages.clone().any(|own| *own == Cause::LateRows { count: 6 }),
+        "{:?}",
+        loaded.warnings
+    );
     let sorted = with_stamps(&text, "sorted");
     assert_eq!(sorted.len(), 1);
     let gauges: Vec<f64> = (0..60).map(f64::from).collect();
@@ -195,28 +199,28 @@ fn rows_that_were_written_late_can_be_sorted() {
 }
 
 #[test]
-fn rows_of_one_stamp_can_be_spread() {
+fn rows_with_the_same_stamp_can_be_spread() {
     let mut text = String::from("t,S1,Fz\n");
-    // 20 Hz from the middle of a second on.
+    // The rate is 20 Hz, and the first row is in the middle of a second.
     for k in 10..110 {
         writeln!(text, "{},{k},{}", k / 20, k % 7).unwrap();
     }
     let loaded = TestFile::new(&text).read().unwrap();
-    let told = loaded.warnings.iter().map(|own| &own.cause);
-    assert!(told.clone().any(|own| *own == Cause::CoarseStamps), "{:?}", loaded.warnings);
+    let messages = loaded.warnings.iter().map(|own| &own.cause);
+    assert!(messages.clone().any(|own| *own == Cause::CoarseStamps), "{:?}", loaded.warnings);
     let spread = with_stamps(&text, "spread");
     assert_eq!(spread.len(), 1);
     for (k, time) in (10..110).zip(spread[0].times()) {
         assert!((time - f64::from(k) / 20.0).abs() < 1e-9, "{k}: {time}");
     }
-    // A pause stays one.
+    // A pause still ends a recording.
     let later = text.lines().skip(1).map(|row| row.split_once(',').unwrap());
     let later: Vec<String> =
         later.map(|(t, rest)| format!("{},{rest}", t.parse::<i32>().unwrap() + 100)).collect();
     assert_eq!(with_stamps(&format!("{text}{}\n", later.join("\n")), "spread").len(), 2);
 }
 
-/// Each topic at its own time, in one table, as PlotJuggler and pandas write them.
+/// PlotJuggler and pandas write topics with different times in one table.
 #[test]
 fn topics_in_one_table_are_two_clocks() {
     let mut text = String::from("time,S1,S2,Fz\n");
@@ -229,7 +233,7 @@ fn topics_in_one_table_are_two_clocks() {
     }
     let (recording, findings) = single(&text);
     assert!(findings.contains(&Cause::TurnByTurn), "{findings:?}");
-    // The first row stands before any reference.
+    // The first row is before any reference.
     assert_eq!(recording.n_samples(), 99);
     for (k, load) in (1..100).zip(recording.loads()) {
         assert!((load - f64::from(4 * k)).abs() < 1e-9, "{k}: {load}");
@@ -238,7 +242,7 @@ fn topics_in_one_table_are_two_clocks() {
 }
 
 #[test]
-fn a_file_whose_largest_rows_are_no_numbers_says_so() {
+fn a_file_whose_largest_values_are_unreadable_is_reported() {
     let rows = |large: &str| {
         let mut text = String::from("t;S1;Fz\n");
         for k in 0..100 {

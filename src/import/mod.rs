@@ -1,24 +1,25 @@
 //! Recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
 //!
-//! Guarantees: what comes out is finite and in SI, whatever goes in; a row is used whole or skipped with a warning
-//! that names its place (rows of arrays count as lines); wrong data never panics; a text file is never held in memory.
+//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its
+//! line (rows of arrays count as lines). Wrong data never panics. A text file is never held in memory.
 //!
-//! | room | what |
+//! | module | contents |
 //! |---|---|
-//! | [`map`] | what the columns of a table are |
-//! | `names` | names to a [`map::ColumnMap`] |
-//! | `plan` | a map, brought to one file |
-//! | `rows` | the cells of rows to numbers, each where it belongs |
-//! | [`pose`], `weigh`, `estimate` | poses to loads; loads to a weight |
-//! | `two_clocks`, `join`, [`clock_offset`] | gauges and reference to one table |
-//! | [`live`] | rows as they come |
-//! | `timeline` | the unit of time, where recordings start |
-//! | `assemble` | rows to recordings |
-//! | [`inspect`] | what a file holds, before it is loaded |
-//! | `error`, `warning`, `named_column` | what people are told |
+//! | [`map`] | column maps: the roles of the columns of a table |
+//! | `names` | a [`map::ColumnMap`] from the names of columns |
+//! | `plan` | a column map applied to one file |
+//! | `rows` | numbers from the cells of rows |
+//! | [`pose`], `weigh`, `estimate` | loads from poses; a weight from loads |
+//! | `two_clocks`, `join`, [`clock_offset`] | one table from gauges and reference |
+//! | [`live`] | rows that arrive live |
+//! | `timeline` | the unit of time, and the starts of recordings |
+//! | `assemble` | recordings from rows |
+//! | [`inspect`] | description of a file before it is loaded |
+//! | `error`, `warning`, `named_column` | messages to the user |
 
 mod assemble;
 pub mod clock_offset;
+mod device_rows;
 mod error;
 mod estimate;
 mod folder;
@@ -65,7 +66,7 @@ mod tests {
     use crate::progress::Progress;
     use crate::recording::{Axis, Recording, Source};
 
-    /// A file of this name and content; the folder goes when it is dropped.
+    /// File with this content in a temporary folder, which is deleted when the value is dropped.
     pub(super) struct TestFile {
         _folder: tempfile::TempDir,
         pub(super) path: PathBuf,
@@ -93,7 +94,7 @@ mod tests {
         }
     }
 
-    /// What the names of a header line make of a table, and what they leave out.
+    /// Returns the plan that the names of a header give, and the remarks on it.
     pub(super) fn plan_and_notes(header: &str) -> Result<(plan::Plan, Vec<Cause>), ReadError> {
         let (path, head) = (Path::new("a.csv"), header.as_bytes());
         let text = detect(head).unwrap();
@@ -111,7 +112,7 @@ mod tests {
         plan_and_notes(header).unwrap().0
     }
 
-    /// Reads a sound text: one recording without warnings.
+    /// Reads a text without faults: one recording and no warnings.
     #[track_caller]
     fn sound(content: impl AsRef<[u8]>) -> Recording {
         let mut loaded = TestFile::new(content).read().unwrap();
@@ -122,12 +123,12 @@ mod tests {
 
     fn messages(content: impl AsRef<[u8]>) -> Vec<String> {
         let loaded = TestFile::new(content).read().unwrap();
-        let tell = |warning: &LoadWarning| {
+        let message = |warning: &LoadWarning| {
             let message = warning.to_string();
             let (_, place_and_text) = message.split_once("run.csv:").unwrap();
             place_and_text.to_owned()
         };
-        loaded.warnings.iter().map(tell).collect()
+        loaded.warnings.iter().map(message).collect()
     }
 
     fn error(content: impl AsRef<[u8]>) -> ReadError {
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn every_way_to_write_a_table_gives_the_same_numbers() {
+    fn every_spelling_of_a_table_gives_the_same_numbers() {
         let expected = sound("t,S1,Fx\n0,1.5,-2\n0.1,2.5,4\n");
         for text in [
             "\u{feff}t,S1,Fx\r\n0,1.5,-2\r\n0.1,2.5,4\r\n",
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn decimal_commas_are_read_and_told() {
+    fn decimal_commas_are_read_and_reported() {
         for text in ["t;S1\n0,5;1,5\n1,0;-2,5\n", "t\tS1\n0,5\t1,5\n1,0\t-2,5\n"] {
             let loaded = TestFile::new(text).read().unwrap();
             assert_eq!(loaded.recordings[0].times(), [0.5, 1.0]);
@@ -202,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn ignored_columns_may_hold_anything_but_are_told() {
+    fn ignored_columns_may_hold_anything_but_are_reported() {
         let text = b"t,note,S1,S1_std\n0,caf\xe9,1,\n0.1,\"a,b\",2,x\n";
         let loaded = TestFile::new(text).read().unwrap();
         assert_eq!(loaded.recordings[0].gauges(), [1.0, 2.0]);
@@ -210,15 +211,17 @@ mod tests {
     }
 
     #[test]
-    fn extra_cells_are_left_out_and_told_once() {
-        let told = messages("t,S1\n0,1,9\n0.1,2\n0.2,3,\n");
-        assert_eq!(told.len(), 1);
-        assert!(told[0].starts_with("2: 3 cells where the table has 2 columns; the extra ones"));
-        assert!(told[0].ends_with("(2 times, last on line 4)"));
+    fn extra_cells_are_left_out_and_reported_once() {
+        let reported = messages("t,S1\n0,1,9\n0.1,2\n0.2,3,\n");
+        assert_eq!(reported.len(), 1);
+        assert!(
+            reported[0].starts_with("2: 3 cells where the table has 2 columns; the extra ones")
+        );
+        assert!(reported[0].ends_with("(2 times, last on line 4)"));
     }
 
     #[test]
-    fn what_is_no_table_is_an_error_that_says_so() {
+    fn a_file_without_a_table_gives_an_error_with_the_reason() {
         assert!(matches!(error(""), ReadError::File { source: FileError::Empty, .. }));
         assert!(matches!(error("\u{feff}"), ReadError::NoHeader { .. }));
         assert!(matches!(error("# a\n\n"), ReadError::NoHeader { .. }));

@@ -1,20 +1,20 @@
-//! What a message calls a column of a file.
+//! Name of a column of a file in messages.
 
 use std::fmt;
 
 use crate::shown::shown;
 
-/// A column with its name, as `column 3 (S1)`.
+/// Column with its name, shown as `column 3 (S1)`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedColumn {
-    /// Counted from 1.
+    /// Number of the column, counted from 1.
     pub number: usize,
-    /// As the header writes it, or what the column is.
+    /// Name in the header, or the role of the column.
     pub name: String,
 }
 
 impl NamedColumn {
-    /// The column `index`, from 0 on.
+    /// Creates the name of a column, given its index.
     pub(super) fn new(index: usize, name: impl Into<String>) -> Self {
         Self { number: index + 1, name: name.into() }
     }

@@ -1,4 +1,4 @@
-//! What the names of columns make of them. The rules look at names alone, never at who wrote the file.
+//! Roles of columns derived from their names. The program that wrote the file plays no part.
 
 use std::path::Path;
 
@@ -14,22 +14,22 @@ use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Head, Preamble, TextLayout};
 use crate::recording::Axis;
 
-/// What a column of days is called.
+/// Names of a column of days.
 const DATES: [&str; 4] = ["date", "day", "datum", "tag"];
 
-/// What the columns of a table seem to be.
+/// Guessed roles of the columns of a table.
 #[derive(Clone, Debug)]
 pub(super) struct Guess {
-    /// Each with the column that it speaks of, from 0 on.
+    /// Rules with the index of their column.
     pub rules: Vec<(usize, ColumnRule)>,
-    /// What the names leave out.
+    /// Remarks on columns that the names leave open.
     pub notes: Vec<Cause>,
-    /// Columns, from 0 on, that are loads by their unit or name and say no axis, where no other column is a load.
+    /// Indices of columns that are loads by unit or name, but without an axis, if no other column is a load.
     pub unnamed_loads: Vec<usize>,
 }
 
 impl Guess {
-    /// The map of the table.
+    /// Returns the map of the table.
     pub fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
         let rules = self.rules.iter();
         TableMap {
@@ -41,7 +41,7 @@ impl Guess {
         }
     }
 
-    /// The map of the file, in which gauges and loads may stand in rows of their own.
+    /// Returns the map of the file. Gauges and loads may stand in separate rows.
     pub fn map(
         &mut self,
         text: &TextLayout,
@@ -68,7 +68,7 @@ impl Guess {
         }
     }
 
-    /// Whether no row has both gauges and loads, and some have the ones and some the others.
+    /// Returns true if each row has either gauges or loads, and both kinds of rows occur.
     fn is_turn_by_turn(&self, rows: &[Vec<Cell<'_>>]) -> bool {
         const FEWEST_ROWS: usize = 3;
         let columns = |is_it: fn(ColumnRole) -> bool| -> Vec<usize> {
@@ -98,12 +98,12 @@ impl Guess {
     }
 }
 
-/// Guesses by the names of a table, or by those in a comment above it, and by its first rows how times are written.
+/// Guesses roles from the names in a header or a comment, and the form of times from the first rows.
 pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -> Guess {
     let names = if text.header { &head.names } else { &head.names_in_comment };
     let mut columns: Vec<ColumnName> = names.iter().map(|name| ColumnName::parse(name)).collect();
     for (index, column) in columns.iter_mut().enumerate() {
-        // Of a row of units, too.
+        // The unit may stand in the units row.
         let unit = column.unit.clone().or_else(|| head.unit(index));
         column.kind = column.kind.and_then(|kind| kind.with_unit(unit.as_deref()));
     }
@@ -151,8 +151,8 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     } else if let Some(&time) = times.first() {
         settle_time_form(&mut rules, &keys, names, time, rows);
     }
-    let told = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
-    let mut notes = notes(text, &rules, names, &times, told);
+    let reported = [ignored_times.as_slice(), &other_loads.unwrap_or_default()];
+    let mut notes = notes(text, &rules, names, &times, reported);
     let has_load = rules.iter().any(|(_, rule)| matches!(rule.is, ColumnRole::Load(_)));
     let is_unnamed_load = |index: &usize| {
         let is_free = rules.iter().all(|(own, _)| own != index);
@@ -169,7 +169,7 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
     Guess { rules, notes, unnamed_loads }
 }
 
-/// What a column is that is an auxiliary channel in this unit.
+/// Returns the rule of an auxiliary channel with this unit.
 fn auxiliary(
     keys: &Header<'_>,
     index: usize,
@@ -184,8 +184,8 @@ fn auxiliary(
     }
 }
 
-/// Where an axis stands in several topics or structs, leaves the reference to one of them: one that calls itself so, or
-/// else the one with the most axes, or the first.
+/// If an axis occurs in several topics or structs, keeps the reference in only one of them: one whose name says
+/// reference, else the one with most axes, else the first.
 fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     const REFERENCES: [&str; 7] =
         ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
@@ -210,7 +210,7 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     let calls_itself_so =
         |source: &str| source.split(['/', '_']).any(|word| REFERENCES.contains(&word));
     let rank = |(source, axes): &&(&str, Vec<Axis>)| (calls_itself_so(source), axes.len());
-    // `max_by_key` takes the last of equals.
+    // `max_by_key` returns the last of equal elements.
     let used = sources.iter().rev().max_by_key(rank)?.0.to_owned();
     let names = |is_used: bool| -> Vec<String> {
         let loads = columns.iter().filter(|column| axis_of(column).is_some());
@@ -227,7 +227,7 @@ fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     Some((cause, others))
 }
 
-/// The column with the nanoseconds of a stamp whose seconds are the time: they come first among the times then.
+/// Returns the column with the nanoseconds of a stamp whose seconds are a time, and moves these seconds to the front.
 fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usize> {
     let first = *times.first()?;
     let is_pair = |secs: usize, rest: usize| columns[secs].is_completed_by(&columns[rest]);
@@ -241,7 +241,7 @@ fn stamp_fraction(times: &mut Vec<usize>, columns: &[ColumnName]) -> Option<usiz
     Some(rest)
 }
 
-/// The time of a Net F/T log is its count of samples; what it calls time is when its program got to write the row.
+/// Sets the roles of a Net F/T log. Its time is the count of samples; its column "time" is when the row was written.
 fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &Header<'_>) {
     rules.retain(|(_, rule)| rule.is != ColumnRole::Time);
     let column = |name: &str| head.names.iter().position(|other| other.starts_with(name));
@@ -258,7 +258,7 @@ fn name_ati_columns(rules: &mut Vec<(usize, ColumnRule)>, head: &Head, keys: &He
     }
 }
 
-/// Where the time is no number, its form by its cells, and the day from its own column.
+/// Sets the form of a time that is not a number, from its cells. The day comes from a column of its own.
 fn settle_time_form(
     rules: &mut Vec<(usize, ColumnRule)>,
     keys: &Header<'_>,
@@ -288,7 +288,7 @@ fn settle_time_form(
     }
 }
 
-/// Says where day and month could be the other way round.
+/// Returns a remark if day and month may be exchanged.
 fn date_order(
     rules: &[(usize, ColumnRule)],
     names: &[String],
@@ -308,19 +308,19 @@ fn date_order(
     days.next()
 }
 
-/// What is written in the cells of a column that are not empty; `None` if some are numbers already.
+/// Returns the texts in the filled cells of a column; `None` if some cells are numbers.
 fn written<'a>(rows: &[Vec<Cell<'a>>], index: usize) -> Option<Vec<&'a [u8]>> {
     let cells = rows.iter().filter_map(|row| row.get(index).copied());
     let filled = cells.filter(|cell| !cell.is_empty());
     filled.map(Cell::written).collect()
 }
 
-/// The form of a column whose cells are dates or times of day.
+/// Returns the form of a column of dates or times of day.
 pub(super) fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<TimeForm> {
     TimeForm::of_all(written(rows, index)?.into_iter())
 }
 
-/// What the names leave out.
+/// Returns the remarks on columns that the names leave open.
 fn notes(
     text: &TextLayout,
     rules: &[(usize, ColumnRule)],
@@ -362,7 +362,7 @@ mod tests {
     use crate::import::map::ColumnKey;
 
     #[test]
-    fn the_first_time_wins_and_the_rest_is_noted() {
+    fn the_first_time_is_used_and_the_others_are_reported() {
         let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
         let gauge = Use::Gauge { factor: 1.0 };
         assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
@@ -371,7 +371,7 @@ mod tests {
         assert_eq!(notes, [several, ignored]);
     }
 
-    /// So many that whatever grows faster than their number would not end.
+    /// With this number of columns, an algorithm of quadratic cost would not end.
     #[test]
     fn many_columns_are_understood_at_once() {
         let header = |name: &str| {

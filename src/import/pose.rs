@@ -1,7 +1,7 @@
-//! Loads from poses: what a weight of known mass does to a sensor whose attitude is known (the paper's Calc.), and the
+//! Loads from poses: the load of a known weight on a sensor whose orientation is known (the paper's Calc.), and the
 //! weight from poses and a measured load.
 //!
-//! Guarantees: a pose that is no rotation is never used; without inertia the force never exceeds the weight's pull.
+//! Guarantees: a pose that is not a rotation is never used. Without inertia the force never exceeds the weight.
 
 use crate::dot::dot;
 use crate::import::map::{Angles, Attitude};
@@ -10,32 +10,33 @@ use crate::recording::kinetics::{
     rotation_from_roll_pitch_yaw, rotation_from_vector,
 };
 
-/// A matrix whose rows are this far from being at right angles and of length 1 is no rotation.
+/// Maximum deviation of a rotation matrix's rows from right angles and length 1.
 const ROTATION_TOLERANCE: f64 = 0.02;
-/// Poses within the smoothing time at least, so that a curve through them has a bend.
+/// Minimum number of poses within the smoothing time, so that the curvature of their path is determined.
 const FEWEST_POSES: usize = 5;
-/// Gravity must turn this far in the sensor's frame (variance of its direction) to weigh anything.
+/// Minimum variance of gravity's direction in the sensor's frame for estimating a weight.
 const MIN_TURNING: f64 = 1e-3;
-/// The least product of variances along two directions, to find a centre of mass.
+/// Minimum product of variances along two directions for estimating a centre of mass.
 const MIN_TURNING_TWICE: f64 = 1e-6;
 
-/// How a sensor stands at one time.
+/// Pose of a sensor at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// How it is turned.
+    /// Orientation.
     pub rotation: Rotation,
-    /// Where it is in the world (m); the origin where that is not known.
+    /// Position in the world (m); the origin if it is not known.
     pub position_m: [f64; 3],
 }
 
-/// The rotation that such numbers mean, in the order of [`Attitude::parts`]; angles in rad. `None` if they are none.
+/// Returns the rotation for these numbers, in the order of [`Attitude::parts`], angles in rad. Returns `None` if they are
+/// not a rotation.
 pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<Rotation> {
     let rotation = match (attitude, numbers) {
         (Attitude::Quaternion, &[w, x, y, z]) => rotation_from_quaternion([w, x, y, z])?,
         (Attitude::RotationVector, &[x, y, z]) => rotation_from_vector([x, y, z]),
         (Attitude::RollPitchYaw, &[roll, pitch, yaw]) => match angles {
             Angles::FixedXyz => rotation_from_roll_pitch_yaw(roll, pitch, yaw),
-            // Turning about turned axes is turning about fixed ones in the other order, the other way round.
+            // A rotation about turned axes is the transpose of the one about fixed axes with negated angles.
             Angles::IntrinsicXyz => {
                 let back = rotation_from_roll_pitch_yaw(-roll, -pitch, -yaw);
                 std::array::from_fn(|i| std::array::from_fn(|j| back[j][i]))
@@ -62,11 +63,11 @@ fn is_rotation(rotation: &Rotation) -> bool {
         && is(handedness, 1.0)
 }
 
-/// The acceleration of a weight's centre of mass in the world (m/s²), one for each pose.
+/// Returns the acceleration of a weight's centre of mass in the world for each pose (m/s²).
 ///
-/// In a window centred on each pose, half of `smoothing_secs` to either side, a parabola is fitted to the centre's path;
-/// the window looks ahead, so this is for references alone. Times that go back end it, and with fewer than five poses in
-/// it the acceleration is taken as none.
+/// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose. The window looks
+/// ahead, so this is only for references. It ends where time goes back. With fewer than five poses in the window the
+/// acceleration is zero.
 pub fn accelerations(
     times: &[f64],
     poses: &[Pose],
@@ -100,12 +101,12 @@ pub fn accelerations(
     accelerations
 }
 
-/// The second derivative of the parabola that fits a path best, by least squares.
+/// Returns the second derivative of the least-squares parabola through a path.
 fn bend(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     if times.len() < FEWEST_POSES {
         return [0.0; 3];
     }
-    // Parabolas orthogonal over these times: the bend is what is left of t² beside 1 and t.
+    // With orthogonal polynomials over these times, the curvature is the coefficient of t² after removing 1 and t.
     let n = times.len() as f64;
     let mean = times.iter().map(|t| t - now).sum::<f64>() / n;
     let t = |time: &f64| time - now - mean;
@@ -126,37 +127,36 @@ fn bend(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     })
 }
 
-/// The load of a weight that is pulled by gravity and moves with this acceleration, both in the world (m/s²).
+/// Returns the load of a weight under gravity and acceleration, both in the world (m/s²).
 pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64; 3]) -> [f64; 6] {
     let pull = std::array::from_fn(|i| gravity[i] - acceleration[i]);
     load_of_pull(&pose.rotation, weight, pull)
 }
 
-/// A weight as poses and a measured load tell it.
+/// Weight estimated from poses and a measured load.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct WeightEstimate {
-    /// How heavy it is (kg).
+    /// Mass (kg).
     pub mass_kg: f64,
-    /// Its centre of mass in the sensor's frame (m); `None` without the three moments, or if the sensor was turned about
-    /// one axis alone.
+    /// Centre of mass in the sensor's frame (m); `None` without the three moments, or if the sensor was turned about only
+    /// one axis.
     pub centre_m: Option<[f64; 3]>,
-    /// What the reference shows without any load (N).
+    /// Force that the reference shows without a load (N).
     pub force_offset: [f64; 3],
-    /// The same for the moments (N·m).
+    /// Moment that the reference shows without a load (N·m).
     pub moment_offset: Option<[f64; 3]>,
-    /// What is left of the forces (N, root mean square over the three axes).
+    /// Root mean square residual of the forces over the three axes (N).
     pub force_rms: f64,
-    /// What is left of the moments (N·m).
+    /// Root mean square residual of the moments over the three axes (N·m).
     pub moment_rms: Option<f64>,
     /// Number of samples.
     pub n_samples: usize,
 }
 
-/// Least squares for the weight: forces are `m Rᵀg` and an offset, moments `m c × Rᵀg` and an offset.
+/// Estimates the weight by least squares: forces are `m Rᵀg` plus an offset, moments `m c × Rᵀg` plus an offset.
+/// Returns `None` if gravity never turned in the sensor's frame, since weight and offset are then the same.
 ///
-/// **Shapes** `forces` and `moments` one for each rotation.
-///
-/// `None` if gravity never turned in the sensor's frame: weight and offset are then the same.
+/// **Shapes** `forces` and `moments` have one entry per rotation.
 pub fn estimate_weight(
     rotations: &[Rotation],
     forces: &[[f64; 3]],
@@ -201,7 +201,7 @@ pub fn estimate_weight(
         moment_rms: None,
         n_samples: rotations.len(),
     };
-    // Twice the sum of products of variances along two directions: no cross product without a second one.
+    // Twice the sum of products of variances along two directions. It is zero if gravity turned along only one.
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments
@@ -213,8 +213,8 @@ pub fn estimate_weight(
 }
 
 impl WeightEstimate {
-    /// Moments about their mean are `d × p` of the pulls `p` about theirs, where `d = m c`. Least squares for `d`:
-    /// `Σ (|p|² I − p pᵀ) d = Σ p × M`.
+    /// Estimates the centre of mass. Moments about their mean are `d × p`, with the pulls `p` about their mean and `d = m c`.
+    /// Least squares for `d`: `Σ (|p|² I − p pᵀ) d = Σ p × M`.
     fn add_centre(
         &mut self,
         pulls: &[[f64; 3]],
@@ -244,7 +244,7 @@ impl WeightEstimate {
     }
 }
 
-/// Cramer's rule; the matrix is symmetric and, as the caller made sure, not singular.
+/// Solves a linear system by Cramer's rule. The caller ensures that the symmetric matrix is not singular.
 fn solve(matrix: &Rotation, right: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = *matrix;
     let determinant = dot(&x, &cross(y, z));
@@ -270,10 +270,10 @@ mod tests {
         }
     }
 
-    /// A quarter turn about z takes x to y and y to −x; after a quarter turn about x, which takes y to z and z to −y, the
-    /// products in both orders are written out by hand.
+    /// A quarter turn about z takes x to y and y to −x, one about x takes y to z and z to −y. The products in both orders are
+    /// written out by hand.
     #[test]
-    fn every_way_to_write_an_attitude_means_the_same() {
+    fn every_representation_of_an_orientation_means_the_same() {
         let fixed = Angles::FixedXyz;
         let quarter = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
         let half = (FRAC_PI_2 / 2.0).sin();
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_rotation_is_refused() {
+    fn numbers_that_are_not_a_rotation_are_refused() {
         let of = |attitude, numbers: &[f64]| rotation(attitude, Angles::FixedXyz, numbers);
         assert_eq!(of(Attitude::Quaternion, &[0.0; 4]), None);
         let mirror = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
@@ -306,8 +306,8 @@ mod tests {
         assert!(of(Attitude::RotationVector, &[0.0; 3]).is_some());
     }
 
-    /// On a turntable with the angular velocity ω about the upright z a weight at c is pulled outwards: the sensor carries
-    /// `F = m (ω² c_x, ω² c_y, −g)` in its own turning frame. A parabola over 21 ms flattens the circle by less than
+    /// A turntable rotates with angular velocity ω about the vertical z axis, with a weight at c. The sensor carries
+    /// `F = m (ω² c_x, ω² c_y, −g)` in its own rotating frame. A parabola over 21 ms flattens the circle by less than
     /// (3 · 0.0105)² / 6 = 0.02 % of 2 N.
     #[test]
     fn a_turntable_pulls_its_weight_outwards() {
@@ -364,7 +364,7 @@ mod tests {
         assert_close(&found.force_offset, &offset[..3], 1e-11);
         assert_close(&found.moment_offset.unwrap(), &offset[3..], 1e-11);
         assert_close(&[found.force_rms, found.moment_rms.unwrap()], &[0.0; 2], 1e-11);
-        // Forth and back along one line of gravity: the mass is there, its place is not.
+        // Turned back and forth along one line of gravity: the mass can be estimated, the centre cannot.
         let line: Vec<Rotation> = [0.0, std::f64::consts::PI]
             .map(|roll| rotation_from_roll_pitch_yaw(roll, 0.0, 0.0))
             .into();

@@ -1,4 +1,4 @@
-//! The one way from a file to its recordings, for the window, sessions and the command line.
+//! Reading of one file, for the window, sessions and the command line.
 
 use std::path::Path;
 
@@ -8,23 +8,22 @@ use super::map::ColumnMap;
 use crate::import::error::ReadError;
 use crate::progress::Progress;
 
-/// Reads one file, of any format that is known; its first bytes say which, not its name.
+/// Reads one file of any known format. Its first bytes select the format, not its name.
 ///
-/// With a map, the file is read as it says, and the file of its reference if it names one. Without one, the names of the
-/// columns say what they are: a time, 1 to 64 gauges, and the axes of the reference load if there is one; other columns
-/// are not looked at. Where names settle too little, the first of the `remembered` maps is taken that was made for files
-/// like this one; [`Loaded::map`] says by which map the file was read. A pause or a step back in time starts a new
-/// recording.
+/// With a map, the file is read as the map describes, with the file of its reference if the map names one. Without a map,
+/// the names of the columns give their roles: a time, 1 to 64 gauges, and the axes of the reference load if there is one.
+/// Other columns are ignored. If the names are not sufficient, the first of the `remembered` maps that fits the file is
+/// used; [`Loaded::map`] holds the map that was used. A pause or a step back in time starts a new recording.
 ///
-/// `progress` advances by bytes; whoever shows it adds the size of the file to its total. What is read besides, a second
-/// file or the same one for its second clock, is added here.
+/// `progress` advances by bytes, and the caller adds the size of the file to its total. Sizes of further reads, such as a
+/// second file or a second clock in the same file, are added here.
 ///
-/// **Units** those of the map, then those that the header names; without one newtons, newton metres, and what the times
-/// look like.
+/// **Units** The unit in the map counts first, then that in the header. Without one, loads are in N and N·m, and the unit
+/// of times is derived from their values.
 ///
 /// # Errors
-/// [`ReadError`] if the file cannot be read, is no such table, has no usable row, the map is for another kind of file,
-/// two clocks have no time in common, or `progress` is cancelled.
+/// [`ReadError`] if the file cannot be read, holds no table or no usable row, the map is for another kind of file, two
+/// clocks have no common time, or `progress` is cancelled.
 pub fn read(
     path: &Path,
     map: Option<&ColumnMap>,

@@ -1,7 +1,7 @@
-//! Rows of numbers from parts of a file. Parts know nothing of each other, so they can be parsed at the same time.
+//! Rows of numbers from parts of a file. Parts are independent, so they can be parsed in parallel.
 //!
-//! Guarantees: every number kept is finite; a row is kept whole or not at all; joining the rows of two parts gives
-//! what one part with the lines of both would have given.
+//! Guarantees: every number that is kept is finite. A row is kept completely or not at all. Joining the rows of two parts
+//! gives the same result as parsing both parts as one.
 
 mod held;
 mod values;
@@ -19,56 +19,56 @@ use crate::progress::Progress;
 use crate::recording::Axis;
 use crate::recording::gap::{gap_by_steps, median_step, steps_of_a_pause};
 
-/// The rows of an interval of lines, in SI but for the times, which stay in the unit of the file.
+/// Rows of successive lines in SI units; only the times stay in the unit of the file.
 #[derive(Debug, Default)]
 pub(super) struct Rows {
     pub times: Vec<f64>,
-    /// Row-major.
+    /// Gauges, row-major.
     pub gauges: Vec<f64>,
-    /// Row-major; NaN where nothing was measured, until [`Rows::hold_auxiliary`].
+    /// Auxiliary values, row-major; NaN if missing, until [`Rows::hold_auxiliary`].
     pub auxiliary: Vec<f64>,
-    /// Row-major, in axis order.
+    /// Loads, row-major, in the order of the axes.
     pub loads: Vec<f64>,
-    /// Row-major, as the plan's pose says; empty once the loads are computed.
+    /// Pose values, row-major, in the order of the plan; empty after the loads are computed.
     pub poses: Vec<f64>,
     pub findings: Findings,
     pub n_lines: u64,
     pub n_skipped: u64,
-    /// Per column, in how many skipped rows it holds no finite number.
+    /// Number of skipped rows without a finite number, per column.
     pub bad_cells: Vec<u64>,
-    /// Per column, the least magnitude of what was written there and is no number; infinite without any.
+    /// Smallest magnitude of a text that is not a number, per column; infinite if there is none.
     pub least_bad: Vec<f64>,
-    /// Lines that are rows, usable or not.
+    /// Number of rows, usable or not.
     n_table_rows: u64,
-    /// Whether the times are such counts.
+    /// True if the times are row numbers.
     counts_rows: bool,
-    /// What was taken off the times (s since 1970).
+    /// Offset that was subtracted from the times (s since 1970).
     pub zero_secs: f64,
     lines: Vec<LineRun>,
-    /// Rows in which an auxiliary channel holds a value that is older than a gap, in order of channel and row.
+    /// Rows in which an auxiliary value is held for longer than a gap, sorted by channel and row.
     pub held: Vec<HeldRows>,
 }
 
-/// Rows in which an auxiliary channel has no number of its own for longer than a gap.
+/// Successive rows in which an auxiliary channel has no value of its own for longer than a gap.
 #[derive(Clone, Debug)]
 pub(super) struct HeldRows {
-    /// Which of the channels.
+    /// Index of the channel.
     pub channel: usize,
     pub rows: Range<usize>,
 }
 
-/// From row `row` on, rows stand on successive lines, the first on `line`.
+/// Rows on successive lines: row `row` stands on line `line`.
 #[derive(Clone, Copy, Debug)]
 struct LineRun {
     row: usize,
     line: u64,
 }
 
-/// A row cannot be kept.
+/// Marker of a row that cannot be kept.
 struct Unusable;
 
 impl Rows {
-    /// All rows of a file below its head.
+    /// Reads all rows of a file below its head.
     pub fn read(
         opened: Opened,
         head: &Head,
@@ -81,7 +81,7 @@ impl Rows {
         Ok(rows)
     }
 
-    /// The rows of a part of a file, line 1 being its first; rows that are no text count as lines.
+    /// Parses the rows of a part of a file. Its first line is line 1; rows of files without text count as lines.
     pub fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
             bad_cells: vec![0; plan.uses.len()],
@@ -92,12 +92,12 @@ impl Rows {
         match part {
             Part::Lines(block) => {
                 let mut lines = lines(block).peekable();
-                // As many rows as if all lines were like the first, but never more than fit with one digit a cell.
+                // Estimated from the length of the first line, but at most what fits with one digit per cell.
                 let first_bytes = lines.peek().map_or(0, |line| line.len());
                 let line_bytes = first_bytes.max(2 * plan.uses.len());
                 rows.reserve(block.len() / line_bytes + 1, plan);
                 let mut rest = block;
-                // A text in quotes may hold line ends.
+                // A text in quotes may contain line ends.
                 let has_texts = plan.uses.contains(&Use::Ignored);
                 while let Some(line) = lines.next() {
                     let mut text = line;
@@ -129,8 +129,8 @@ impl Rows {
         rows
     }
 
-    /// Returns the time of a row that is not usable, the first of a part, in the unit of the file, where rows are counted that count;
-    /// `None` if it has none.
+    /// Returns the time of an unusable row, which is the first of a part, in the unit of the file. If rows are counted, the
+    /// time is `count`. Returns `None` if the row has no time.
     pub fn time_of_first(part: Part<'_>, plan: &Plan, count: f64) -> Option<f64> {
         let time = match part {
             Part::Lines(line) => Self::time_of(plan.text.row(line)?, plan),
@@ -139,7 +139,7 @@ impl Rows {
         plan.time_column.map_or(Some(count), |_| time)
     }
 
-    /// Returns the time of a row, in the unit of the file; `None` if it has none.
+    /// Returns the time of a row, in the unit of the file; `None` if it has no time.
     pub fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
         let cells = cells.zip(&plan.uses).enumerate();
         let own = cells.filter(|(_, (_, usage))| usage.is_time());
@@ -148,7 +148,7 @@ impl Rows {
         Some(first + own.sum::<Option<f64>>()?)
     }
 
-    /// Returns all numbers with how many of them each row has.
+    /// Returns all lists of numbers, each with the number of values per row.
     pub fn lists(&mut self) -> [(usize, &mut Vec<f64>); 5] {
         let n_rows = self.times.len();
         let lists = [
@@ -161,7 +161,7 @@ impl Rows {
         lists.map(|values| (values.len().checked_div(n_rows).unwrap_or(0), values))
     }
 
-    /// Puts the rows in this order.
+    /// Sorts the rows into this order.
     pub fn arrange(&mut self, order: &[usize]) {
         self.keep_lines_of(order.iter().copied());
         for (width, values) in self.lists() {
@@ -170,9 +170,9 @@ impl Rows {
         }
     }
 
-    /// Plans to count times from the first of these rows on, where they are counted from long ago.
+    /// Sets [`Plan::since`] from the first row, if times are counted from long ago.
     pub fn plan_zero<'a>(plan: &mut Plan, first: impl Iterator<Item = Cell<'a>>) {
-        /// A clock that is set counts from 1970; one that was started with a computer stays below (s).
+        /// Limit between clocks that count from 1970 and clocks that count from the start of a computer (s).
         const SET_SECS: f64 = 1e8;
         let Some(first) = Self::time_of(first, plan).filter(|first| *first < i64::MAX as f64)
         else {
@@ -192,26 +192,26 @@ impl Rows {
         }
     }
 
-    /// Counts the times from here (s since 1970).
+    /// Changes the origin of the times (s since 1970).
     pub fn count_from(&mut self, zero_secs: f64) {
         let later = self.zero_secs - zero_secs;
         self.times.iter_mut().for_each(|time| *time += later);
         self.zero_secs = zero_secs;
     }
 
-    /// Appends the parts that follow, which are such a share of the file; the first time it makes room for the whole
-    /// file, as growing later would copy everything.
+    /// Appends the next parts, which cover this share of the file. The first call reserves memory for the whole file, since
+    /// growing later would copy everything.
     fn append_all(&mut self, parts: Vec<Self>, share: f64, plan: &Plan) {
         if self.times.is_empty() {
             let n_rows: usize = parts.iter().map(|rows| rows.times.len()).sum();
-            // A little more than as many rows as so far everywhere.
+            // Slightly more than the estimate from the rows so far.
             let slack = if share < 1.0 { 1.02 } else { 1.0 };
             self.reserve((slack * n_rows as f64 / share) as usize, plan);
         }
         parts.into_iter().for_each(|next| self.append(next));
     }
 
-    /// Makes room for about `n_rows` rows more.
+    /// Reserves memory for about `n_rows` more rows.
     fn reserve(&mut self, n_rows: usize, plan: &Plan) {
         let widths = [
             1,
@@ -225,7 +225,7 @@ impl Rows {
         }
     }
 
-    /// Appends the rows of the block that follows.
+    /// Appends the rows of the next block.
     fn append(&mut self, mut next: Self) {
         let (n_rows, n_lines) = (self.times.len(), self.n_lines);
         if next.counts_rows {
@@ -252,7 +252,7 @@ impl Rows {
         }
     }
 
-    /// On which line row `row` stands.
+    /// Returns the line of a row.
     pub fn line_of(&self, row: usize) -> u64 {
         let run = self.lines[self.lines.partition_point(|run| run.row <= row) - 1];
         run.line + (row - run.row) as u64
@@ -279,7 +279,7 @@ impl Rows {
         self.n_table_rows += 1;
     }
 
-    /// Puts every cell of a row where it belongs.
+    /// Stores every cell of a row in its list.
     fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<(), Unusable> {
         let mut loads = [0.0; Axis::ALL.len()];
         let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
@@ -293,7 +293,7 @@ impl Rows {
                 }
                 Use::Gauge { .. } => self.gauges.push(value()?),
                 Use::Auxiliary { .. } => {
-                    // What changes slowly is often written now and then: no row is lost for it.
+                    // A slow channel often has values only in some rows, so an empty cell does not make the row unusable.
                     let cell = row.next().ok_or(Unusable)?;
                     let value = value_of(cell, *usage, index, plan);
                     self.auxiliary.push(value.map_or(f64::NAN, |(value, _)| value));
@@ -323,7 +323,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Notes why a row cannot be kept: the first reason as a cause, all bad cells as counts.
+    /// Reports why a row cannot be kept: the first reason as a cause, all bad cells as counts.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
         let is_used = |(_, usage): &(Cell<'_>, &Use)| !usage.is_time() && **usage != Use::Ignored;
         let mut used = row.clone().zip(&plan.uses).filter(is_used);
@@ -358,7 +358,7 @@ impl Rows {
         }
     }
 
-    /// Whether what is no number is, in a column of a gauge or a load, larger than every number there.
+    /// Returns true if, in a column of a gauge or a load, an unreadable text is larger than every number.
     pub fn skips_largest(&self, plan: &Plan) -> bool {
         let mut gauge = 0;
         let mut columns = plan.uses.iter().zip(&self.least_bad);
@@ -377,7 +377,7 @@ impl Rows {
         })
     }
 
-    /// Leaves out the rows that are not kept, and notes why.
+    /// Removes the rows that are not kept, and reports the cause.
     pub fn leave_out(&mut self, is_kept: impl Fn(usize) -> bool, cause: Cause) {
         let missing = || (0..self.times.len()).filter(|row| !is_kept(*row));
         if let (Some(first), Some(last)) = (missing().next(), missing().next_back()) {
@@ -387,18 +387,18 @@ impl Rows {
         }
     }
 
-    /// Notes what happened at one row.
+    /// Reports a cause at one row.
     pub fn note_row(&mut self, row: usize, cause: Cause) {
         self.findings.note(self.line_of(row), cause);
     }
 
-    /// Notes what happened at `count` rows, from the first to the last.
+    /// Reports a cause at `count` rows between a first and a last one.
     pub fn note_rows(&mut self, first: usize, last: usize, count: u64, cause: Cause) {
         let (first, last) = (self.line_of(first), self.line_of(last));
         self.findings.note_many(first, last, count, cause);
     }
 
-    /// Leaves out the rows that are not kept.
+    /// Removes the rows that are not kept.
     pub fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let n_rows = self.times.len();
         self.keep_lines_of((0..n_rows).filter(|row| is_kept(*row)));
@@ -408,7 +408,7 @@ impl Rows {
         }
     }
 
-    /// From now on these rows, in order, are the first, the second and so on; only their lines move.
+    /// Keeps only the lines of these rows, in this order. The values of the rows are not moved.
     pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
         let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
         let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
@@ -424,7 +424,7 @@ impl Rows {
     }
 }
 
-/// The first row of a text, where its first line ends within quotes: up to the line in which they close, and how many lines it has.
+/// Returns the first row of a text, up to the line in which its quotes close, and its number of lines.
 fn whole_row(text: &[u8], first: usize) -> Option<(&[u8], usize)> {
     const LINES: usize = 10;
     let (mut end, mut n_lines) = (first, 1);
@@ -454,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unusable_row_leaves_nothing_behind() {
+    fn an_unusable_row_leaves_no_values_behind() {
         let plan = plan_of_names("t,S1,S2,Fz,Fx [kN]");
         let rows =
             Rows::parse(Part::Lines(b"0,1,2,3,4\n1,1,nan,3,4\n2,1,2,3,1e306\n3,1,2,3\n"), &plan);
@@ -466,7 +466,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_are_left_out_later_take_their_lines_along() {
+    fn rows_removed_later_take_their_lines_along() {
         let plan = plan_of_names("t,S1,S2,Fz");
         let mut rows = Rows::parse(Part::Lines(b"0,1,2,3\n\n1,4,5,6\n2,7,8,9\n"), &plan);
         rows.retain(|row| row != 0);

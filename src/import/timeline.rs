@@ -1,4 +1,4 @@
-//! What the times of a file say: their unit where the header does not, and where one recording ends and the next starts.
+//! Time axis of a file: the unit if the header has none, and the starts of recordings.
 
 use super::rows::Rows;
 use super::warning::Cause;
@@ -6,51 +6,51 @@ use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pa
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// This many pauses, if they are also more than one step in [`STEPS_PER_BURST`], are the rhythm of a logger that
-/// writes rows in bursts.
+/// Minimum number of pauses that are taken for the rhythm of a logger that writes rows in bursts. They must also be more
+/// frequent than one step in [`STEPS_PER_BURST`].
 const FEWEST_BURSTS: usize = 20;
-/// See [`FEWEST_BURSTS`].
+/// Maximum mean number of steps per burst, see [`FEWEST_BURSTS`].
 const STEPS_PER_BURST: usize = 50;
-/// Such a logger writes once a second or more often; what comes more seldom is what somebody did, press after press.
+/// Maximum pause between bursts (s). Such loggers write at least once a second; longer pauses are actions of the user.
 const LONGEST_BURST_PAUSE_SECS: f64 = 1.0;
-/// Where rows come in bursts, a longer step is a pause (s).
+/// Pause that ends a recording if rows come in bursts (s).
 const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
-/// No calibration is logged more slowly than one sample a minute (s): slower, and the unit is another.
+/// Maximum sample interval of a recording (s); with a longer step the unit must be another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
-/// The units that times are counted in.
+/// Units of times.
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// From this step on whole numbers are microseconds, of 1 kHz rather than milliseconds of 1 Hz ...
+/// Minimum median step of whole numbers in microseconds. It decides for 1 kHz instead of milliseconds at 1 Hz.
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// ... and from this on nanoseconds, of 3 kHz rather than microseconds of 3 Hz.
+/// Minimum median step of whole numbers in nanoseconds. It decides for 3 kHz instead of microseconds at 3 Hz.
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
-/// Where recordings start and where times repeat.
+/// Starts of recordings and repeated times.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Cuts {
-    /// The first row of each recording but the first.
+    /// First row of each recording except the first one.
     pub starts: Vec<usize>,
-    /// The first and the last row with the time of the row before, and how many there are.
+    /// First and last row that repeat the time of the row before, and the number of these rows.
     pub repeats: Option<(usize, usize, u64)>,
-    /// A step longer than this cuts (s).
+    /// Step in time above which a recording ends (s).
     pub gap_secs: f64,
-    /// The pauses that are taken for the rhythm of a logger.
+    /// Pauses that are taken for the rhythm of a logger.
     bursts: Option<Bursts>,
 }
 
-/// The pauses of a logger that writes rows in bursts.
+/// Pauses of a logger that writes rows in bursts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bursts {
-    /// The rows after the first and the last pause.
+    /// Rows after the first and after the last pause.
     rows: (usize, usize),
     n_pauses: u64,
-    /// The median.
+    /// Median pause (s).
     pause_secs: f64,
 }
 
-/// Cuts wherever time goes back and at every step longer than `gap_secs`, given times in seconds; where nobody says how
-/// long that is, by the steps themselves.
+/// Finds cuts between recordings: where time goes back, and at each step longer than `gap_secs`. Times are in seconds.
+/// Without `gap_secs`, the gap is derived from the steps.
 pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let mut cuts = Cuts::default();
     let gap = gap_secs.unwrap_or_else(|| {
@@ -73,15 +73,15 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     cuts
 }
 
-/// Puts rows in the order of their times.
+/// Sorts rows by time.
 pub(super) fn sort(rows: &mut Rows) {
     let mut order: Vec<usize> = (0..rows.times.len()).collect();
     order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));
     rows.arrange(&order);
 }
 
-/// Spreads rows with one stamp evenly until the next stamp: the first ones so that they end there, the last ones and those before a
-/// pause as far apart as the others.
+/// Spreads rows with the same stamp evenly up to the next stamp. The first ones end there; the last ones, and those before
+/// a pause, get the same step as the others.
 pub(super) fn spread(times: &mut [f64]) {
     let stamps: Vec<(f64, usize)> =
         (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();
@@ -106,8 +106,8 @@ pub(super) fn spread(times: &mut [f64]) {
     }
 }
 
-/// How far apart two samples are at most between which nothing is missing: 20 median steps, or where rows come in
-/// bursts, the longest pause between those.
+/// Returns the longest step between two samples without a gap (s): 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`] if
+/// rows come in bursts.
 pub(super) fn longest_bridge(times: &[f64]) -> f64 {
     match bursts(times) {
         Some(_) => GAP_BETWEEN_BURSTS_SECS,
@@ -115,7 +115,7 @@ pub(super) fn longest_bridge(times: &[f64]) -> f64 {
     }
 }
 
-/// The pauses between bursts, if there are many and they are at most about a second long.
+/// Returns the pauses between bursts, if there are many and each is at most about a second long.
 fn bursts(times: &[f64]) -> Option<Bursts> {
     let shortest = steps_of_a_pause(times);
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
@@ -131,14 +131,15 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
     })
 }
 
-/// The unit that the times have by their values, counted from `since`.
+/// Derives the unit of times from their values, counted from `since`.
 ///
-/// Values like today's UNIX time name their unit by their size, if the steps fit a logger; otherwise the steps decide:
-/// whole numbers with a median step from 2 on are milliseconds, longer ones microseconds or nanoseconds, everything else seconds.
+/// Values like today's UNIX time give the unit by their size, if the steps fit a logger. Otherwise the median step
+/// decides: whole numbers with a step from 2 on are milliseconds, with longer steps microseconds or nanoseconds.
+/// Everything else is seconds.
 pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
-        // From 2001 to 2286.
+        // UNIX times from 2001 to 2286.
         let is_epoch = |&time: &f64| (1e9..1e10).contains(&((since + time) / unit.per_second()));
         let is_plausible = |step: f64| step <= SLOWEST_STEP_SECS * unit.per_second();
         times.first().is_some_and(is_epoch) && step.is_none_or(is_plausible)
@@ -152,10 +153,10 @@ pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     })
 }
 
-/// The unit in which a step is nearest to that of a calibration (s).
+/// Returns the unit in which a step is nearest to that of a calibration (s).
 ///
 /// # Errors
-/// The nearest unit and by which factor it is off, where that is more than ten.
+/// The nearest unit and its ratio to the expected step, if the ratio exceeds ten.
 pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
     let off = |unit: TimeUnit| {
         let times = step / unit.per_second() / trained_secs;
@@ -167,7 +168,7 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
     if off <= 10.0 { Ok(unit) } else { Err((unit, off)) }
 }
 
-/// Lets counters of 32 bits go on where they begin anew; says after which row the first does, from which time (s) to which.
+/// Continues 32-bit counters that wrap around; returns the first row behind a wrap, with the times before and after it (s).
 pub(super) fn unwrap_counters(
     times: &mut [f64],
     gap_secs: Option<f64>,
@@ -190,14 +191,14 @@ pub(super) fn unwrap_counters(
     first
 }
 
-/// For how many samples a reference stays the same before it changes, if it does so steadily.
+/// Returns the number of samples for which a reference repeats its value before it changes, if this number is steady.
 ///
-/// A reference that is measured less often than it is written shows runs of equal rows, nearly all of one length. Dead
-/// weights show long runs of many lengths, a live signal runs of one.
+/// A reference that is measured less often than it is written shows runs of equal rows of nearly one length. Dead weights
+/// show long runs of many lengths, a live signal runs of one row.
 pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
     const FEWEST_RUNS: usize = 30;
     const LONGEST_RUN: usize = 100;
-    /// The start tells as much as the whole.
+    /// Maximum number of rows inspected; the start of a file is representative.
     const ROWS_LOOKED_AT: usize = 20_000;
     let mut runs = [0_usize; LONGEST_RUN + 1];
     let (mut n_runs, mut length) = (0, 1);
@@ -210,7 +211,7 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
             (n_runs, length) = (n_runs + 1, 1);
         }
     }
-    // The steadiest length is the one that, with its neighbours, holds most runs.
+    // The steadiest length is the one that holds most runs together with its neighbours.
     let near = |length: usize| -> usize { runs[length - 1..=length + 1].iter().sum() };
     let samples_each = (2..LONGEST_RUN).max_by_key(|&length| (near(length), runs[length]))?;
     let is_steady = near(samples_each) * 10 >= n_runs * 7 && runs[1] * 2 < n_runs;
@@ -218,14 +219,14 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
 }
 
 impl Cuts {
-    /// Notes the cuts and repeats as findings about `rows`.
+    /// Reports the cuts and repeated times as findings about `rows`.
     pub fn note(&self, rows: &mut Rows) {
         let back = |row: &&usize| {
             let step = rows.times[**row] - rows.times[**row - 1];
             -self.gap_secs < step && step < 0.0
         };
         let mut late = self.starts.iter().filter(back);
-        // Where time goes back again and again it is no time.
+        // A column that goes back again and again is not a time.
         const LATE_SHARE: usize = 4;
         if let Some(&first) = late.next()
             && let count = 1 + late.count()
@@ -239,7 +240,7 @@ impl Cuts {
             rows.note_row(row, cause);
         }
         if let Some((first, last, count)) = self.repeats {
-            // Of a clock that is coarser than the samples.
+            // The clock is coarser than the samples.
             let is_coarse = 2 * count >= rows.times.len() as u64;
             let cause = if is_coarse {
                 Cause::CoarseStamps
@@ -271,7 +272,7 @@ mod tests {
         assert_eq!(cuts(&times, Some(9.0)).starts, [7]);
     }
 
-    /// So many runs of `samples` samples, each `step` after the other, the runs `pause` apart.
+    /// Returns the times of `n` runs of `samples` samples, `step` apart, with `pause` between runs (s).
     fn runs(n: u32, samples: u32, step: f64, pause: f64) -> Vec<f64> {
         let period = f64::from(samples - 1) * step + pause;
         let time = |k: u32| f64::from(k / samples) * period + f64::from(k % samples) * step;
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_with_short_pauses_are_one_recording_and_nothing_to_tell() {
+    fn packets_with_short_pauses_are_one_recording_without_a_warning() {
         let found = cuts(&runs(40, 50, 0.001, 0.004), None);
         assert_eq!((found.starts, found.repeats, found.bursts), (vec![], None, None));
     }
@@ -325,13 +326,13 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_that_somebody_sets_is_no_rhythm() {
+    fn a_pause_set_by_the_user_is_not_a_rhythm() {
         let found = cuts(&runs(40, 15, 0.0004, 0.16), Some(0.1));
         assert_eq!((found.starts.len(), found.bursts), (39, None));
     }
 
     #[test]
-    fn a_held_reference_is_told_from_weights_and_live_signals() {
+    fn a_held_reference_is_distinguished_from_weights_and_live_signals() {
         let runs = |lengths: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
             let run = |(k, length)| vec![[k as f64, 1.0]; length];
             lengths.enumerate().flat_map(run).flatten().collect()
@@ -349,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_time_never_cuts() {
+    fn constant_time_never_cuts() {
         let found = cuts(&[3.0; 4], None);
         assert!(found.starts.is_empty());
         assert_eq!(found.repeats, Some((1, 3, 3)));
@@ -357,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn values_tell_the_unit() {
+    fn values_give_the_unit() {
         use TimeUnit::{Microseconds, Milliseconds, Nanoseconds, Seconds};
         for (start, step, unit) in [
             (0.0, 0.001, Seconds),
@@ -384,7 +385,7 @@ mod tests {
         for (step, unit) in [(0.05, Seconds), (50.0, Milliseconds), (2e5, Microseconds)] {
             assert_eq!(unit_by_step(step, 0.05), Ok(unit));
         }
-        // Minutes, and ten thousandths of a second.
+        // Steps in minutes, and in ten thousandths of a second.
         for step in [8e-4, 501.0] {
             assert!(unit_by_step(step, 0.05).is_err(), "{step}");
         }

@@ -1,6 +1,7 @@
-//! Gauges and reference with a clock each become one table.
+//! Joins gauges and reference with separate clocks to one table.
 //!
-//! Guarantees: a sample keeps its own time; it has a reference that was really near, or is left out and told.
+//! Guarantees: a sample keeps its own time. It gets a reference that is near in time; otherwise it is left out and
+//! reported.
 
 use std::path::{Path, PathBuf};
 
@@ -15,23 +16,23 @@ use crate::import::map::{ColumnMap, Join, ReferenceFile};
 use crate::import::timeline;
 use crate::recording::Day;
 
-/// One side of a recording, its times in seconds.
+/// Gauges or reference of a recording, with times in seconds.
 #[derive(Debug)]
 pub(super) struct Table {
     pub path: PathBuf,
     pub plan: Plan,
     pub rows: Rows,
-    /// The day that its file says.
+    /// Day given by the file.
     pub day: Option<Day>,
 }
 
-/// Where the reference of the gauges in `path` is.
+/// Returns the path of the reference for the gauges in `path`.
 pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(reference.file.replace("{stem}", &stem))
 }
 
-/// The file of a reference with a clock of its own, and which part of the file is read.
+/// Returns the file of a reference with its own clock, and the side that is read from it.
 pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Side)> {
     match &map.reference {
         Some(file) => Some((reference_path(path, file), Side::ReferenceFile)),
@@ -39,7 +40,7 @@ pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Sid
     }
 }
 
-/// Makes sure that the reference's time goes on.
+/// Checks that the reference's time never goes back.
 pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     let rows = &reference.rows;
     let mut steps = rows.times.windows(2);
@@ -53,7 +54,7 @@ pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
     }))
 }
 
-/// Gives the gauges the reference at their times.
+/// Adds the reference at the times of the gauges.
 pub(super) fn join(
     gauges: &mut Table,
     reference: &mut Table,
@@ -89,7 +90,7 @@ pub(super) fn join(
     Ok(())
 }
 
-/// The first and the last time.
+/// Returns the first and the last time (s).
 fn span(times: &[f64]) -> (f64, f64) {
     let or_zero = |time: Option<&f64>| time.copied().unwrap_or_default();
     (or_zero(times.first()), or_zero(times.last()))

@@ -1,4 +1,4 @@
-//! Poses to loads where the weight is known.
+//! Loads from poses, for a known weight.
 
 use super::plan::PosePlan;
 use super::two_clocks::Table;
@@ -12,10 +12,10 @@ use crate::min_max::MinMax;
 use crate::recording::kinetics::{Rotation, Weight};
 use crate::recording::{Axis, full_scale_of};
 
-/// A share of full scale above which a weight's own acceleration is told.
+/// Share of full scale above which a weight's own acceleration is reported.
 const INERTIA_SHARE: f64 = 0.01;
 
-/// Puts the loads of a weight in place of the poses. A table without poses stays as it is.
+/// Replaces the poses of a table by the loads of a weight. A table without poses is not changed.
 pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
     let Some(plan) = table.plan.pose.clone() else {
         return Ok(());
@@ -55,7 +55,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     rows.poses = Vec::new();
     let share = |axis: usize| {
         let full_scale = full_scale_of(range[axis]);
-        // An axis that gravity never reaches has no full scale.
+        // An axis that gravity never loads has no full scale.
         if full_scale > 1e-9 { inertia[axis] / full_scale } else { 0.0 }
     };
     let worst = (0..6).max_by(|&a, &b| share(a).total_cmp(&share(b))).unwrap_or(0);
@@ -71,7 +71,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     Ok(())
 }
 
-/// How the sensor is turned in each row; rows without a rotation are left out.
+/// Returns the orientation of the sensor in each row, and removes rows whose pose is not a rotation.
 pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
     let rows = &mut table.rows;
     let n_turns = plan.attitude.parts().len();
@@ -84,7 +84,7 @@ pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> 
     all.into_iter().flatten().collect()
 }
 
-/// The weight of each row: by its column, by the name of the file, or the only one.
+/// Returns the weight of each row: from its column, from the name of the file, or the only one.
 fn weights(table: &Table, plan: &PosePlan, map: &WeightMap) -> Result<Vec<Weight>, ReadError> {
     let known = map.weights();
     let all = |weight: Weight| vec![weight; table.rows.times.len()];
@@ -119,7 +119,7 @@ mod tests {
     use crate::progress::Progress;
     use crate::recording::kinetics::STANDARD_GRAVITY;
 
-    /// A map of a table with a header, its columns by name.
+    /// Returns the map of a table with a header, its columns given by name.
     fn map(columns: &[(&str, &str)], weight: &str) -> ColumnMap {
         let rule = |(name, is): &(&str, &str)| format!(r#"{{ "column": "{name}", "is": "{is}" }}"#);
         let rules: Vec<String> = columns.iter().map(rule).collect();
@@ -135,8 +135,8 @@ mod tests {
     fn load(text: &str, map: &ColumnMap) -> Result<(Loaded, String), ReadError> {
         let file = TestFile::new(text);
         let loaded = read(&file.path, Some(map), &[], &Progress::default())?;
-        let told: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
-        Ok((loaded, told.join("\n")))
+        let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
+        Ok((loaded, messages.join("\n")))
     }
 
     const QUATERNION: [(&str, &str); 7] = [
@@ -149,7 +149,7 @@ mod tests {
         ("kind", "mount"),
     ];
 
-    /// Upright, then rolled by 90°, so that the sensor's y axis points up: with `W = m g` and the centre at (x, y, z) the
+    /// The sensor is upright, then rolled by 90°, so that its y axis points up. With `W = m g` and the centre at (x, y, z) the
     /// loads are (0, 0, −W, −yW, xW, 0) and (0, −W, 0, zW, 0, −xW).
     #[test]
     fn the_load_of_a_known_weight_follows_from_the_pose() {
@@ -157,7 +157,7 @@ mod tests {
             { "name": "b", "mass_kg": 1, "centre_m": [0, 0, 0] }] }"#;
         let map = map(&QUATERNION, weight);
         let text = "t_s,S1,w,x,y,z,kind\n0,1,1,0,0,0,a\n1,2,1,1,0,0,a\n2,3,1,0,0,0,b\n3,4,0,0,0,0,a\n4,5,1,0,0,0,c\n";
-        let (loaded, told) = load(text, &map).unwrap();
+        let (loaded, messages) = load(text, &map).unwrap();
         let recording = &loaded.recordings[0];
         assert_eq!(recording.axes(), Axis::ALL);
         let w = 2.0 * STANDARD_GRAVITY;
@@ -170,15 +170,15 @@ mod tests {
         for (actual, expected) in recording.loads().iter().zip(expected.as_flattened()) {
             assert!((actual - expected).abs() < 1e-12, "{:?}", recording.loads());
         }
-        assert!(told.contains("run.csv:5: the pose is no rotation"), "{told}");
+        assert!(messages.contains("run.csv:5: the pose is no rotation"), "{messages}");
         assert!(
-            told.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
-            "{told}"
+            messages.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
+            "{messages}"
         );
     }
 
-    /// Robot states at 0 s and 10 s, level and rolled by 90°, in a file of their own: the loads are (0, 0, −W) and
-    /// (0, −W, 0), and halfway between on their line.
+    /// A file of its own gives robot states at 0 s and 10 s, level and rolled by 90°. The loads are (0, 0, −W) and
+    /// (0, −W, 0), and interpolated halfway between.
     #[test]
     fn the_pose_may_stand_in_the_file_of_another_clock() {
         let mut map = map(&QUATERNION[..6], r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#);
@@ -216,10 +216,10 @@ mod tests {
         assert!(error.contains("holds none of the mounts left"), "{error}");
     }
 
-    /// A sensor that swings by sin(2π t) rad about x with a weight at 1 m: at the ends the weight's own acceleration is
-    /// 4π² m/s², four times gravity; told whether it is counted or not.
+    /// A sensor swings by sin(2π t) rad about x with a weight at 1 m. At the ends the weight's own acceleration is 4π² m/s²,
+    /// four times gravity. It is reported with and without `inertia`.
     #[test]
-    fn a_weight_that_is_swung_is_told() {
+    fn the_acceleration_of_a_swung_weight_is_reported() {
         let columns = [
             ("t_s", "time"),
             ("S1", "gauge"),
@@ -236,28 +236,26 @@ mod tests {
             let weight = format!(
                 r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#
             );
-            let (_, told) = load(&text, &map(&columns, &weight)).unwrap();
+            let (_, messages) = load(&text, &map(&columns, &weight)).unwrap();
             assert!(
-                told.contains("the weight's own acceleration") && told.contains(word),
-                "{told}"
+                messages.contains("the weight's own acceleration") && messages.contains(word),
+                "{messages}"
             );
         }
     }
 
     #[test]
-    fn what_cannot_be_weighed_is_refused_with_the_way_out() {
+    fn an_incomplete_weight_is_refused_with_a_way_out() {
         let whole = r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#;
         let text = "t_s,S1,w,x,y,z\n0,1,1,0,0,0\n1,2,0,1,0,0\n";
-        let told = |map: &ColumnMap| load(text, map).unwrap_err().to_string();
-        assert!(
-            told(&map(&QUATERNION[..6], "{}")).contains("mass_kg and centre_m must both be said")
-        );
+        let message = |map: &ColumnMap| load(text, map).unwrap_err().to_string();
+        assert!(message(&map(&QUATERNION[..6], "{}")).contains("mass_kg or centre_m is missing"));
         let mut both = map(&QUATERNION[..6], whole);
         both.table.columns[1].is = ColumnRole::Load(Axis::Fz);
-        assert!(told(&both).contains("but a column is Fz, too"));
+        assert!(message(&both).contains("but a column is Fz as well"));
         let mut part = map(&QUATERNION[..6], whole);
         part.table.columns.pop();
-        assert!(told(&part).contains("no column \"pose_qz\""));
+        assert!(message(&part).contains("no column \"pose_qz\""));
         let file = TestFile::new(text);
         let alone = map(&QUATERNION[..6], whole);
         let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();

@@ -1,21 +1,21 @@
-//! Which auxiliary channels of the recordings a fit can use, and why not the others.
+//! Finds the auxiliary channels that a fit can use, and the reasons why others cannot be used.
 
 use std::sync::Arc;
 
 use crate::features::AuxiliaryChannel;
 use crate::recording::{Entry, Recording, Role};
 
-/// The auxiliary channels of a set of recordings.
+/// Auxiliary channels of a set of recordings.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AuxiliaryInputs {
-    /// Those that a fit can use.
+    /// Names of the channels that a fit can use.
     pub channels: Vec<AuxiliaryChannel>,
-    /// Why others cannot be used, in sentences.
+    /// Reasons why other channels cannot be used, one sentence each.
     pub unused: Vec<String>,
 }
 
 impl AuxiliaryInputs {
-    /// Finds the channels that all recordings have and that move where they train, and leaves those alone, in one order.
+    /// Returns the recordings with only those channels that all of them have and that vary in training, in one order.
     pub fn prepare(entries: &mut [Entry]) -> Self {
         let mut inputs = Self::default();
         let mut names: Vec<(String, String)> = Vec::new();
@@ -39,7 +39,7 @@ impl AuxiliaryInputs {
             if let Some(first) = without.next() {
                 let of_unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
                 inputs.unused.push(format!(
-                    "{} has no {name}{of_unit}, so that it cannot be used; load recordings that all have it, or close this one",
+                    "{} has no {name}{of_unit}, so this channel cannot be used; load recordings that all have it, or close this one",
                     first.recording.name(),
                 ));
                 continue;
@@ -199,7 +199,10 @@ mod tests {
         assert!(entered.findings.len() == mean.findings.len());
         let far = with(Some(-20.0));
         let said: Vec<String> = far.findings.iter().map(|own| own.text(Face::Page)).collect();
-        assert!(said.iter().any(|text| text.contains("T counts from -20 °C")), "{said:?}");
+        assert!(
+            said.iter().any(|text| text.contains("T: the reference value is -20 °C")),
+            "{said:?}"
+        );
     }
 
     /// The same least squares by QR on `[s₁, s₂, 1, T, T s₁, T s₂]`.
@@ -237,7 +240,7 @@ mod tests {
         assert!(analysis.calibration.features.auxiliary.is_empty());
         let said: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
         let about = said.iter().find(|text| text.contains("T stands at")).unwrap();
-        assert!(about.contains("(1 °C): its effect is not determined"), "{about}");
+        assert!(about.contains("at least 1 °C"), "{about}");
     }
 
     #[test]

@@ -112,7 +112,7 @@ pub(crate) fn cross_validated(
     let training = data.entries.iter().zip(&pieces).enumerate();
     let training: Vec<(Entry, &[Piece])> = training
         .filter(|(_, (entry, _))| entry.role == Role::Train)
-        .map(|(at, (entry, pieces))| (data.groups.said(at, entry), &pieces[..]))
+        .map(|(at, (entry, pieces))| (data.groups.with_group_name(at, entry), &pieces[..]))
         .collect();
     let n_parts =
         (training.iter().flat_map(|(_, pieces)| *pieces)).map(|piece| piece.fold + 1).max()?;

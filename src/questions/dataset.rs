@@ -1,6 +1,7 @@
-//! What does not depend on the blocks, prepared once for a set of recordings: conventional loads, searches.
+//! Data that do not depend on the feature blocks, prepared once for a set of recordings: conventional loads and searches.
 //!
-//! Guarantees: nothing of it changes, so that questions on several threads share it; what several want is prepared once.
+//! Guarantees: a dataset never changes, so questions on several threads share it. Data that several questions need are
+//! prepared once.
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
@@ -31,66 +32,65 @@ use crate::scoring::metrics;
 /// RMSE per axis of one recording: conventional, compensated.
 pub(crate) type Errors = (Vec<f64>, Vec<f64>);
 
-/// What a dataset is prepared for.
+/// Key of a dataset.
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
     pub recordings: Arc<RecordingSet>,
     pub offset: bool,
     pub decimation: usize,
-    /// A calibration that is applied instead of fitted.
+    /// Calibration that is applied instead of fitted.
     pub calibration: Option<Arc<Calibration>>,
 }
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// A load beyond the largest of the training recordings by more than this is beyond what is known of the sensor, where nobody
-/// entered a rated load.
+/// Excess over the largest training load, as a ratio, above which a load counts as unknown if the user entered no rated load.
 const BEYOND_TRAINING: f64 = 1.2;
 
-/// The searches of all recordings, for one set of weights and one history step.
+/// Searches of all recordings, for one set of weights and one history step.
 pub(crate) type Paths = Arc<Vec<LoadPath>>;
 
-/// The sums of each piece of each recording.
+/// Sums of each piece of each recording.
 pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 
-/// Recordings as they are used, with their conventional loads.
+/// Recordings after decimation, with their conventional loads.
 #[derive(Debug)]
 pub(crate) struct Dataset {
     key: Key,
-    /// The recordings as they are used.
+    /// Recordings after decimation.
     pub entries: Vec<Entry>,
-    /// Which of them are left out together.
+    /// Groups that are left out together.
     pub groups: Groups,
-    /// The auxiliary channels that they have all, and why others cannot be used.
+    /// Auxiliary channels that all recordings have, and the reasons why others cannot be used.
     pub auxiliary: AuxiliaryInputs,
-    /// What the sums need; `None` where a calibration is applied.
+    /// Data that the sums need; `None` if a calibration is applied.
     pub conventional: Option<Conventional>,
     pub map: LinearMap,
-    /// Conventional loads of each recording, where they are few enough to be kept; see [`Self::present_loads`].
+    /// Conventional loads of each recording, if there are few enough to keep; see [`Self::present_loads`].
     loads: Option<Vec<Arc<Vec<f64>>>>,
-    /// Full scale of each axis over the training recordings, where none is entered.
+    /// Full scale of each axis over the training recordings, used unless one is entered.
     full_scale: Vec<f64>,
-    /// The largest magnitude of each axis over the training recordings.
+    /// Largest magnitude of each axis over the training recordings.
     largest: Vec<f64>,
-    /// The longest gap of the training recordings, where their steps say one (s).
+    /// Longest gap of the training recordings (s), if their time steps determine one.
     gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
     rig: OnceLock<Option<RigReport>>,
-    /// The newest searches, with the weights and the step that they were prepared for.
+    /// Newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
-    /// The newest sums as if no look-back had found anything, with their design at any thresholds.
+    /// Newest sums without any past sample, with their design at any thresholds.
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// The datasets that questions about the same recordings share.
+/// Datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
     prepared: Arc<Mutex<Vec<Arc<Dataset>>>>,
-    /// What is wrong with the recordings that were asked for last.
+    /// Faults of the recordings that were asked for last.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
 }
 
-/// What is wrong with a recording, by what was known of the sensor.
+/// Faults of a recording, found with this knowledge of the sensor.
 #[derive(Debug)]
 struct FaultsOf {
     recording: Arc<Recording>,
@@ -104,16 +104,16 @@ impl FaultsOf {
     }
 }
 
-/// More than a fit's and an applied calibration's are not kept.
+/// Maximum number of datasets that are kept: that of a fit and that of an applied calibration.
 const KEPT: usize = 2;
 
-/// How often somebody who waits looks whether the answer is still wanted.
+/// Interval at which a waiting thread checks whether its answer is still wanted.
 const LOOK_AGAIN: Duration = Duration::from_millis(5);
 
-/// What another thread may be preparing for long.
+/// Waits for data that another thread may be preparing.
 ///
 /// # Errors
-/// [`Cancelled`] where the answer is no longer wanted before it is there.
+/// [`Cancelled`] if the answer is no longer wanted before the data are there.
 fn waited_for<'a, T>(
     shared: &'a Mutex<T>,
     progress: &Progress,
@@ -129,14 +129,15 @@ fn waited_for<'a, T>(
 }
 
 impl Datasets {
-    /// The dataset of this key, prepared where it is not there. Whoever asks for the same meanwhile waits for it.
+    /// Returns the dataset of this key, and prepares it if needed. Other threads that ask for the same key meanwhile wait for
+    /// it.
     pub(crate) fn get(
         &self,
         key: &Key,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
         let mut kept = waited_for(&self.prepared, progress)?;
-        // Taken away first: those of other recordings need not fit in memory at once.
+        // Old datasets are dropped first, because both may not fit in memory.
         kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
         let found = kept.iter().position(|own| own.key == *key);
         let dataset = match found {
@@ -150,10 +151,10 @@ impl Datasets {
         Ok(dataset)
     }
 
-    /// What is wrong with each of these recordings, looked for once; whoever asks for the same meanwhile waits for it.
+    /// Returns the faults of each of these recordings. Faults are searched once; other threads that ask meanwhile wait.
     ///
     /// # Errors
-    /// [`Cancelled`] if nobody wants to know any more; what was found by then is kept.
+    /// [`Cancelled`] if the answer is no longer wanted. Faults that were found by then are kept.
     pub fn faults(
         &self,
         recordings: &RecordingSet,
@@ -166,7 +167,7 @@ impl Datasets {
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
         let are_same =
             before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
-        // Load cases of a table are judged together.
+        // The load cases of a table are judged together.
         let mut of_tables = match !are_same && all.iter().any(|own| own.is_static()) {
             true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
             false => Vec::new(),
@@ -248,7 +249,7 @@ impl Dataset {
         })
     }
 
-    /// The conventional loads of a recording.
+    /// Returns the conventional loads of a recording.
     pub fn present_loads(&self, at: usize) -> PresentLoads<'_> {
         PresentLoads {
             map: &self.map,
@@ -257,18 +258,18 @@ impl Dataset {
         }
     }
 
-    /// As if there were too many to be kept.
+    /// Returns a dataset that keeps no conventional loads, as with many samples.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self { loads: None, ..self }
     }
 
-    /// Those of all recordings, where they are kept.
+    /// Returns the conventional loads of all recordings, if they are kept.
     pub fn kept_loads(&self) -> Option<&[Arc<Vec<f64>>]> {
         self.loads.as_deref()
     }
 
-    /// Every `each`-th sample of each recording, with the same conventional calibration and full scales.
+    /// Returns a dataset of every `each`-th sample of each recording, with the same conventional calibration and full scales.
     pub fn thinned(&self, each: usize) -> Self {
         let entries = decimated(&self.entries, each);
         let loads = entries.par_iter();
@@ -291,19 +292,19 @@ impl Dataset {
         }
     }
 
-    /// What loads the recordings hold on these axes.
+    /// Returns the loads that the recordings cover on these axes.
     pub fn coverage(&self, axes: &[Axis]) -> &Coverage {
         self.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// What the training recordings say of the rig; `None` where no load moves.
+    /// Returns the state of the rig by the training recordings; `None` if no load moves.
     pub fn rig(&self) -> Option<&RigReport> {
         let training = || in_role(&self.entries, Role::Train);
         let made = || RigReport::of(&training(), &self.full_scale, &Progress::default());
         self.rig.get_or_init(|| made().ok().flatten()).as_ref()
     }
 
-    /// The searches of this calibration.
+    /// Returns the searches of this calibration.
     pub fn paths(&self, calibration: &Calibration) -> Paths {
         let weights = calibration.distance_weights();
         let step_secs = calibration.history_step_secs;
@@ -325,7 +326,7 @@ impl Dataset {
         }
     }
 
-    /// A calibration with everything but the compensated map and its quality.
+    /// Returns a calibration without the compensated map and its scores.
     pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
         let layout = self.key.recordings.layout();
         if settings.full_scale.len() > layout.axes.len() {
@@ -335,7 +336,7 @@ impl Dataset {
             });
         }
         let mut features = match self.key.recordings.is_static() {
-            // There is no past.
+            // Load cases have no past.
             true => settings.features.without_history(),
             false => settings.features.clone(),
         };
@@ -366,7 +367,7 @@ impl Dataset {
         let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
         let history_step_secs = match settings.history_rate_hz {
             0.0 => history_step_by_rate(rate_hz),
-            // A clock's last digits must not drop a sample.
+            // Rounding of a clock must not drop a sample.
             rate_hz => (1.0 - 1e-6) / rate_hz,
         };
         let limits = self.largest.iter().enumerate().map(|(axis, largest)| {
@@ -409,7 +410,7 @@ impl Dataset {
         })
     }
 
-    /// The past samples of every recording.
+    /// Returns the past samples of every recording.
     pub fn past(
         &self,
         calibration: &Calibration,
@@ -427,7 +428,7 @@ impl Dataset {
             .collect()
     }
 
-    /// Scores a whole calibration on the recordings whose reference has its axes, sample by sample.
+    /// Scores a complete calibration, sample by sample, on the recordings whose reference has its axes.
     pub fn score_applied(
         &self,
         past: &[Past],
@@ -483,7 +484,7 @@ impl Dataset {
     }
 }
 
-/// The largest number whose squares can be summed over any recording.
+/// Largest number whose square can be summed over any recording.
 const LARGEST: f64 = 1e140;
 
 fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
@@ -505,7 +506,7 @@ pub(crate) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
     entries.iter().filter(|entry| entry.role == role).map(|entry| &*entry.recording).collect()
 }
 
-/// Every `step`-th sample of each.
+/// Returns every `step`-th sample of each recording.
 fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
     let entries = entries.par_iter().map(|entry| match step {
         1 => entry.clone(),
@@ -519,8 +520,8 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
-/// Between which values the gauges of recordings that faulty samples were left out of are to be believed, less what they were tared by;
-/// empty where that is not known.
+/// Returns the valid range of each gauge, minus its tare, for recordings without their faulty samples; empty if it is
+/// unknown.
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
     for recording in training {

@@ -1,16 +1,16 @@
-//! Why a question has no answer.
+//! Reasons why a question has no answer.
 
 use crate::calibration::{CalibrationError, LearnedError, SettingsError};
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
 
-/// Why there is no analysis.
+/// Reason why there is no analysis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum AnalysisError {
     #[error(
-        "the recordings have no times: they are load cases, so there is no past to take thresholds from; record over time, with a column t"
+        "the recordings are load cases without times, so there are no past samples; record over time, with a column t"
     )]
     NoTimes,
     #[error("no recording is loaded; open a file, or the built-in sensor")]
@@ -20,7 +20,7 @@ pub enum AnalysisError {
     )]
     NoTraining,
     #[error(
-        "{recording}: sample {sample} holds {value:e}, too large to be squared; leave that row out, or take a larger unit"
+        "{recording}: sample {sample} is {value:e}, which is too large to be squared; leave that row out, or use a larger unit"
     )]
     TooLarge { recording: String, sample: usize, value: f64 },
     #[error(

@@ -1,4 +1,4 @@
-//! Fits that leave each part of the training recordings out: what they make of it, and how far their coefficients differ.
+//! Fits without each part of the training recordings: their predictions, and the spread of their coefficients.
 
 use crate::calibration::{Calibration, LinearMap, Terms};
 use crate::features::Design;
@@ -6,24 +6,24 @@ use crate::questions::dataset::Dataset;
 use crate::questions::errors::fit::Sums;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 
-/// Why no fit can do without a part.
+/// Reason why a fit without a part does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotLeftOut {
-    #[error("what a network or a kernel learned cannot be fitted from sums")]
+    #[error("networks and kernels cannot be fitted from sums")]
     Learned,
-    #[error("there is nothing to leave out")]
+    #[error("there are too few training recordings to leave one out")]
     OnePart,
-    #[error("without some part too few samples would be left to fit")]
+    #[error("without one of the parts, too few samples would be left to fit")]
     TooFew,
 }
 
-/// The fits, by the part that each leaves out.
+/// Fits without each part.
 pub(crate) struct LeftOutFits {
     pub maps: Vec<LinearMap>,
 }
 
 impl Dataset {
-    /// The fits of a linear calibration's model, with its ridge, to all parts but one.
+    /// Returns the fits of a linear calibration's model without each part, with its ridge.
     pub fn fits_left_out(
         &self,
         calibration: &Calibration,
@@ -50,13 +50,13 @@ impl Dataset {
         Ok(LeftOutFits { maps: maps.collect() })
     }
 
-    /// The map with these coefficients beside the conventional ones.
+    /// Returns the map with these coefficients beside the conventional ones.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
         LinearMap::new(design.columns(), self.map.corrected(design, coefficients))
     }
 }
 
-/// The shares that the columns of a fit were shrunk by, as it says of itself.
+/// Returns the ridge of each column of a fit, as a share of its squared length.
 fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Vec<Vec<f64>> {
     let quality = &calibration.quality;
     match quality.ridge_by_block.is_empty() {

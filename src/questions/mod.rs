@@ -1,5 +1,5 @@
-//! What is asked of recordings: one folder a question, with its numbers, what is asked (`query.rs`), and how the answer is shown
-//! (`shown.rs`). What several share lies beside the folders.
+//! Questions about recordings, one folder each: the numbers, the question (`query.rs`), and its tables and figures
+//! (`shown.rs`). Code that several questions share lies beside the folders.
 
 mod auxiliary_inputs;
 pub mod check;

@@ -1,4 +1,4 @@
-//! All that a report says of a calibration, gathered: fit, errors over the thresholds, loops, figures, traces.
+//! Contents of a report on a calibration: fit, errors over the thresholds, loops, figures, traces.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -33,34 +33,34 @@ use crate::report::figure::{Figure, Line, Scale, color};
 use crate::scoring::Series;
 use crate::scoring::numbers::significant;
 
-/// F_th and t_th that the curves are computed at, beside those of the fit.
+/// F_th and t_th of the curves, beside those of the fit.
 const CURVE_POINTS: (usize, usize) = (29, 9);
-/// A trace is drawn in so many columns, more than the page is wide in its own units.
+/// Number of columns of a trace, more than the width of the page in its own units.
 const TRACE_COLUMNS: f64 = 1200.0;
-/// Loops are drawn to this width and height, more than their plots have on the page in its own units.
+/// Width and height of the loops' drawing, larger than their plots on the page.
 const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
-/// What a picture leaves free above and below.
+/// Free space above and below a curve, as a share of its range.
 const MARGIN: f64 = 0.05;
 
-/// What a report is asked of.
+/// Request for a report.
 #[derive(Clone, Debug)]
 pub struct ReportRequest {
-    /// What is fitted, or applied.
+    /// Fit, or calibration to apply.
     pub request: Request,
-    /// Which sensor it is.
+    /// Identity of the sensor.
     pub identity: Identity,
     /// Free text.
     pub notes: String,
-    /// Limits that the calibration must keep.
+    /// Limits that the calibration must not exceed.
     pub limits: Limits,
-    /// How loops and figures are measured.
+    /// Settings of loops and metrology figures.
     pub measuring: MetrologySettings,
-    /// What gauges can show, where it was entered.
+    /// Valid range of the gauges, if the user entered it.
     pub gauge_range: Option<GaugeRange>,
 }
 
 impl ReportRequest {
-    /// A report on this, with nothing else entered.
+    /// Returns a report on this fit with no further entries.
     pub fn of(request: Request) -> Self {
         Self {
             request,
@@ -73,13 +73,13 @@ impl ReportRequest {
     }
 }
 
-/// Fits what is asked for (or takes its calibration) and gathers a report on it.
+/// Makes the fit, or takes its calibration, and returns a report on it.
 ///
-/// Loops and figures are of the test recordings, or of the training recordings where there is none; which recordings
-/// the request shows plays no part. What cannot be computed becomes a sentence in its place.
+/// Loops and figures are of the test recordings, or of the training recordings if there are none. The recordings on screen
+/// play no part. A result that cannot be computed is replaced by a sentence with the reason.
 ///
 /// # Errors
-/// [`AnalysisError`] where there is no calibration to report on, or the work was cancelled.
+/// [`AnalysisError`] if there is no calibration to report on, or the work was cancelled.
 pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, AnalysisError> {
     const STAGES: u64 = 6;
     let request = &asked.request;
@@ -157,7 +157,7 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     })
 }
 
-/// Returns the outcome of each limit, where the loops are those of the usual recordings of a report.
+/// Returns the outcome of each limit, if the loops are those of a report's usual recordings.
 fn checked(
     limits: &Limits,
     calibration: &Calibration,
@@ -174,7 +174,7 @@ fn checked(
     })
 }
 
-/// Returns the outcome of each limit for a fitted calibration, as [`report`] has it.
+/// Returns the outcome of each limit for a fitted calibration, as [`report`] does.
 ///
 /// # Errors
 /// As [`report`].
@@ -217,7 +217,7 @@ fn recordings(set: &RecordingSet, results: &[RecordingResult]) -> Vec<ReportReco
         .collect()
 }
 
-/// The recording with the greatest compensated error, all axes over their full scale, and why it is this one.
+/// Returns the recording with the largest compensated error over full scale, and the reason for this choice.
 fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str)> {
     let full_scale = &analysis.calibration.full_scale;
     let badness = |at: usize| -> Option<f64> {
@@ -243,7 +243,7 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
     chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
-/// The recordings that loops and figures are of.
+/// Returns the recordings that loops and figures are measured on.
 fn measured_recordings(of: TableOf) -> String {
     let words = match of {
         TableOf::Test => "the test recordings",
@@ -255,13 +255,13 @@ fn measured_recordings(of: TableOf) -> String {
 }
 
 fn warnings(analysis: &Analysis) -> Vec<String> {
-    let simulated = "Made from the built-in simulated sensor, not from a real one.";
+    let simulated = "These recordings are simulated by the built-in sensor, not measured.";
     let simulated = analysis.calibration.simulated.then(|| simulated.to_owned());
     let findings = analysis.findings.iter().map(|found| sentence(&found.text(Face::Page)));
     simulated.into_iter().chain(findings).collect()
 }
 
-/// The errors over both thresholds through those of the fit; `Err` holds why there are none.
+/// Returns the errors over each threshold through those of the fit; `Err` holds the reason why there are none.
 fn thresholds(
     request: &Request,
     progress: &Progress,
@@ -325,12 +325,12 @@ fn curves(
     });
     let plots = plots.collect();
     let mut about = match has_look_back {
-        true => "Root mean squared errors through the thresholds of the fit, which the upright lines mark.".to_owned(),
-        false => "The fit has no look-back; the curves show what one would do beside its other blocks.".to_owned(),
+        true => "Root mean squared errors over each threshold. Vertical lines mark the thresholds of the fit.".to_owned(),
+        false => "The fit has no look-back. The curves show the errors with a look-back added to its other features.".to_owned(),
     };
     if settings.regressor.learner().is_some() {
         about.push_str(
-            " They are those of the linear regressor, which can be fitted at every threshold.",
+            " They are errors of the linear regressor, which can be fitted at every threshold.",
         );
     }
     let measure = map.scale.default_measure();
@@ -347,7 +347,7 @@ fn curves(
         ));
         if !found.beats_conventional {
             warnings.push(
-                "The conventional calibration is not worse than the best look-back with 90 % confidence; a look-back may not be worth it."
+                "No look-back is better than the conventional calibration with 90 % confidence."
                     .to_owned(),
             );
         }
@@ -355,7 +355,7 @@ fn curves(
     ReportCurves { plots, about }
 }
 
-/// Asks the viewer of loops about the measured recordings.
+/// Measures the loops of these recordings.
 struct Looker<'a> {
     viewer: Viewer,
     request: LookRequest,
@@ -424,7 +424,7 @@ impl<'a> Looker<'a> {
     }
 }
 
-/// With a capital letter and a full stop.
+/// Returns a sentence with a capital letter and a full stop.
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(char::to_uppercase);
@@ -439,7 +439,7 @@ fn name(output: Output) -> &'static str {
     }
 }
 
-/// A line in its colour; Conv. is dashed, so that the two are told apart without it.
+/// Returns a line in the load's colour. The uncompensated load is dashed, so that it can be told apart without colour.
 fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> Line<'static> {
     let (color, dash) = match output {
         Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),
@@ -481,7 +481,7 @@ fn error_figure(traces: &TraceSet, axis: &AxisTraces) -> Option<Figure<'static>>
     })
 }
 
-/// A trace in columns of a unit of the page.
+/// Returns a trace in columns of one unit of the page.
 fn points(traces: &TraceSet, series: &Series) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     let (first, last) = (traces.times.first(), traces.times.last());

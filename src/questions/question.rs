@@ -6,15 +6,15 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
 use crate::questions::loops::LookError;
 
-/// A run this young is allowed to finish when a newer question arrives, so that a slider on the move shows something.
+/// Age below which a run may finish although a newer question has arrived, so that a moving slider shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
-/// Why a question has no answer.
+/// Reason why a question has no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unanswered {
-    /// Somebody asked to stop.
+    /// The user stopped the work.
     Cancelled,
-    /// In a sentence.
+    /// A sentence with the reason.
     Because(String),
 }
 
@@ -24,24 +24,24 @@ impl From<Cancelled> for Unanswered {
     }
 }
 
-/// Something that takes its time to find out or to do. Two questions that are equal have the same answer.
+/// A question that takes time to answer. Two equal questions have the same answer.
 pub trait Query: Clone + PartialEq + Send + Sync + 'static {
-    /// What comes of it.
+    /// Answer of the question.
     type Answer: Send + 'static;
-    /// What the next question may find ready.
+    /// Data that are kept for the next question.
     type Cache: Default;
 
-    /// How long one that has shown a part is allowed to go on when a newer question arrives, see [`PATIENCE`].
+    /// Time that a run which has shown a partial answer may continue when a newer question arrives; see [`PATIENCE`].
     const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
 
-    /// Parts of an answer, but for the first, are told of no oftener than this: the window looks now and then while something runs.
+    /// Shortest interval between partial answers after the first.
     const PARTS_INTERVAL: Duration = Duration::from_secs(1);
 
-    /// Set for work that the user begins and waits for: the status line shows it while it runs, and a notice that begins with this text
-    /// says why it failed. Any other question is asked by a pane, which shows the reason itself.
+    /// True for work that the user starts and waits for: the status line shows it, and a notice with this name reports a
+    /// failure. Other questions are asked by a pane, which shows the reason itself.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
-    /// What people see while it runs.
+    /// Returns the name of the work, as the window shows it.
     fn title(&self) -> String;
 
     /// Returns true if an answer to the other question may stay on screen until this one is answered.
@@ -49,23 +49,23 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
         true
     }
 
-    /// Finds the answer.
+    /// Computes the answer.
     ///
     /// # Errors
-    /// [`Unanswered`] if there is none.
+    /// [`Unanswered`] if there is no answer.
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self>;
 }
 
-/// The answer to a question, or why there is none.
+/// Answer to a question, or the reason why there is none.
 pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
 
-/// What a question is answered with.
+/// Context in which a question is answered.
 pub struct Work<'a, Q: Query> {
-    /// What the questions before have left.
+    /// Data that earlier questions left.
     pub cache: &'a mut Q::Cache,
-    /// How far it is.
+    /// Progress of the work.
     pub progress: &'a Progress,
-    /// Takes what can be shown before the answer.
+    /// Receiver of partial answers.
     pub show: &'a (dyn Fn(Q::Answer) + Sync),
 }
 

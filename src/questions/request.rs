@@ -1,4 +1,4 @@
-//! What is asked about, for every question.
+//! The input that all questions share.
 
 use std::sync::Arc;
 
@@ -9,29 +9,30 @@ use crate::questions::errors::view::View;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// What is to be analysed.
+/// Input of an analysis.
 #[derive(Clone, Debug)]
 pub struct Request {
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// The choices of the fit.
+    /// Settings of the fit.
     pub settings: FitSettings,
-    /// The recordings to make traces of.
+    /// Recordings whose traces are made.
     pub view: View,
-    /// Where present, this is applied instead of fitting, and `settings` only gives the decimation.
+    /// Calibration to apply instead of fitting. `settings` then only gives the decimation.
     pub calibration: Option<Arc<Calibration>>,
-    /// Whether that calibration was trained on these very recordings, so that its own scores stand.
+    /// True if that calibration was trained on these very recordings, so that its own scores apply.
     pub trained: bool,
-    /// The calibration that the sensor came with: its conventional matrix gives one more trace, see [`read_factory`](crate::questions::errors::factory::read_factory).
+    /// Factory calibration of the sensor. Its conventional matrix gives one more trace; see
+    /// [`read_factory`](crate::questions::errors::factory::read_factory).
     pub factory: Option<Arc<Calibration>>,
-    /// What is shared with other questions about the same recordings.
+    /// Datasets that are shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
 
 same_where!(Request: shared(recordings, calibration, factory) value(settings, view, trained) besides(datasets));
 
 impl Request {
-    /// The dataset that it needs.
+    /// Returns the key of the dataset that the request needs.
     pub(crate) fn key(&self) -> Key {
         Key {
             recordings: Arc::clone(&self.recordings),
@@ -41,7 +42,7 @@ impl Request {
         }
     }
 
-    /// Fits `recordings`, showing the first.
+    /// Returns a request that fits `recordings` and shows the first one.
     pub fn fit(recordings: Arc<RecordingSet>, settings: FitSettings) -> Self {
         Self {
             recordings,

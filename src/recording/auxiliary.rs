@@ -1,6 +1,6 @@
-//! Channels that are no gauges but tell what moves them: temperature, supply voltage, humidity.
+//! Auxiliary channels, which influence the gauges: temperature, supply voltage, humidity.
 //!
-//! Guarantees: every number is finite; a segment shares the numbers of the recording that it was cut of.
+//! Guarantees: every number is finite. A segment shares the numbers of its recording.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use std::sync::Arc;
 use crate::min_max::MinMax;
 use crate::recording::shared::Shared;
 
-/// From when to when (s) a channel holds a value that is too old to be believed.
+/// Intervals (start and end in s) in which a channel holds a value that is older than a gap.
 pub(crate) type Held = Vec<(f64, f64)>;
 
-/// The auxiliary channels of a recording; none costs nothing.
+/// Auxiliary channels of a recording. An empty table needs no memory for samples.
 ///
 /// **Shapes** values `n × channels` row-major.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +19,7 @@ pub struct AuxiliaryTable {
     names: Vec<String>,
     units: Vec<String>,
     values: Shared,
-    /// By channel, in order; empty where nothing was measured for so long nowhere.
+    /// Intervals with an outdated value for each channel, in order; empty if there are none.
     held: Arc<[Held]>,
 }
 
@@ -34,14 +34,14 @@ impl AuxiliaryTable {
         Self { names, units, values: values.into(), held: Arc::default() }
     }
 
-    /// The same, having held the last value for longer than a gap there, for each channel in order of time.
+    /// Returns the table with the intervals in which each channel holds an outdated value, in order of time.
     pub(super) fn with_held(self, held: Vec<Held>) -> Self {
         let is_any = held.iter().any(|own| !own.is_empty());
         let held = if is_any { held.into() } else { Arc::default() };
         Self { held, ..self }
     }
 
-    /// Whether at that time (s) a channel holds a value that was measured longer ago, or later, than a gap.
+    /// Returns true if, at this time (s), a channel holds a value that was measured more than a gap earlier or later.
     pub fn is_held_at(&self, secs: f64) -> bool {
         self.held.iter().any(|own| {
             let at = own.partition_point(|(_, to)| *to < secs);
@@ -49,51 +49,51 @@ impl AuxiliaryTable {
         })
     }
 
-    /// How many channels there are.
+    /// Returns the number of channels.
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// Whether there is no channel.
+    /// Returns true if there is no channel.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// The channels' names in column order.
+    /// Returns the channel names in column order.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// Their units, empty where none is known: temperatures stand in °C, voltages in V.
+    /// Returns the units, empty where unknown. Temperatures are in °C, voltages in V.
     pub fn units(&self) -> &[String] {
         &self.units
     }
 
-    /// All values, row-major.
+    /// Returns all values, row-major.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The channels at sample `k`; empty without any.
+    /// Returns the channels at sample `k`; empty without channels.
     #[inline]
     pub fn at(&self, k: usize) -> &[f64] {
         &self.values[k * self.len()..][..self.len()]
     }
 
-    /// The least and the greatest value of each channel.
+    /// Returns the range of each channel.
     pub fn ranges(&self) -> Vec<MinMax> {
         let channel = |at: usize| self.values.iter().skip(at).step_by(self.len());
         (0..self.len()).map(|at| channel(at).collect()).collect()
     }
 
-    /// Each channel as `name 21.5..24.0 unit`.
+    /// Returns a description of each channel, such as `T 20.0 to 25.0 °C`.
     pub fn in_words(&self) -> Vec<String> {
         let channels = self.names.iter().zip(&self.units).zip(self.ranges());
         let words = channels.map(|((name, unit), range)| format!("{name} {}", span(range, unit)));
         words.collect()
     }
 
-    /// Where these channels stand; the first that is not there, if there is one.
+    /// Returns the columns of these channels. The error is the first name that is not in the table.
     pub(super) fn places<'a>(&self, names: &'a [String]) -> Result<Vec<usize>, &'a str> {
         let place = |name: &'a String| {
             let own = self.names.iter().position(|own| own == name);
@@ -114,7 +114,7 @@ impl AuxiliaryTable {
         Self::new(of(&self.names), of(&self.units), values.collect()).with_held(held)
     }
 
-    /// These samples, one range after another.
+    /// Returns these ranges of samples, one after another.
     pub(super) fn rows(&self, ranges: &[Range<usize>]) -> Self {
         self.with_values(self.values.rows(ranges, self.len()))
     }
@@ -124,7 +124,7 @@ impl AuxiliaryTable {
     }
 }
 
-/// A range with its unit, or the one value that it is; in as many digits as tell its ends apart: `21.5 to 24.0 °C`.
+/// Returns a range or a single value with its unit, such as `21.5 to 24.0 °C`. The ends have enough digits to differ.
 pub(crate) fn span(range: MinMax, unit: &str) -> String {
     let MinMax { min: low, max: high } = range;
     if low == high {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cuts_samples_cuts_the_channels_with_them() {
+    fn a_split_also_splits_the_channels() {
         let recording = recording();
         let (first, rest) = recording.split(0.5).unwrap();
         assert_eq!(first.auxiliary().at(2), [22.0, 5.0]);
@@ -184,12 +184,12 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_missing_or_none_are_refused() {
+    fn missing_and_non_finite_numbers_are_refused() {
         let given = |values| {
             let bare = recording().with_auxiliary(vec!["T".into()], vec![String::new()], values);
             bare.unwrap_err().to_string()
         };
-        assert!(given(vec![1.0]).contains("auxiliary channel holds 1 numbers where 6"));
+        assert!(given(vec![1.0]).contains("auxiliary channel has 1 numbers, but 6"));
         assert!(given(vec![1.0, 1.0, f64::NAN, 1.0, 1.0, 1.0]).contains("sample 2"));
     }
 }

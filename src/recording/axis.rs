@@ -37,22 +37,22 @@ impl Axis {
         axes.iter().map(|axis| axis.symbol()).collect()
     }
 
-    /// Whether this is a force rather than a moment.
+    /// Returns true for a force and false for a moment.
     pub const fn is_force(self) -> bool {
         matches!(self, Self::Fx | Self::Fy | Self::Fz)
     }
 
-    /// The SI unit that values of this axis have inside the program.
+    /// Returns the SI unit of the axis: N or N·m.
     pub const fn unit(self) -> &'static str {
         if self.is_force() { "N" } else { "N·m" }
     }
 
-    /// Symbol and unit, as they stand over a column.
+    /// Returns symbol and unit, as in the head of a column.
     pub fn label(self) -> String {
         format!("{} [{}]", self.symbol(), self.unit())
     }
 
-    /// [`Axis::label`] with what of the axis it is about.
+    /// Returns the label of one quantity of the axis, such as `Fx error [N]`.
     pub fn label_of(self, what: &str) -> String {
         format!("{} {what} [{}]", self.symbol(), self.unit())
     }

@@ -1,7 +1,7 @@
-//! The day on which something was recorded, and who says so.
+//! The day on which a recording was made, and the source of this date.
 //!
-//! Guarantees: a text that fits two days is no day. Only a year that comes first, a month by name, or a number above 12 settles
-//! which number is the month.
+//! Guarantees: a date that can be read as two days is rejected. The month must be clear from a leading year, a month by
+//! name, or a number above 12.
 
 use std::fmt;
 use std::str::FromStr;
@@ -10,7 +10,7 @@ use jiff::Timestamp;
 use jiff::civil::Date;
 use serde::{Deserialize, Serialize};
 
-/// Years that recordings are of.
+/// Years accepted in dates.
 const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
 const MONTHS: [&str; 12] = [
     "january",
@@ -26,7 +26,7 @@ const MONTHS: [&str; 12] = [
     "november",
     "december",
 ];
-/// What a header calls the day of its recording, in lower case without marks.
+/// Keys in a file header for the date of the recording, in lower case and without punctuation.
 const KEYS: [&str; 25] = [
     "date",
     "datum",
@@ -55,12 +55,12 @@ const KEYS: [&str; 25] = [
     "acquisition date",
 ];
 
-/// A day of the calendar, written as 2024-05-03.
+/// A calendar day, written as 2024-05-03.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Day(Date);
 
-/// Where a day comes from; what comes first wins.
+/// Source of a date. Sources that come first take precedence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "the names are the documentation")]
@@ -71,28 +71,28 @@ pub enum DateSource {
     Name,
 }
 
-/// A day, and who says so.
+/// A day and its source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Dated {
     /// The day.
     pub day: Day,
-    /// Who says so.
+    /// Source of the day.
     pub from: DateSource,
 }
 
-/// A text that is no day.
+/// Text that is not an unambiguous date.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is no date, or may be two; write it as 2024-05-03")]
+#[error("{0:?} is not a clear date; write it as 2024-05-03")]
 pub struct NoDay(String);
 
 impl DateSource {
-    /// In words.
+    /// Returns a description of the source.
     pub fn words(self) -> &'static str {
         match self {
             Self::Entered => "entered",
-            Self::Header => "its file says so",
-            Self::Clock => "by its clock, UTC",
-            Self::Name => "by its name",
+            Self::Header => "from the file header",
+            Self::Clock => "from the clock of the file, UTC",
+            Self::Name => "from the name",
         }
     }
 }
@@ -126,13 +126,13 @@ impl FromStr for Day {
 }
 
 impl Day {
-    /// The day of a time (s since 1970), UTC.
+    /// Returns the UTC day of a time in seconds since 1970.
     pub(crate) fn of_clock(secs: f64) -> Option<Self> {
         let time = Timestamp::from_second(secs as i64).ok()?;
         Some(Self(time.to_zoned(jiff::tz::TimeZone::UTC).date()))
     }
 
-    /// The one day that a text names.
+    /// Returns the day in a text, if the text contains exactly one.
     pub(crate) fn in_text(text: &str) -> Option<Self> {
         let words = words(text);
         let mut found = (0..words.len()).filter_map(|at| day_at(&words, at));
@@ -140,7 +140,7 @@ impl Day {
         found.all(|other| other == first).then_some(Self(first))
     }
 
-    /// The day that a line of a file's header names as that of the recording.
+    /// Returns the day of the recording from a line of a file header.
     pub(crate) fn in_header(line: &str) -> Option<Self> {
         let line = line.trim_start_matches(['#', '%', '/', ';', '"', '\'', ' ', '\t', '\u{feff}']);
         let is_end = |c: char| matches!(c, ':' | '=' | ',' | ';' | '\t') || c.is_ascii_digit();
@@ -153,7 +153,7 @@ impl Day {
     }
 }
 
-/// A run of digits or of letters, and what stands before it.
+/// A run of digits or letters, and the characters before it.
 struct Word<'a> {
     before: &'a str,
     text: &'a str,
@@ -169,7 +169,7 @@ impl Word<'_> {
         self.number().filter(|year| is_year && YEARS.contains(year))
     }
 
-    /// A number of one or two digits.
+    /// Returns the number, if it has one or two digits.
     fn part(&self) -> Option<i8> {
         (self.text.len() <= 2).then(|| self.text.parse().ok()).flatten()
     }
@@ -183,7 +183,7 @@ impl Word<'_> {
         Some(at as i8 + 1)
     }
 
-    /// Whether nothing but one mark of a date stands before it.
+    /// Returns true if only a single date separator stands before the word.
     fn follows(&self) -> bool {
         matches!(self.before, "-" | "/" | "." | "_")
     }
@@ -203,7 +203,7 @@ fn words(text: &str) -> Vec<Word<'_>> {
     words
 }
 
-/// The date that begins with this word; one with the name of a month, that has it there.
+/// Returns the date that starts at this word, or at a month name the date around it.
 fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
     let word = &words[at];
     let next = |by: usize| words.get(at + by);
@@ -211,7 +211,7 @@ fn day_at(words: &[Word<'_>], at: usize) -> Option<Date> {
     if let Some(month) = word.month() {
         let before = at.checked_sub(1).map(|at| &words[at]);
         let (first, second) = (before.and_then(Word::part), next(1).and_then(Word::part));
-        // 10:22:01 May 3 2024, 3 May 10:22 2024: the part of a time of day is no day.
+        // In 10:22:01 May 3 2024 and 3 May 10:22 2024, the parts of the time are not days.
         let is_clock = |at: usize| {
             words[at].before.ends_with(':')
                 || words.get(at + 1).is_some_and(|own| own.before.starts_with(':'))
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_day_is_known_however_it_is_written() {
+    fn dates_are_read_in_many_notations() {
         for text in [
             "2024-05-03",
             "2024/5/3",
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_two_days_is_none() {
+    fn ambiguous_dates_are_rejected() {
         for text in [
             "",
             "03/05/2024",
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_says_the_day_of_the_recording_and_not_another() {
+    fn only_the_date_of_the_recording_is_read_from_a_header() {
         let day = |line| Day::in_header(line).map(|day| day.to_string());
         for line in [
             "# date: 2024-05-03",

@@ -1,14 +1,14 @@
-//! What counts as full scale where nobody entered the rated load.
+//! Full scale of an axis for which the user entered no rated load.
 
 use crate::min_max::MinMax;
 
-/// Where the lesser side is below this share of the greater, a load goes one way only.
+/// Maximum ratio of the smaller to the larger side of a load that goes one way only.
 const ONE_WAY: f64 = 0.1;
 
-/// The full scale of an axis whose load goes from the least to the greatest of `range`: half of what lies between them, or
-/// the largest magnitude where the load goes one way only, as in a press. 0 where the load does not change.
+/// Returns the full scale of an axis with this range of load: half the peak-to-peak load. For a load that goes one way
+/// only, as in a press, this is the largest magnitude. It is 0 if the load does not change.
 ///
-/// **Units** that of the load.
+/// **Units** as the load.
 pub fn full_scale_of(range: MinMax) -> f64 {
     let (up, down) = (range.max.max(0.0), (-range.min).max(0.0));
     let changes = range.max > range.min;

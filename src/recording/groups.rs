@@ -1,8 +1,9 @@
-//! Which recordings know each other: those that repeat one programme, one day or one mounting are left out together.
+//! Groups of recordings that repeat one programme, one day or one mounting. Cross-validation leaves out a whole group
+//! at a time.
 //!
-//! Guarantees: what the user set holds; what is found from names, folders and files is used only where at least three
-//! groups come of it and no axis is loaded by one of them alone, else each recording stands for itself, with the reason.
-//! A series of numbers alone (`press_1` … `press_690`) is no group.
+//! Guarantees: groups that the user set are always used. Groups found from names, folders and files are used only if
+//! there are at least three and no group alone loads an axis. Otherwise each recording is its own group, and
+//! [`UnusedGroups`] gives the reason. A running number alone (`press_1` … `press_690`) makes no group.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
@@ -17,12 +18,13 @@ use crate::recording::recording::Recording;
 use crate::recording::set::{Entry, RecordingSet, Role};
 use crate::recording::shared::join;
 
-/// Fewer groups than this are not taken from names: what is left to fit would be too little.
+/// Minimum number of groups found from names. With fewer, too few recordings would remain for the fit.
 const FEWEST_FOUND: usize = 3;
-/// Without a group every axis must keep this share of its range, else its score would be that of another sensor.
+/// Minimum share of its range that every axis must keep when one group is left out. Below it, the score would be that
+/// of a calibration for smaller loads.
 const KEPT_RANGE: f64 = 0.5;
 
-/// Words whose number or letter names a programme, the likeliest to decide first.
+/// Words followed by the number or letter of a programme. The first word that is found decides.
 const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("path", GroupedBy::Path),
     ("trajectory", GroupedBy::Trajectory),
@@ -33,7 +35,7 @@ const PROGRAMMES: [(&str, GroupedBy); 8] = [
     ("sequence", GroupedBy::Sequence),
     ("pattern", GroupedBy::Pattern),
 ];
-/// Words whose number or letter names a day, or how the sensor was mounted.
+/// Words followed by the number or letter of a day or a mounting.
 const SESSIONS: [(&str, GroupedBy); 8] = [
     ("day", GroupedBy::Day),
     ("tag", GroupedBy::Day),
@@ -44,7 +46,7 @@ const SESSIONS: [(&str, GroupedBy); 8] = [
     ("setup", GroupedBy::Setup),
     ("batch", GroupedBy::Batch),
 ];
-/// Words whose number counts how often the same was done.
+/// Words followed by the number of a repetition.
 const REPETITIONS: [&str; 12] = [
     "run",
     "rep",
@@ -59,25 +61,25 @@ const REPETITIONS: [&str; 12] = [
     "lauf",
     "versuch",
 ];
-/// Words that say what a recording is for, not what it is.
+/// Words that name the role of a recording.
 const ROLES: [&str; 3] = ["train", "training", "test"];
 
-/// What recordings that are left out together have in common. Its text is one word for such a group.
+/// Criterion by which recordings are grouped. Its `Display` text is the singular noun for one group.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 #[expect(missing_docs, reason = "the words of names and paths say themselves")]
 pub enum GroupedBy {
-    /// Nothing: each recording is left out by itself.
+    /// Each recording is its own group.
     #[default]
     Recording,
-    /// The load of samples without times, whichever file they are in.
+    /// Load of samples without times, in one file or in several.
     #[serde(rename = "load case")]
     #[strum(to_string = "load case")]
     LoadCase,
     /// The group that the user set.
     Group,
-    /// The place in time: there are too few recordings, and contiguous blocks are left out.
+    /// Contiguous blocks of time, used where there are too few recordings to leave one out.
     Block,
     Path,
     Trajectory,
@@ -92,70 +94,70 @@ pub enum GroupedBy {
     Mount,
     Setup,
     Batch,
-    /// The name but for a number that counts repetitions.
+    /// Name without the number that counts repetitions.
     Series,
     Folder,
     File,
 }
 
-/// Which recordings are left out together.
+/// Group of each recording of a set.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Groups {
-    /// What a group is.
+    /// Criterion of the grouping.
     pub by: GroupedBy,
-    /// The group of each recording of the set.
+    /// Group number of each recording of the set.
     pub of: Vec<usize>,
-    /// What the groups are called.
+    /// Names of the groups.
     names: Vec<String>,
-    /// Groups that are there to see, and why recordings are left out one by one all the same.
+    /// Groups that were found but are not used, with the reason.
     pub unused: Option<UnusedGroups>,
-    /// A group that the user set and that alone loads an axis.
+    /// Group that the user set and that alone loads an axis.
     pub lone: Option<LoneGroup>,
 }
 
-/// A group without which hardly anything loads an axis.
+/// A group that alone loads an axis: without that group, the axis keeps less than half of its range.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoneGroup {
-    /// What it is called.
+    /// Name of the group.
     pub group: String,
-    /// What only it loads.
+    /// Axis that only this group loads.
     pub axis: Axis,
 }
 
-/// Groups that were found or set and are not used.
+/// Groups that were found or set but are not used.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnusedGroups {
-    /// What a group is.
+    /// Criterion of the grouping.
     pub by: GroupedBy,
-    /// How many there are among the training recordings.
+    /// Number of groups among the training recordings.
     pub n: usize,
-    /// The group that alone loads an axis, where there would be enough of them.
+    /// Group that alone loads an axis. `None` if the groups are unused because they are too few.
     pub lone: Option<LoneGroup>,
 }
 
 impl Groups {
-    /// What the group of a recording is called; `None` where it stands for itself.
+    /// Returns the name of a recording's group, or `None` if recordings are not grouped.
     pub fn name_of(&self, recording: usize) -> Option<&str> {
         let group = *self.of.get(recording)?;
         (self.by != GroupedBy::Recording).then(|| &*self.names[group])
     }
 
-    /// A recording of the set whose group is said, so that what is found among fewer recordings is the same.
-    pub fn said(&self, recording: usize, entry: &Entry) -> Entry {
+    /// Returns the entry with the name of its group entered, so that a subset of the set is grouped in the same way.
+    pub fn with_group_name(&self, recording: usize, entry: &Entry) -> Entry {
         Entry { group: self.name_of(recording).map(str::to_owned), ..entry.clone() }
     }
 }
 
-/// How to call the group of any recording: a text in which `{file}`, `{folder}` and `{recording}` stand for what these are
-/// called, and any other `{word}` for the number or letter after that word in the folder or the name.
+/// Pattern for the group names of all recordings. `{file}`, `{folder}` and `{recording}` stand for these names. Any
+/// other `{word}` stands for the number or letter that follows this word in the name of the recording or folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct GroupPattern(String);
 
-/// Why a text is no [`GroupPattern`].
+/// Text that is not a valid [`GroupPattern`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the group is {0:?}; write a name, or one with {{file}}, {{folder}}, {{recording}} or a {{word}} of the names within, as in {{mount}}"
+    "the group pattern {0:?} is not valid; enter a name, which may contain {{file}}, {{folder}}, {{recording}} or a word of the file names in braces, such as {{mount}}"
 )]
 pub struct GroupPatternError(String);
 
@@ -195,7 +197,7 @@ impl From<GroupPattern> for String {
 }
 
 impl GroupPattern {
-    /// The group of a recording; `None` where a word of the pattern is not in its name.
+    /// Returns the group name of a recording, or `None` if a word of the pattern is not in the recording's name.
     pub fn group_of(&self, recording: &Recording) -> Option<String> {
         let path = recording.source().path();
         let mut pieces = self.0.split('{');
@@ -214,24 +216,24 @@ impl GroupPattern {
     }
 }
 
-/// What a recording is known by.
+/// Identifies the group of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
     Named(String),
-    /// Itself alone.
+    /// The recording with this index is its own group.
     Own(usize),
 }
 
-/// One way to group: what a group is, and the group of each recording where the way tells one.
+/// One criterion, with the group name that it gives to each recording, if any.
 struct Way {
     by: GroupedBy,
     keys: Vec<Option<String>>,
-    /// Whether a single group is worth a word: all recordings repeat one programme.
-    tells_alone: bool,
+    /// True if a single group over all recordings is reported, because all recordings then repeat one programme.
+    reports_single_group: bool,
 }
 
 impl RecordingSet {
-    /// Which recordings are left out together.
+    /// Returns the group of each recording.
     pub fn groups(&self) -> Groups {
         let entries = self.entries();
         let training: Vec<usize> =
@@ -248,22 +250,22 @@ impl RecordingSet {
             let keys = training.iter().map(|&at| &keys[at]);
             keys.collect::<BTreeSet<_>>().len()
         };
-        let lone = |keys: &[Key]| lone(entries, &training, keys);
+        let lone = |keys: &[Key]| lone_group(entries, &training, keys);
         let is_set = training.iter().any(|&at| entries[at].group.is_some());
         if !is_set
             && !training.is_empty()
             && training.iter().all(|&at| entries[at].recording.is_static())
         {
-            let keys = cases(entries);
+            let keys = load_case_keys(entries);
             let lone = lone(&keys);
-            return named(GroupedBy::LoadCase, keys, lone);
+            return groups_from_keys(GroupedBy::LoadCase, keys, lone);
         }
         let n = training.len();
         let mut unused = None;
         for way in self.ways(&training) {
             let keys = keyed(Some(&way));
             let n_groups = distinct(&keys);
-            if n_groups >= n || n_groups == 1 && !way.tells_alone {
+            if n_groups >= n || n_groups == 1 && !way.reports_single_group {
                 continue;
             }
             let lone = match n_groups {
@@ -272,10 +274,10 @@ impl RecordingSet {
             };
             let are_many = n_groups >= FEWEST_FOUND;
             if is_set && n_groups > 1 {
-                return named(GroupedBy::Group, keys, lone);
+                return groups_from_keys(GroupedBy::Group, keys, lone);
             }
             if are_many && lone.is_none() {
-                return named(way.by, keys, None);
+                return groups_from_keys(way.by, keys, None);
             }
             unused.get_or_insert(UnusedGroups {
                 by: way.by,
@@ -288,15 +290,16 @@ impl RecordingSet {
         if is_set && n_groups < n {
             if n_groups > 1 && n > 2 {
                 let lone = lone(&keys);
-                return named(GroupedBy::Group, keys, lone);
+                return groups_from_keys(GroupedBy::Group, keys, lone);
             }
             unused = Some(UnusedGroups { by: GroupedBy::Group, n: n_groups, lone: None });
         }
         let own = (0..entries.len()).map(|at| Key::Own(first_part(entries, at)));
-        Groups { unused, ..named(GroupedBy::Recording, own.collect(), None) }
+        Groups { unused, ..groups_from_keys(GroupedBy::Recording, own.collect(), None) }
     }
 
-    /// The ways to group what nobody has grouped that tell something of every training recording, the likeliest first.
+    /// Returns the criteria that give a group to every training recording without a group set by the user, most likely
+    /// criterion first.
     fn ways(&self, training: &[usize]) -> Vec<Way> {
         let entries = self.entries();
         let open: Vec<usize> =
@@ -306,10 +309,10 @@ impl RecordingSet {
         }
         let words: Vec<Vec<String>> =
             entries.iter().map(|entry| words_of(&entry.recording)).collect();
-        let by_words = |by, tells_alone, key: &dyn Fn(&[String]) -> Option<String>| Way {
+        let by_words = |by, reports_single_group, key: &dyn Fn(&[String]) -> Option<String>| Way {
             by,
             keys: words.iter().map(|words| key(words)).collect(),
-            tells_alone,
+            reports_single_group,
         };
         let labelled = |(word, by): &(&'static str, GroupedBy)| {
             by_words(*by, true, &|words| Some(format!("{by} {}", after(words, word)?)))
@@ -338,8 +341,8 @@ impl RecordingSet {
     }
 }
 
-/// The load case of each recording without times, called as the first one of it.
-fn cases(entries: &[Entry]) -> Vec<Key> {
+/// Returns the load case of each recording without times, named after the first recording of the load case.
+fn load_case_keys(entries: &[Entry]) -> Vec<Key> {
     let is_one = |entry: &Entry| entry.recording.is_static() && entry.recording.has_reference();
     let axes = entries.iter().find(|entry| is_one(entry));
     let axes = axes.map_or(&[][..], |entry| entry.recording.axes());
@@ -360,7 +363,7 @@ fn cases(entries: &[Entry]) -> Vec<Key> {
     entries.iter().enumerate().map(key).collect()
 }
 
-/// The first of the parts that are left of the same recording; itself, where it is whole.
+/// Returns the index of the first remaining part of the same original recording, or `at` if nothing was left out.
 fn first_part(entries: &[Entry], at: usize) -> usize {
     let recording = &entries[at].recording;
     let Some(left_out) = recording.left_out() else {
@@ -373,8 +376,8 @@ fn first_part(entries: &[Entry], at: usize) -> usize {
     entries.iter().position(is_part).unwrap_or(at)
 }
 
-/// Groups by these keys, numbered as they come.
-fn named(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
+/// Returns the groups for these keys, numbered in order of first use.
+fn groups_from_keys(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     let mut numbers: BTreeMap<Key, usize> = BTreeMap::new();
     let mut names = Vec::new();
     let mut of = Vec::with_capacity(keys.len());
@@ -392,8 +395,8 @@ fn named(by: GroupedBy, keys: Vec<Key>, lone: Option<LoneGroup>) -> Groups {
     Groups { by, of, names, unused: None, lone }
 }
 
-/// The group without which an axis keeps too little of its range.
-fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup> {
+/// Returns the first group without which an axis keeps less than [`KEPT_RANGE`] of its range.
+fn lone_group(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup> {
     let axes = entries[*training.first()?].recording.axes();
     let mut ranges: BTreeMap<&Key, Vec<MinMax>> = BTreeMap::new();
     for &at in training {
@@ -416,8 +419,8 @@ fn lone(entries: &[Entry], training: &[usize], keys: &[Key]) -> Option<LoneGroup
     })
 }
 
-/// The words and numbers that a recording's folder and name are made of, without those that say what it is for, in small
-/// letters; what a part of a file is called beyond the file's name is left out.
+/// Returns the words and numbers in the names of a recording and its folder, in lower case. Words for roles and part
+/// numbers of a file are left out.
 fn words_of(recording: &Recording) -> Vec<String> {
     let name = recording.name();
     let name = name.split(" (").next().unwrap_or(name);
@@ -455,36 +458,36 @@ fn is_number(word: &str) -> bool {
     word.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// Whether a word can number what stands before it.
+/// Returns true if the word can be the number or letter of the word before it.
 fn is_label(word: &str) -> bool {
     is_number(word) || word.chars().count() == 1
 }
 
-/// What a path ends in.
+/// Returns the last component of a path.
 fn last_name(path: &Path) -> Option<String> {
     Some(path.file_name()?.to_string_lossy().into_owned())
 }
 
-/// Its digits without zeros in front, so that 1 and 01 are one.
+/// Returns the number without leading zeros, so that 1 and 01 are equal.
 fn plain(number: &str) -> &str {
     let digits = number.trim_start_matches('0');
     if digits.is_empty() && is_number(number) { "0" } else { digits }
 }
 
-/// The number or letter after a word.
+/// Returns the number or letter after the first occurrence of `word`.
 fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
     let pairs = words.windows(2);
     let mut named = pairs.filter(|pair| pair[0] == word && is_label(&pair[1]));
     named.next().map(|pair| plain(&pair[1]))
 }
 
-/// Where a word that counts repetitions stands before its number or letter, the last one.
+/// Returns the index of the last word that counts repetitions and is followed by a number or letter.
 fn repetition(words: &[String]) -> Option<usize> {
     let mut pairs = words.windows(2);
     pairs.rposition(|pair| REPETITIONS.contains(&&*pair[0]) && is_label(&pair[1]))
 }
 
-/// A date as 2024-05-01 or 20240501.
+/// Returns the first date of the form 2024-05-01 or 20240501.
 fn day(words: &[String]) -> Option<String> {
     let is_day = |year: &str, month: &str, day: &str| {
         let within = |text: &str, range: std::ops::RangeInclusive<u32>| {
@@ -504,14 +507,15 @@ fn day(words: &[String]) -> Option<String> {
     })
 }
 
-/// The words without the last number, and that number.
+/// Returns the words without the last number, and that number.
 fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
     let at = words.iter().rposition(|word| is_number(word))?;
     let number = words[at].parse().ok()?;
     Some(([&words[..at], &words[at + 1..]].concat(), number))
 }
 
-/// Whether the last number in the names counts, from 0 or 1 on, how often something was done that other numbers name.
+/// Returns true if the last number in the names counts repetitions from 0 or 1, and the other numbers name at least
+/// three series.
 fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     let (mut series, mut counted) = (BTreeSet::new(), BTreeSet::new());
     for &at in open {
@@ -529,7 +533,7 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
-/// By a part of the path of the file.
+/// Groups recordings by a part of the path of their files.
 fn by_path(by: GroupedBy, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
     let parts: Vec<Option<&Path>> =
         entries.iter().map(|entry| entry.recording.source().path().and_then(part)).collect();
@@ -542,7 +546,7 @@ fn by_path(by: GroupedBy, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -
         1 => last(path),
         _ => path.display().to_string(),
     };
-    Way { by, keys: parts.iter().map(|part| part.map(name)).collect(), tells_alone: false }
+    Way { by, keys: parts.iter().map(|part| part.map(name)).collect(), reports_single_group: false }
 }
 
 #[cfg(test)]
@@ -551,7 +555,7 @@ mod tests {
     use crate::recording::left_out::{Judged, LeftOut};
     use crate::recording::recording::{Recording, Source};
 
-    /// Recordings of these files and names in the train role, all loaded from 0 to 1.
+    /// Returns training recordings with these files and names, all loaded from 0 to 1.
     fn set_of(names: &[(&str, &str)]) -> RecordingSet {
         with_loads(names, |_| vec![0.0, 1.0])
     }
@@ -573,7 +577,7 @@ mod tests {
         set
     }
 
-    /// What the groups of files with these names are, and which.
+    /// Returns the criterion and the group numbers found for files with these names.
     fn found(names: &[&str]) -> (GroupedBy, Vec<usize>) {
         let files: Vec<String> = names.iter().map(|name| format!("/d/{name}.csv")).collect();
         let names: Vec<(&str, &str)> =
@@ -583,7 +587,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_say_what_was_repeated_are_grouped() {
+    fn names_with_a_programme_or_repetition_number_are_grouped() {
         for (names, by, of) in [
             (
                 &["path1_run1", "path1_run2", "path2_run1", "path3_run1"][..],
@@ -610,7 +614,7 @@ mod tests {
     }
 
     #[test]
-    fn a_series_of_numbers_or_too_few_groups_leave_each_recording_to_itself() {
+    fn with_running_numbers_or_too_few_groups_each_recording_is_its_own_group() {
         let presses: Vec<String> = (1..=690).map(|k| format!("press_{k}")).collect();
         let presses: Vec<&str> = presses.iter().map(|name| &**name).collect();
         assert_eq!(found(&presses), (GroupedBy::Recording, (0..690).collect()));
@@ -628,7 +632,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_that_are_seen_and_not_used_are_told() {
+    fn groups_found_but_not_used_are_reported() {
         let unused = |names: &[(&str, &str)]| set_of(names).groups().unused;
         let few = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path2 b")];
         let told = |n, lone| UnusedGroups { by: GroupedBy::Path, n, lone };
@@ -643,7 +647,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_and_files_are_groups_where_names_tell_nothing() {
+    fn folders_and_files_are_groups_where_names_give_none() {
         let groups = |names: &[(&str, &str)]| {
             let groups = set_of(names).groups();
             let name = groups.name_of(0).map(str::to_owned);
@@ -659,7 +663,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_set_holds_and_only_the_training_recordings_decide() {
+    fn groups_set_by_the_user_are_kept_and_only_training_recordings_decide() {
         let names = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path3 b")];
         let mut set = set_of(&names);
         assert_eq!(set.groups().of, [0, 0, 1, 2]);
@@ -700,7 +704,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_that_are_left_of_a_recording_are_one() {
+    fn remaining_parts_of_one_recording_are_one_group() {
         let set = set_of(&[("/d/x.csv", "a"), ("/d/x.csv", "b"), ("/d/x.csv", "c")]);
         let mut parts = RecordingSet::default();
         for (at, entry) in set.entries().iter().enumerate() {

@@ -1,7 +1,7 @@
-//! A sensor's identity: which one it is, who calibrated it, when, and against what.
+//! Identity of a sensor: manufacturer, serial number, date and operator of the calibration, reference standard.
 //!
-//! Guarantees: each item is described once, in [`Item`]; files, form, exports and report follow from that list. Nothing has to be
-//! entered.
+//! Guarantees: each item is described once, in [`Item`]. Files, form, exports and report follow from this list. All
+//! items are optional.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::small_file::{TomlError, read_toml};
 /// One item of a sensor's identity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, EnumIter, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
-#[expect(missing_docs, reason = "their texts say what they are")]
+#[expect(missing_docs, reason = "their labels describe them")]
 pub enum Item {
     Manufacturer,
     Model,
@@ -29,43 +29,43 @@ pub enum Item {
 }
 
 impl Item {
-    /// All of them, in the order in which they are shown.
+    /// Returns all items in the order in which they are shown.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::iter()
     }
 
-    /// Returns the label, and what to enter.
+    /// Returns the label of the item, and the hint shown in an empty field.
     fn texts(self) -> [&'static str; 2] {
         match self {
-            Self::Manufacturer => ["Manufacturer", "who made the sensor"],
-            Self::Model => ["Model", "its type or part number"],
-            Self::Serial => ["Serial number", "which one it is"],
-            Self::Date => ["Date of calibration", "as 2026-03-31"],
-            Self::Operator => ["Calibrated by", "who measured"],
-            Self::Temperature => ["Temperature", "with its unit, as (23 ± 1) °C"],
+            Self::Manufacturer => ["Manufacturer", "maker of the sensor"],
+            Self::Model => ["Model", "type or part number"],
+            Self::Serial => ["Serial number", "as on the sensor's label"],
+            Self::Date => ["Date of calibration", "such as 2026-03-31"],
+            Self::Operator => ["Calibrated by", "person who measured"],
+            Self::Temperature => ["Temperature", "with its unit, such as (23 ± 1) °C"],
             Self::Reference => [
                 "Reference standard",
-                "what the loads were measured or made with, and its certificate",
+                "device or weights for the reference load, and the certificate",
             ],
             Self::ReferenceUncertainty => [
-                "Its stated uncertainty",
-                "as its certificate states it, such as 0.05 % of full scale (k = 2)",
+                "Uncertainty of the reference",
+                "as in the certificate, such as 0.05 % of full scale (k = 2)",
             ],
             Self::Notes => ["Notes", "anything else that belongs to the calibration"],
         }
     }
 
-    /// Returns the name in files.
+    /// Returns the key in files.
     pub fn key(self) -> &'static str {
         self.into()
     }
 
-    /// Returns the name for people.
+    /// Returns the label.
     pub fn label(self) -> &'static str {
         self.texts()[0]
     }
 
-    /// Returns what to enter.
+    /// Returns the hint shown in an empty field.
     pub fn hint(self) -> &'static str {
         self.texts()[1]
     }
@@ -75,17 +75,17 @@ impl Item {
     }
 }
 
-/// What the user entered; an item that is not there was not entered.
+/// Items that the user entered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identity(BTreeMap<Item, String>);
 
 impl Identity {
-    /// What was entered, blank where nothing was.
+    /// Returns the entered text, or an empty text.
     pub fn get(&self, item: Item) -> &str {
         self.0.get(&item).map_or("", String::as_str)
     }
 
-    /// Enters it.
+    /// Sets the text of an item. A blank text removes the item.
     pub fn set(&mut self, item: Item, text: impl Into<String>) {
         let text = text.into();
         if text.trim().is_empty() {
@@ -95,17 +95,17 @@ impl Identity {
         };
     }
 
-    /// Whether nothing was entered.
+    /// Returns true if nothing was entered.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// What was entered, in order.
+    /// Returns the entered items in order.
     pub fn entered(&self) -> impl Iterator<Item = (Item, &str)> {
         self.0.iter().map(|(item, text)| (*item, text.trim()))
     }
 
-    /// This with what `other` says in its place.
+    /// Returns these items with the items of `other` added. Where both have a text, the text of `other` is kept.
     pub fn with(&self, other: &Self) -> Self {
         let both = self.0.iter().chain(&other.0);
         Self(both.map(|(item, text)| (*item, text.clone())).collect())
@@ -118,7 +118,7 @@ impl Serialize for Identity {
     }
 }
 
-/// A text, a number or a day: whoever writes `serial = 4711` means it.
+/// Value of an item in TOML: `serial = 4711` and `date = 2026-03-31` are accepted without quotes.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Entered {
@@ -146,7 +146,10 @@ impl<'de> Deserialize<'de> for Identity {
         for (key, value) in entered {
             let item = Item::named(&key).ok_or_else(|| {
                 let known: Vec<&str> = Item::all().map(Item::key).collect();
-                serde::de::Error::custom(format!("{key} is not one of {}", known.join(", ")))
+                serde::de::Error::custom(format!(
+                    "{key} is not known; use one of {}",
+                    known.join(", ")
+                ))
             })?;
             identity.set(item, value.text());
         }
@@ -154,12 +157,12 @@ impl<'de> Deserialize<'de> for Identity {
     }
 }
 
-/// What `sensor.toml` holds: who the sensor is, and its rated loads.
+/// Content of `sensor.toml`: identity and rated loads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorFile {
-    /// Who it is.
+    /// Identity of the sensor.
     pub identity: Identity,
-    /// Its rated loads, each in the unit of its axis.
+    /// Rated load of each axis (N, N·m).
     pub rated_loads: BTreeMap<Axis, f64>,
 }
 
@@ -175,13 +178,13 @@ impl SensorFile {
     /// ```
     ///
     /// # Errors
-    /// [`TomlError`] if it cannot be read, is no TOML, or has a name that is not known.
+    /// [`TomlError`] if the file cannot be read, is not valid TOML, or has an unknown key.
     pub fn read(path: &Path) -> Result<Self, TomlError> {
         read_toml(path, "a description of a sensor", Self::from_toml)
     }
 
     fn from_toml(text: &str) -> Result<Self, String> {
-        // Of the parser's words the first line says where, the last what.
+        // The first line of the parser's message gives the place and the last line the fault.
         let told = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
         let mut table: toml::Table = toml::from_str(text).map_err(told)?;
         let rated = table.remove("rated_loads");
@@ -195,7 +198,7 @@ impl SensorFile {
             rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0))
         {
             return Err(format!(
-                "rated_loads: {load} of {} is not a load above zero",
+                "rated_loads: {load} of {} is not valid; enter a number above zero",
                 axis.symbol()
             ));
         }
@@ -203,7 +206,7 @@ impl SensorFile {
         Ok(Self { identity, rated_loads: rated })
     }
 
-    /// Puts the rated loads in the place of full scales that nobody entered.
+    /// Sets the full scale of each axis without an entered full scale to the rated load.
     pub fn rate(&self, axes: &[Axis], full_scale: &mut Vec<Option<f64>>) {
         if self.rated_loads.is_empty() {
             return;
@@ -220,7 +223,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_description_is_read_as_somebody_would_write_it() {
+    fn texts_numbers_and_dates_are_read_without_quotes() {
         let read = SensorFile::from_toml(
             "serial = 4711\ndate = 2026-03-31\ntemperature = \"(23 ± 1) °C\"\nnotes = \"  \"\n[rated_loads]\nFz = 200\nMx = 2.5",
         );
@@ -239,9 +242,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_named() {
+    fn unknown_keys_and_wrong_loads_are_named() {
         let wrong = |text: &str| SensorFile::from_toml(text).unwrap_err();
-        assert!(wrong("seriel = 1").contains("seriel is not one of manufacturer, model, serial"));
+        assert!(
+            wrong("seriel = 1")
+                .contains("seriel is not known; use one of manufacturer, model, serial")
+        );
         assert!(wrong("[rated_loads]\nFx = -3").contains("-3 of Fx"));
         assert!(wrong("[rated_loads]\nFq = 3").contains("Fq"));
         assert!(wrong("serial = ").contains("line 1"));

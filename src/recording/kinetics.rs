@@ -1,25 +1,25 @@
-//! The load that a hanging weight puts on a sensor, from how the sensor is turned, and how turning is written.
+//! Load of a weight hanging from a sensor, computed from the sensor's attitude; attitudes in several notations.
 //!
-//! Guarantees: quasi-static unless an acceleration is given, and then the force never exceeds the weight's `m·g` beyond
-//! rounding.
+//! Guarantees: without a given acceleration the load is quasi-static, and the force never exceeds the weight's `m·g`
+//! except by rounding.
 
 /// Standard gravity in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
-/// How a sensor is turned: the rotation matrix, by rows, that takes sensor coordinates to world coordinates, whose z
-/// axis points up.
+/// Attitude of a sensor: the rotation matrix, by rows, from sensor coordinates to world coordinates. The world's z axis
+/// points up.
 pub type Rotation = [[f64; 3]; 3];
 
 /// A weight fixed to the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weight {
-    /// Its mass in kg.
+    /// Mass in kg.
     pub mass_kg: f64,
-    /// Its centre of mass in m, in the sensor's frame.
+    /// Centre of mass in the sensor's frame, in m.
     pub centre_m: [f64; 3],
 }
 
-/// The attitude after turning by `roll` about x, then by `pitch` about the world's y.
+/// Returns the attitude after a rotation by `roll` about x, then by `pitch` about the world's y axis.
 ///
 /// **Units** angles in rad.
 pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
@@ -32,7 +32,7 @@ pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
     ]
 }
 
-/// The load at the sensor's origin in its own frame: `F = Rᵀ m g`, `M = r × F`.
+/// Returns the load at the sensor's origin in the sensor's frame: `F = Rᵀ m g`, `M = r × F`.
 ///
 /// **Source** Koike et al. 2019: the load of Eq. 1, computed from the robot's attitude as in section 4.1.2.
 ///
@@ -40,7 +40,7 @@ pub fn rotation_from_roll_pitch(roll: f64, pitch: f64) -> Rotation {
 ///
 /// **Units** N and N·m.
 ///
-/// **Example** Upright, a kilogram 2 cm off in x:
+/// **Example** An upright sensor with a weight of 1 kg, 2 cm from the origin in x:
 /// ```
 /// use loopscope::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
 /// let weight = Weight { mass_kg: 1.0, centre_m: [0.02, 0.0, 0.0] };
@@ -54,8 +54,8 @@ pub fn gravity_load(sensor_to_world: &Rotation, weight: &Weight) -> [f64; 6] {
     with_moments(sensor_to_world[2].map(|along_up| pull * along_up), weight)
 }
 
-/// The load at the sensor's origin in its own frame of a weight on which `pull` (m/s², in the world) acts: gravity less
-/// the acceleration of its centre. `F = m Rᵀ (g − a)`, `M = r × F`.
+/// Returns the load of an accelerated weight at the sensor's origin, in the sensor's frame: `F = m Rᵀ (g − a)`, `M = r
+/// × F`. `pull` is gravity minus the acceleration of the weight's centre (m/s², world frame).
 ///
 /// **Shapes** `[Fx, Fy, Fz, Mx, My, Mz]`.
 ///
@@ -65,13 +65,13 @@ pub fn load_of_pull(sensor_to_world: &Rotation, weight: &Weight, pull: [f64; 3])
     with_moments(force, weight)
 }
 
-/// A vector of the world in the sensor's frame: `Rᵀ p`.
+/// Returns a vector of the world in the sensor's frame: `Rᵀ p`.
 pub fn pull_in_sensor(sensor_to_world: &Rotation, pull: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = sensor_to_world;
     std::array::from_fn(|i| x[i] * pull[0] + y[i] * pull[1] + z[i] * pull[2])
 }
 
-/// The force and its moments about the origin.
+/// Returns the force and its moments about the sensor's origin.
 fn with_moments(force @ [fx, fy, fz]: [f64; 3], weight: &Weight) -> [f64; 6] {
     let [mx, my, mz] = cross(weight.centre_m, force);
     [fx, fy, fz, mx, my, mz]
@@ -81,7 +81,7 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The attitude of a quaternion `[w, x, y, z]` of any length; `None` without length.
+/// Returns the attitude of a quaternion `[w, x, y, z]` of any length, or `None` if the length is zero.
 pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
     let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
     if length <= 1e-9 || !length.is_finite() {
@@ -95,7 +95,7 @@ pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Option<Rotation> {
     ])
 }
 
-/// The attitude after turning about the axis of a vector by its length (rad).
+/// Returns the attitude after a rotation about a vector. The vector's length is the angle (rad).
 pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     let angle = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
     // sin(angle / 2) / angle has the limit one half.
@@ -104,7 +104,8 @@ pub fn rotation_from_vector(vector: [f64; 3]) -> Rotation {
     rotation_from_quaternion([(angle / 2.0).cos(), x, y, z]).unwrap_or([[f64::NAN; 3]; 3])
 }
 
-/// The attitude after turning by `roll` about x, then by `pitch` about the world's y, then by `yaw` about its z.
+/// Returns the attitude after rotations by `roll` about x, by `pitch` about the world's y and by `yaw` about the
+/// world's z axis.
 ///
 /// **Units** angles in rad.
 pub fn rotation_from_roll_pitch_yaw(roll: f64, pitch: f64, yaw: f64) -> Rotation {
@@ -129,9 +130,10 @@ mod tests {
         }
     }
 
-    /// With `m g = W` and `r = (x, y, z)`: level, F = (0, 0, −W) and M = r × F = (−yW, xW, 0). Rolled by 90° the
-    /// sensor's y axis points up, so F = (0, −W, 0) and M = (zW, 0, −xW). Pitched by 90° its x axis points down, so
-    /// F = (W, 0, 0) and M = (0, zW, −yW).
+    /// With `m g = W` and `r = (x, y, z)`:
+    /// Level: F = (0, 0, −W) and M = r × F = (−yW, xW, 0).
+    /// Rolled by 90°, the sensor's y axis points up: F = (0, −W, 0) and M = (zW, 0, −xW).
+    /// Pitched by 90°, its x axis points down: F = (W, 0, 0) and M = (0, zW, −yW).
     #[test]
     fn quarter_turns_give_known_loads() {
         let [x, y, z] = [0.02, 0.015, 0.03];

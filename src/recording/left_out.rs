@@ -1,4 +1,4 @@
-//! Samples that are not to be used, and what a recording is without them.
+//! Samples that the data check leaves out, and the recordings that remain.
 
 use std::ops::Range;
 
@@ -7,30 +7,30 @@ use serde::{Deserialize, Serialize};
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
-/// What the user knows of a sensor's channels: beyond it no sample is to be trusted.
+/// Limits of the sensor's channels that the user entered. Samples beyond them are not used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ValidRange {
-    /// The least and the greatest value that a gauge can have, as the logger writes it; what reaches them is clipped.
+    /// Minimum and maximum reading of a gauge, in the logger's unit. A reading at a limit is clipped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gauges: Option<GaugeRange>,
-    /// The rated load of each axis; missing where nobody entered it.
+    /// Rated load of each axis (N, N·m); `None` where the user entered none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<Option<f64>>,
 }
 
-/// The least and the greatest value that gauges can have, as the logger writes them.
+/// Minimum and maximum reading of the gauges, in the logger's unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum GaugeRange {
-    /// The same for all.
+    /// The same limits for all gauges.
     All((f64, f64)),
-    /// One for each gauge, in their order; missing where nobody knows.
+    /// Limits of each gauge in column order; `None` where they are unknown.
     Each(Vec<Option<(f64, f64)>>),
 }
 
 impl GaugeRange {
-    /// That of one gauge, where it is known.
+    /// Returns the limits of one gauge, if they are known.
     pub fn of(&self, gauge: usize) -> Option<(f64, f64)> {
         match self {
             Self::All(range) => Some(*range),
@@ -38,7 +38,7 @@ impl GaugeRange {
         }
     }
 
-    /// Whether all of them rise.
+    /// Returns true if every minimum is below its maximum.
     pub fn rises(&self) -> bool {
         let rises = |(low, high): &(f64, f64)| low < high;
         match self {
@@ -48,34 +48,34 @@ impl GaugeRange {
     }
 }
 
-/// By what a recording was judged, beside itself.
+/// Settings by which the data check judged a recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Judged {
-    /// What was known of the sensor.
+    /// Limits that the user had entered.
     #[serde(flatten)]
     pub range: ValidRange,
-    /// How it had been tared by then.
+    /// Tare that had been applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tared: Option<Tare>,
 }
 
-/// What was left out of a recording.
+/// Samples that were left out of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOut {
-    /// The recording's name before.
+    /// Name of the recording before samples were left out.
     pub of: String,
-    /// By what it was judged.
+    /// Settings by which the recording was judged.
     pub judged: Judged,
-    /// How many samples.
+    /// Number of samples left out.
     pub n_samples: usize,
-    /// Between what each gauge was not clipped, where that was found.
+    /// Lower and upper limit between which each gauge is not clipped; `None` where no clipping was found.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 
 impl Recording {
-    /// What remains without these samples, which must be in order: one recording, or more where so much is missing that history
-    /// must not cross it. None where nothing remains.
+    /// Returns the recordings that remain without these samples, which must be in order. A recording is cut where the
+    /// missing interval is longer than a gap, because history must not cross it. The list is empty if nothing remains.
     pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
         let mut kept = Vec::new();
         let mut next = 0;
@@ -120,7 +120,7 @@ mod tests {
     use crate::recording::recording::Source;
 
     #[test]
-    fn history_does_not_cross_what_is_left_out_for_longer_than_a_gap() {
+    fn history_does_not_cross_samples_left_out_for_longer_than_a_gap() {
         let times: Vec<f64> = (0..100).map(|k| 0.1 * f64::from(k)).collect();
         let values: Vec<f64> = (0..100).map(f64::from).collect();
         let recording = Recording::new(

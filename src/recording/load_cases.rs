@@ -1,11 +1,11 @@
-//! Load cases: rows that were taken under the same load, of tables without times.
+//! Load cases: rows of a table without times that were taken under the same load.
 
 use crate::recording::axis::Axis;
 
-/// Loads are the same within this share of the largest force, or of the largest moment.
+/// Maximum difference between equal loads, as a share of the largest force or the largest moment.
 pub const SAME_LOAD_SHARE: f64 = 0.005;
 
-/// The load case of each row, numbered as they come: it is that of the first one with the same load on every axis.
+/// Returns the number of each row's load case. A row belongs to the first load case with the same load on every axis.
 ///
 /// **Shapes** loads `n × n_axes` row-major.
 pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
@@ -27,7 +27,7 @@ pub fn load_cases(loads: &[f64], axes: &[Axis]) -> Vec<usize> {
     .collect()
 }
 
-/// The magnitudes of the largest moment and of the largest force.
+/// Returns the largest magnitude of a moment and of a force.
 ///
 /// **Shapes** loads `n × n_axes` row-major.
 pub(super) fn largest_loads(loads: &[f64], axes: &[Axis]) -> [f64; 2] {
@@ -48,7 +48,7 @@ mod tests {
         let loads = [
             [0.0, 20.0, 1.0],
             [20.0, 0.0, 0.0],
-            [0.09, 19.95, 1.004], // a second time
+            [0.09, 19.95, 1.004], // repeats the first row
             [0.0, 20.0, 0.98],    // another moment
             [20.0, 0.05, 0.0],
         ];

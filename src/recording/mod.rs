@@ -1,6 +1,6 @@
-//! What was measured: recordings, the roles they play, and the simulated sensor.
+//! Measured data: recordings, their roles, and the simulated sensor.
 //!
-//! Everything in here is SI (s, N, N·m); units are converted where files are read or written.
+//! All values are in SI units (s, N, N·m). Units are converted where files are read or written.
 
 mod auxiliary;
 mod axis;

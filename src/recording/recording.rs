@@ -1,7 +1,7 @@
 //! One uninterrupted run of a sensor.
 //!
-//! Guarantees, checked at construction: at least one sample and one gauge, every number finite, times that never go
-//! back, axes in [`Axis`] order without repeats.
+//! Guarantees, checked by the constructor: at least one sample and one gauge, finite numbers, times that never go back,
+//! axes in [`Axis`] order without repeats.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -20,17 +20,17 @@ use crate::recording::median::median;
 use crate::recording::shared::{Ranged, SAMPLES_A_THREAD, Shared, join};
 use crate::recording::tare::Tare;
 
-/// Where a recording comes from.
+/// Origin of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// Read from this file.
+    /// A file.
     File(PathBuf),
-    /// Made by the built-in simulated sensor.
+    /// The built-in simulated sensor.
     Simulated,
 }
 
 impl Source {
-    /// The file, if it is one.
+    /// Returns the path of the file, if the recording was read from one.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::File(path) => Some(path),
@@ -39,24 +39,24 @@ impl Source {
     }
 }
 
-/// Whether the samples of a recording follow one another in time.
+/// Relation of the samples to time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
-    /// They do.
+    /// Samples follow one another in time.
     #[default]
     Timed,
-    /// They do not: they are the rows of one load case, and their times only count them.
+    /// Samples are rows of one load case. Their times only count the rows.
     Static,
 }
 
-/// One uninterrupted run: times, gauge channels, and the reference load where it is known.
+/// One uninterrupted run: times, gauge channels, and the reference load if it is known.
 ///
 /// **Source** a row of loads is L (Eq. 1), a row of gauges S (Eq. 2).
 ///
 /// **Shapes** times `n`, gauges `n × n_gauges` row-major, loads `n × n_axes` row-major (`n_axes` is 0 without a
 /// reference).
 ///
-/// **Units** times (s), loads (N) and (N·m); gauges in whatever unit the logger wrote.
+/// **Units** times in s, loads in N and N·m, gauges in the unit of the logger.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     name: String,
@@ -71,27 +71,27 @@ pub struct Recording {
     auxiliary: AuxiliaryTable,
     rate_hz: Option<f64>,
     tare: Option<Tare>,
-    /// What the times are counted from (s since 1970); zero where that is what the file does.
+    /// Origin of the times in s since 1970; zero if the file gives no date.
     zero_secs: f64,
-    /// Step above which samples are missing (s), where its file says more than its own steps.
+    /// Step above which samples are missing (s), if the file defines one. Otherwise the steps themselves define it.
     gap_secs: Option<f64>,
-    /// What a tare took off the gauges; empty where there was none.
+    /// Offset that taring subtracted from each gauge; empty without a tare.
     offsets: Vec<f64>,
     pub(super) left_out: Option<LeftOut>,
-    /// The day that its file says.
+    /// Day in the file header.
     file_day: Option<Day>,
-    /// The day that the user entered.
+    /// Day that the user entered.
     entered_day: Option<Day>,
 }
 
-/// Why numbers do not make a recording.
+/// Fault in the parts of a recording.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     #[error("{name}: no samples")]
     NoSamples { name: String },
     #[error("{name}: no gauge channels")]
     NoGauges { name: String },
-    #[error("{name}: {what} holds {actual} numbers where {expected} are needed")]
+    #[error("{name}: the {what} has {actual} numbers, but {expected} are needed")]
     Shape { name: String, what: &'static str, expected: usize, actual: usize },
     #[error("{name}: the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
     AxisOrder { name: String },
@@ -102,10 +102,10 @@ pub enum RecordingError {
 }
 
 impl Recording {
-    /// Checks the parts and puts them together.
+    /// Creates a recording from its parts.
     ///
     /// # Errors
-    /// [`RecordingError`] where a guarantee of this type does not hold.
+    /// [`RecordingError`] if a guarantee of this type does not hold.
     pub fn new(
         name: impl Into<String>,
         source: Source,
@@ -173,8 +173,8 @@ impl Recording {
         })
     }
 
-    /// The same recording with labels for the gauges' units (`mV/V`, `V`, `counts`, `ohm`); empty where none is known.
-    /// Labels for another number of gauges change nothing.
+    /// Returns the recording with labels for the gauge units (`mV/V`, `V`, `counts`, `ohm`), empty where unknown. The
+    /// recording is unchanged if the number of labels differs from the number of gauges.
     pub fn with_gauge_units(mut self, units: Vec<String>) -> Self {
         if units.len() == self.gauge_names.len() {
             self.gauge_units = units;
@@ -182,12 +182,12 @@ impl Recording {
         self
     }
 
-    /// The same recording with channels that are no gauges: temperature, supply, humidity.
+    /// Returns the recording with auxiliary channels, such as temperature, supply voltage or humidity.
     ///
-    /// **Shapes** `values` is `n × names` row-major; as many units as names, empty where none is known.
+    /// **Shapes** `values` is `n × names` row-major. There are as many units as names; a unit is empty if unknown.
     ///
     /// # Errors
-    /// [`RecordingError`] where a number is missing or not finite.
+    /// [`RecordingError`] if a number is missing or not finite.
     pub fn with_auxiliary(
         mut self,
         names: Vec<String>,
@@ -208,13 +208,14 @@ impl Recording {
         Ok(self)
     }
 
-    /// The same, each of whose auxiliary channels holds a value that is too old to be believed then, from when to when (s) in order.
+    /// Returns the recording with the intervals (s) in which each auxiliary channel holds an outdated value, in order.
     pub(crate) fn with_held_auxiliary(mut self, held: Vec<Held>) -> Self {
         self.auxiliary = self.auxiliary.with_held(held);
         self
     }
 
-    /// The recording with these of its auxiliary channels alone, in this order; the first name that it has not, if there is one.
+    /// Returns the recording with only these auxiliary channels, in this order. The error is the first name that the
+    /// recording does not have.
     pub(crate) fn with_auxiliary_of<'a>(&self, names: &'a [String]) -> Result<Self, &'a str> {
         let mut picked = self.clone();
         if names != self.auxiliary.names() {
@@ -224,14 +225,14 @@ impl Recording {
         Ok(picked)
     }
 
-    /// The channels that are no gauges.
+    /// Returns the auxiliary channels.
     pub fn auxiliary(&self) -> &AuxiliaryTable {
         &self.auxiliary
     }
 
-    /// The recording with these numbers taken off its gauges, one each.
+    /// Returns the recording with one offset subtracted from each gauge.
     pub(crate) fn less_offsets(mut self, offsets: &[f64], tare: Tare) -> Self {
-        self.gauges.take_off(offsets);
+        self.gauges.subtract(offsets);
         self.tare = Some(tare);
         self.offsets.resize(offsets.len(), 0.0);
         let all = self.offsets.iter_mut().zip(offsets);
@@ -239,17 +240,17 @@ impl Recording {
         self
     }
 
-    /// The recording as the rows of one load case, whose times say nothing.
+    /// Returns the recording as rows of one load case, without times.
     pub fn without_times(mut self) -> Self {
         self.sampling = Sampling::Static;
         self.rate_hz = None;
         self
     }
 
-    /// Load cases of one table, row after row.
+    /// Returns the rows of several load cases as one recording.
     ///
     /// # Panics
-    /// If there is none.
+    /// If `cases` is empty.
     pub(crate) fn table_of(cases: &[&Self]) -> Self {
         let all = |values: fn(&Self) -> &[f64]| -> Vec<f64> {
             let values = cases.iter().flat_map(|case| values(case));
@@ -267,80 +268,80 @@ impl Recording {
         first.with_samples(name, times.into(), gauges, loads, auxiliary)
     }
 
-    /// Whether the samples follow one another in time.
+    /// Returns the relation of the samples to time.
     pub fn sampling(&self) -> Sampling {
         self.sampling
     }
 
-    /// Whether the samples have no times: then nothing of the past, no loop and no dwell can be known.
+    /// Returns true if the samples have no times. History, loops and dwells are then undefined.
     pub fn is_static(&self) -> bool {
         self.sampling == Sampling::Static
     }
 
-    /// What a tare took off this gauge.
+    /// Returns the offset that taring subtracted from a gauge.
     pub(crate) fn tared_by(&self, gauge: usize) -> f64 {
         self.offsets.get(gauge).copied().unwrap_or(0.0)
     }
 
-    /// What was left out of it.
+    /// Returns the samples that were left out.
     pub fn left_out(&self) -> Option<&LeftOut> {
         self.left_out.as_ref()
     }
 
-    /// The recording with what a gap is in its file (s).
+    /// Returns the recording with the gap length of its file (s).
     pub(crate) fn with_gap(mut self, gap_secs: f64) -> Self {
         self.gap_secs = Some(gap_secs);
         self
     }
 
-    /// The recording with what its times are counted from (s since 1970).
+    /// Returns the recording with the origin of its times (s since 1970).
     pub(crate) fn with_zero(mut self, zero_secs: f64) -> Self {
         self.zero_secs = zero_secs;
         self
     }
 
-    /// A sample's time on the clock of the file (s).
+    /// Returns the time of a sample on the clock of the file (s).
     pub fn clock_time(&self, sample: usize) -> f64 {
         self.zero_secs + self.times[sample]
     }
 
-    /// Above which step samples are missing (s): what its file was cut by, or by its own steps.
+    /// Returns the step above which samples are missing (s): the value of the file, else a multiple of the median step.
     pub fn gap_secs(&self) -> f64 {
         self.gap_secs.unwrap_or_else(|| gap_by_steps(&self.times))
     }
 
-    /// How the gauges were tared; `None` where they are as they were measured.
+    /// Returns the tare of the gauges, or `None` if they are as measured.
     pub fn tare(&self) -> Option<Tare> {
         self.tare
     }
 
-    /// The name shown to people: a file's stem, with a part number where one file holds several recordings.
+    /// Returns the name: the stem of the file name, with a part number if one file holds several recordings.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Where the numbers come from.
+    /// Returns the origin of the recording.
     pub fn source(&self) -> &Source {
         &self.source
     }
 
-    /// How many samples there are, at least one.
+    /// Returns the number of samples, at least one.
     pub fn n_samples(&self) -> usize {
         self.times.len()
     }
 
-    /// Sample times (s), never going back, on the clock of the file; stamps of a date less whole seconds that
-    /// [`Self::clock_time`] adds.
+    /// Returns the sample times (s), which never go back. Whole seconds of a dated clock are removed;
+    /// [`Self::clock_time`] adds them.
     pub fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// They as a list to be kept, copied only where it is a part of a longer one.
+    /// Returns the times as a shared list. They are copied only if they are a part of a longer list.
     pub(crate) fn shared_times(&self) -> Arc<Vec<f64>> {
         self.times.whole()
     }
 
-    /// From the first sample to the last (s); none of samples without times.
+    /// Returns the time from the first to the last sample (s); zero for samples without times.
     pub fn duration_secs(&self) -> f64 {
         if self.is_static() {
             return 0.0;
@@ -348,32 +349,32 @@ impl Recording {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// One over the median time step (Hz); `None` with one sample or where most steps are zero.
+    /// Returns the sample rate (Hz), the inverse of the median step. `None` with one sample, or if most steps are zero.
     pub fn rate_hz(&self) -> Option<f64> {
         self.rate_hz
     }
 
-    /// The gauges' names in column order.
+    /// Returns the gauge names in column order.
     pub fn gauge_names(&self) -> &[String] {
         &self.gauge_names
     }
 
-    /// Labels of the gauges' units in column order; empty where none is known. Values are never converted.
+    /// Returns the labels of the gauge units in column order, empty where unknown. Gauge values are never converted.
     pub fn gauge_units(&self) -> &[String] {
         &self.gauge_units
     }
 
-    /// How many gauge channels there are, at least one.
+    /// Returns the number of gauge channels, at least one.
     pub fn n_gauges(&self) -> usize {
         self.gauge_names.len()
     }
 
-    /// All gauges, `n × n_gauges` row-major.
+    /// Returns all gauge readings, `n × n_gauges` row-major.
     pub fn gauges(&self) -> &[f64] {
         &self.gauges
     }
 
-    /// The gauges of sample `k`.
+    /// Returns the gauge readings of sample `k`.
     ///
     /// # Panics
     /// If there is no sample `k`.
@@ -381,36 +382,36 @@ impl Recording {
         &self.gauges[k * self.n_gauges()..(k + 1) * self.n_gauges()]
     }
 
-    /// The axes whose reference load is known; empty without a reference.
+    /// Returns the axes of the reference load; empty without a reference.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
 
-    /// When it began (s since 1970), where its clock tells the day: by times like those of 2001 to 2286.
+    /// Returns the start of the recording (s since 1970), if its clock shows a date between 2001 and 2286.
     pub fn started(&self) -> Option<f64> {
         let first = self.clock_time(0);
         (1e9..1e10).contains(&first).then_some(first)
     }
 
-    /// The recording with the day that its file says.
+    /// Returns the recording with the day in its file header.
     pub(crate) fn with_file_day(mut self, day: Option<Day>) -> Self {
         self.file_day = day;
         self
     }
 
-    /// The recording with the day that the user entered, or with none entered.
+    /// Returns the recording with the day that the user entered, or with none.
     pub fn with_entered_day(mut self, day: Option<Day>) -> Self {
         self.entered_day = day;
         self
     }
 
-    /// The day that the user entered.
+    /// Returns the day that the user entered.
     pub fn entered_day(&self) -> Option<Day> {
         self.entered_day
     }
 
-    /// The day on which it was recorded: as entered, else as its file says, else by its clock, else by the name of its file or of the
-    /// folder.
+    /// Returns the day of the recording. Sources in order: the user's entry, the file header, the clock, the name of
+    /// the file or folder.
     pub fn dated(&self) -> Option<Dated> {
         let in_name = || {
             let path = self.source.path()?;
@@ -424,28 +425,28 @@ impl Recording {
             .or_else(|| dated(in_name(), DateSource::Name))
     }
 
-    /// Whether the load that was really applied is known.
+    /// Returns true if the reference load is known.
     pub fn has_reference(&self) -> bool {
         !self.axes.is_empty()
     }
 
-    /// The reference load, `n × n_axes` row-major.
+    /// Returns the reference load, `n × n_axes` row-major.
     pub fn loads(&self) -> &[f64] {
         &self.loads
     }
 
-    /// The least and greatest value of each gauge.
+    /// Returns the range of each gauge.
     pub(crate) fn gauge_ranges(&self) -> &[MinMax] {
         self.gauges.ranges()
     }
 
-    /// The least and greatest reference load of each axis.
+    /// Returns the range of the reference load of each axis.
     pub fn load_ranges(&self) -> &[MinMax] {
         self.loads.ranges()
     }
 
-    /// The step that a gauge moves by, over and over: what its converter can tell apart. `None` where it moves by any amount, or
-    /// where too few samples say so.
+    /// Returns the resolution of a gauge: the step of its analog-to-digital converter. `None` if there is no common
+    /// step, or with too few samples.
     pub fn resolution(&self, gauge: usize) -> Option<f64> {
         const FEWEST: usize = 100;
         const SHARE: f64 = 0.95;
@@ -460,9 +461,9 @@ impl Recording {
         (n >= FEWEST && whole as f64 >= SHARE * n as f64).then_some(least)
     }
 
-    /// Every `step`-th sample from the first on, as the paper makes its pattern B (section 4.2.2).
+    /// Returns every `step`-th sample from the first, as in the paper's pattern B (section 4.2.2).
     ///
-    /// A step of 0 counts as 1. The rows of a load case all stay: they are not samples of one motion.
+    /// A step of 0 counts as 1. Load cases keep all rows, because their rows are not samples of one motion.
     pub fn decimated(&self, step: usize) -> Self {
         if self.is_static() {
             return self.clone();
@@ -487,9 +488,10 @@ impl Recording {
         kept
     }
 
-    /// Cuts the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
+    /// Splits the recording in time: the first `⌊fraction · n⌋` samples, then the rest.
     ///
-    /// `None` where a side would be empty, and of a load case. History does not cross the cut: these are two recordings.
+    /// Returns `None` for a load case, or if a side would be empty. The parts are two recordings, so history does not
+    /// cross the cut.
     pub fn split(&self, fraction: f64) -> Option<(Self, Self)> {
         if self.is_static() {
             return None;
@@ -504,14 +506,14 @@ impl Recording {
         })
     }
 
-    /// These samples as a recording of their own; history does not cross its ends.
+    /// Returns a range of samples as a recording of its own. History does not cross its ends.
     pub(crate) fn segment(&self, samples: Range<usize>) -> Self {
         self.picked(samples, self.name.clone())
     }
 
-    /// Cuts the recording in time into `count` segments, as even as whole samples allow; fewer where it is shorter.
+    /// Splits the recording in time into `count` segments of nearly equal length, or fewer if there are fewer samples.
     ///
-    /// History does not cross the cuts: these are recordings of their own.
+    /// The segments are recordings of their own, so history does not cross the cuts.
     pub fn segments(&self, count: usize) -> Vec<Self> {
         let n = self.n_samples();
         let at = |segment: usize| segment * n / count;
@@ -525,14 +527,14 @@ impl Recording {
         self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
-    /// These samples one after another.
+    /// Returns these ranges of samples, one after another.
     pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
         let times = self.times.rows(ranges, 1);
         let (gauges, loads) = (self.gauges.rows(ranges), self.loads.rows(ranges));
         self.with_samples(name, times, gauges, loads, self.auxiliary.rows(ranges))
     }
 
-    /// Other samples of the same sensor, with no samples before them.
+    /// Returns other samples of the same sensor, without samples before them.
     fn with_samples(
         &self,
         name: String,
@@ -553,7 +555,7 @@ impl Recording {
     }
 }
 
-/// Where the first number that is not finite stands.
+/// Returns the index of the first number that is not finite.
 fn first_not_finite(values: &[f64]) -> Option<usize> {
     let parts = values.par_chunks(SAMPLES_A_THREAD).enumerate();
     parts.find_map_first(|(part, values)| {
@@ -562,9 +564,9 @@ fn first_not_finite(values: &[f64]) -> Option<usize> {
     })
 }
 
-/// Of more steps than these some say how fast samples come, in runs that are spread evenly.
+/// Maximum number of steps that determine the sample rate. In longer recordings, evenly spread runs of steps are used.
 const RATE_STEPS: usize = 1 << 20;
-/// How long such a run is: longer than any burst.
+/// Number of steps in a run, more than in a burst of samples.
 const RATE_RUN: usize = 1 << 12;
 
 fn rate_hz(times: &[f64]) -> Option<f64> {
@@ -579,7 +581,7 @@ fn rate_hz(times: &[f64]) -> Option<f64> {
     (step > 0.0).then(|| 1.0 / step)
 }
 
-/// Returns the range of the reference load of each of these axes over recordings that have them or no reference.
+/// Returns the range of the reference load of each axis over recordings that have these axes or no reference.
 pub(crate) fn load_ranges<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     n_axes: usize,
@@ -631,7 +633,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gauge_of_counts_has_their_step_and_one_that_moves_by_any_amount_none() {
+    fn a_gauge_in_counts_has_a_resolution_and_a_continuous_one_has_none() {
         let wave = |k: usize| (0.37 * k as f64).sin() + 0.3 * (1.3 * k as f64).cos();
         let of = |value: &dyn Fn(usize) -> f64, n: usize| {
             let times: Vec<f64> = (0..n).map(|k| k as f64).collect();
@@ -644,7 +646,7 @@ mod tests {
         let counts = |k: usize| 0.25 * (wave(k) * 40.0).round();
         assert_eq!(of(&counts, 300), Some(0.25));
         assert_eq!(of(&wave, 300), None);
-        assert_eq!(of(&counts, 50), None, "too few to say");
+        assert_eq!(of(&counts, 50), None, "too few samples");
         assert_eq!(of(&|_| 1.0, 300), None);
     }
 
@@ -657,7 +659,7 @@ mod tests {
     }
 
     #[test]
-    fn a_segment_has_the_numbers_of_its_recording_and_what_is_changed_in_it_stays_there() {
+    fn a_segment_shares_numbers_and_a_change_stays_in_the_segment() {
         let recording = ramp((0..10).map(f64::from).collect()).unwrap();
         let segment = recording.segment(4..7);
         assert!(std::ptr::eq(&segment.gauges()[0], &recording.gauges()[4]));
@@ -674,7 +676,7 @@ mod tests {
     }
 
     #[test]
-    fn some_steps_say_the_rate_of_many() {
+    fn a_sample_of_the_steps_gives_the_rate_of_a_long_recording() {
         let n = 3 * RATE_STEPS + 7;
         let times: Vec<f64> = (0..n).map(|k| k as f64 / 64.0).collect();
         assert_eq!(rate_hz(&times), Some(64.0));

@@ -1,7 +1,7 @@
-//! The recordings that are loaded, and what each is for.
+//! The loaded recordings and their roles.
 //!
-//! Guarantees: all recordings of a set have the same gauges in the same order and the same axes; a recording without
-//! a reference may stand among them, but plays no role.
+//! Guarantees: all recordings of a set have the same gauges in the same order, and the same axes. A recording without a
+//! reference may be loaded, but has no role.
 
 use std::sync::Arc;
 
@@ -13,21 +13,22 @@ use crate::recording::median::median;
 use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
-/// What a recording is for.
+/// Role of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
-    /// The calibration is fitted to it.
+    /// The calibration is fitted to the recording.
     Train,
-    /// The calibration is scored on it.
+    /// The calibration is scored on the recording.
     Test,
-    /// Shown, but neither fitted nor scored.
+    /// The recording is shown, but neither fitted nor scored.
     #[default]
     Off,
 }
 
 impl Role {
-    /// Returns the role that the name of a recording or of its file asks for: `test…` tests, all others train.
+    /// Returns the default role for the name of a recording or file: test for names that start with `test`, otherwise
+    /// train.
     pub fn of_name(name: &str) -> Self {
         let start = name.get(..4);
         if start.is_some_and(|start| start.eq_ignore_ascii_case("test")) {
@@ -37,7 +38,7 @@ impl Role {
         }
     }
 
-    /// What it is called, in files as well.
+    /// Returns the name of the role, in the window and in files.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -50,22 +51,22 @@ impl Role {
 /// A recording with its role.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// What was measured; shared, since background work reads it while the window goes on.
+    /// The recording, shared with background threads.
     pub recording: Arc<Recording>,
-    /// What it is for.
+    /// Role of the recording.
     pub role: Role,
-    /// The group that the user put it in; see [`RecordingSet::groups`].
+    /// Group that the user set; see [`RecordingSet::groups`].
     pub group: Option<String>,
 }
 
 impl Entry {
-    /// An entry with the role that the recording's name asks for ([`Role::of_name`]); without a reference it is off.
+    /// Creates an entry with the default role for the recording's name ([`Role::of_name`]), or off without a reference.
     pub fn with_default_role(recording: Recording) -> Self {
         let role = Role::of_name(recording.name());
         Self::new(recording, role)
     }
 
-    /// An entry with this role; without a reference it is off.
+    /// Creates an entry with this role, or off without a reference.
     pub fn new(recording: Recording, role: Role) -> Self {
         let role = if recording.has_reference() { role } else { Role::Off };
         Self { recording: Arc::new(recording), role, group: None }
@@ -77,22 +78,22 @@ impl Entry {
 pub struct Layout {
     /// Gauge names in column order.
     pub gauge_names: Vec<String>,
-    /// Axes in column order; empty until a recording with a reference is there.
+    /// Axes in column order; empty until a recording with a reference is loaded.
     pub axes: Vec<Axis>,
 }
 
-/// Why a recording cannot stand beside the ones that are loaded.
+/// Difference between the columns of a recording and the columns of the loaded recordings.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LayoutError {
     #[error(
-        "{name}: its gauges are {} where the loaded recordings have {}; close those first, or load it on its own",
+        "{name}: the gauges are {}, but {} in the loaded recordings; close the loaded recordings first, or load this one alone",
         names(actual),
         names(expected)
     )]
     Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
     #[error(
-        "{name}: its reference axes are {} where the loaded recordings have {}; close those first, or load it on its own",
+        "{name}: the reference axes are {}, but {} in the loaded recordings; close the loaded recordings first, or load this one alone",
         Axis::symbols(actual).join(" "),
         Axis::symbols(expected).join(" ")
     )]
@@ -121,7 +122,7 @@ impl RecordingSet {
         &self.layout
     }
 
-    /// The unit of a gauge as the first recording has it; `raw` where it says none.
+    /// Returns the unit of a gauge in the first recording, or `raw` if it has none.
     pub fn gauge_unit(&self, gauge: usize) -> &str {
         let first = self.entries.first();
         let unit = first.and_then(|entry| entry.recording.gauge_units().get(gauge));
@@ -133,7 +134,7 @@ impl RecordingSet {
         &self.entries
     }
 
-    /// Whether every recording comes from the built-in simulated sensor.
+    /// Returns true if every recording comes from the built-in simulated sensor.
     pub fn is_simulated(&self) -> bool {
         let mut entries = self.entries.iter();
         let is_read = |entry: &Entry| entry.recording.source().path().is_some();
@@ -145,18 +146,18 @@ impl RecordingSet {
         entries.map(|entry| &*entry.recording)
     }
 
-    /// The median rate of the recordings in a role (Hz), of two the higher; `None` where none has a rate.
+    /// Returns the upper median of the sample rates in a role (Hz), or `None` if no recording has a rate.
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
         median(self.in_role(role).filter_map(Recording::rate_hz))
     }
 
-    /// Whether recordings that train or test have no times, so that nothing of the past can be known.
+    /// Returns true if recordings that train or test have no times, so that there is no history.
     pub fn is_static(&self) -> bool {
         let mut used = self.entries.iter().filter(|entry| entry.role != Role::Off);
         used.any(|entry| entry.recording.is_static())
     }
 
-    /// How the first of the recordings that are fitted was tared, where all of them were.
+    /// Returns the tare of the first training recording, if all training recordings were tared.
     pub fn tare(&self) -> Option<Tare> {
         let mut tares = self.in_role(Role::Train).map(Recording::tare);
         let first = tares.next()??;
@@ -166,7 +167,7 @@ impl RecordingSet {
     /// Appends a recording.
     ///
     /// # Errors
-    /// [`LayoutError`] if its columns differ from those that are loaded; the set stays as it was.
+    /// [`LayoutError`] if the columns differ from the loaded recordings. The set is then unchanged.
     pub fn push(&mut self, entry: Entry) -> Result<(), LayoutError> {
         let recording = &entry.recording;
         let (name, axes) = (|| recording.name().to_owned(), recording.axes());
@@ -195,7 +196,7 @@ impl RecordingSet {
         Ok(())
     }
 
-    /// Gives recording `index` a role; one without a reference stays off. Unknown indices change nothing.
+    /// Sets the role of a recording. A recording without a reference stays off; an unknown index changes nothing.
     pub fn set_role(&mut self, index: usize, role: Role) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.has_reference()
@@ -204,14 +205,14 @@ impl RecordingSet {
         }
     }
 
-    /// Puts recording `index` in a group, or leaves it to its name; unknown indices change nothing.
+    /// Sets the group of a recording; with `None` the group follows from the name. An unknown index changes nothing.
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
             entry.group = group;
         }
     }
 
-    /// Says on which day recording `index` was recorded, or leaves it to its file; unknown indices change nothing.
+    /// Sets the day of a recording; with `None` the day follows from the file. An unknown index changes nothing.
     pub fn set_day(&mut self, index: usize, day: Option<Day>) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.entered_day() != day
@@ -221,7 +222,7 @@ impl RecordingSet {
         }
     }
 
-    /// Puts a recording with other numbers, but the same columns, in the place of recording `index`.
+    /// Replaces a recording by one with the same columns and other values.
     pub fn replace(&mut self, index: usize, recording: Recording) {
         if let Some(entry) = self.entries.get_mut(index)
             && entry.recording.gauge_names() == recording.gauge_names()
@@ -231,7 +232,7 @@ impl RecordingSet {
         }
     }
 
-    /// Takes recording `index` out; unknown indices change nothing.
+    /// Removes a recording; an unknown index changes nothing.
     pub fn remove(&mut self, index: usize) {
         if index < self.entries.len() {
             self.entries.remove(index);
@@ -242,12 +243,12 @@ impl RecordingSet {
         }
     }
 
-    /// Cuts each recording that plays a role in time: the first part trains, the rest tests. What is off or too short
-    /// to be cut stays as it is. Load cases are not cut but take the one role or the other, so that no row tests what was
-    /// fitted to its repeats.
+    /// Splits each recording with a role in time: the first part trains, the rest tests. Recordings that are off or too
+    /// short stay unchanged. Load cases are not split. Each load case gets one role, so that no repeat of a training
+    /// row is tested.
     pub fn split(&self, fraction: f64) -> Self {
         let cases = if self.is_static() { self.groups().of } else { Vec::new() };
-        // Spread evenly: loads are often in order.
+        // Load cases with the train role are spread evenly, because loads are often in order.
         let trains = |case: usize| {
             let before = |n: usize| (fraction * n as f64).floor();
             before(case + 1) > before(case)

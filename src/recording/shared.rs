@@ -1,4 +1,4 @@
-//! Numbers that several recordings share: a segment has those of the recording that it was cut of.
+//! Numbers that several recordings share: a segment refers to the numbers of its recording.
 
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -7,10 +7,10 @@ use rayon::prelude::*;
 
 use crate::min_max::MinMax;
 
-/// Number of samples, or numbers, that one thread looks through at a time.
+/// Number of samples or numbers that one thread processes at a time.
 pub(super) const SAMPLES_A_THREAD: usize = 1 << 16;
 
-/// Some of the numbers of a list that is kept once.
+/// A part of a shared list of numbers.
 #[derive(Clone, Debug)]
 pub(super) struct Shared {
     all: Arc<Vec<f64>>,
@@ -18,7 +18,7 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// These of them, counted in its own.
+    /// Returns a part of this part.
     pub fn part(&self, range: Range<usize>) -> Self {
         assert!(range.start <= range.end && range.end <= self.own.len());
         Self {
@@ -27,7 +27,7 @@ impl Shared {
         }
     }
 
-    /// These rows of `width` numbers, one range after another; of a single range they stay shared.
+    /// Returns these rows of `width` numbers, one range after another. A single range stays shared; several are copied.
     pub fn rows(&self, ranges: &[Range<usize>], width: usize) -> Self {
         let numbers = |range: &Range<usize>| range.start * width..range.end * width;
         match ranges {
@@ -39,7 +39,7 @@ impl Shared {
         }
     }
 
-    /// As a list of their own: the same one where they are all of it.
+    /// Returns the numbers as a list, copied only if they are a part of a longer list.
     pub fn whole(&self) -> Arc<Vec<f64>> {
         if self.own.len() == self.all.len() {
             Arc::clone(&self.all)
@@ -48,7 +48,7 @@ impl Shared {
         }
     }
 
-    /// To be changed; copied where another list shares them.
+    /// Returns the numbers for writing, copied if another list shares them.
     pub fn make_mut(&mut self) -> &mut Vec<f64> {
         if self.own.len() < self.all.len() {
             *self = self.to_vec().into();
@@ -78,12 +78,12 @@ impl PartialEq for Shared {
     }
 }
 
-/// Rows of numbers with the range of each column, which any part of them knows without looking through all of its rows.
+/// Rows of numbers with the range of each column. The range of a part is found without visiting all of its rows.
 #[derive(Clone, Debug)]
 pub(super) struct Ranged {
     values: Shared,
     width: usize,
-    /// Of each run of [`SAMPLES_A_THREAD`] rows of the list that is kept.
+    /// Range of each column over each run of [`SAMPLES_A_THREAD`] rows of the shared list.
     runs: Arc<Vec<Vec<MinMax>>>,
     ranges: Vec<MinMax>,
 }
@@ -93,7 +93,7 @@ impl Ranged {
         Self::of(values.into(), width)
     }
 
-    /// All of a list that is kept.
+    /// Creates rows from a whole shared list.
     fn of(values: Shared, width: usize) -> Self {
         let runs = values.par_chunks(width.max(1) * SAMPLES_A_THREAD);
         let runs: Vec<_> = runs.map(|run| ranges(run, width)).collect();
@@ -102,8 +102,8 @@ impl Ranged {
         Self { ranges: all, runs: Arc::new(runs), values, width }
     }
 
-    /// Takes these numbers off its columns, one each.
-    pub fn take_off(&mut self, offsets: &[f64]) {
+    /// Subtracts one offset from each column.
+    pub fn subtract(&mut self, offsets: &[f64]) {
         for row in self.values.make_mut().chunks_exact_mut(offsets.len()) {
             let values = row.iter_mut().zip(offsets);
             values.for_each(|(value, offset)| *value -= offset);
@@ -111,12 +111,12 @@ impl Ranged {
         *self = Self::of(self.values.clone(), self.width);
     }
 
-    /// From the least to the greatest of each column.
+    /// Returns the range of each column.
     pub fn ranges(&self) -> &[MinMax] {
         &self.ranges
     }
 
-    /// These rows, one range after another.
+    /// Returns these ranges of rows, one after another.
     pub fn rows(&self, picked: &[Range<usize>]) -> Self {
         let values = self.values.rows(picked, self.width);
         let [one] = picked else {
@@ -124,7 +124,7 @@ impl Ranged {
         };
         let first = self.values.own.start / self.width.max(1);
         let (start, end) = (first + one.start, first + one.end);
-        // Whole runs, and what lies beside them.
+        // Whole runs, and the rows before and after them.
         let whole = start.div_ceil(SAMPLES_A_THREAD)..end / SAMPLES_A_THREAD;
         let of = |rows: Range<usize>| {
             let numbers = rows.start * self.width..rows.end * self.width;
@@ -156,7 +156,7 @@ impl PartialEq for Ranged {
     }
 }
 
-/// Joins the ranges of columns with those of other rows.
+/// Extends the ranges of columns by the ranges of other rows.
 pub(super) fn join(all: &mut [MinMax], own: &[MinMax]) {
     all.iter_mut().zip(own).for_each(|(all, own)| *all = all.joined(*own));
 }
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_part_of_a_part_knows_the_ranges_that_its_rows_have() {
+    fn a_part_of_a_part_has_the_ranges_of_its_rows() {
         let n = 5 * SAMPLES_A_THREAD / 2;
         let values = (0..2 * n).map(|k| (0.37 * k as f64).sin() + 1e-6 * k as f64);
         let all = Ranged::new(values.collect(), 2);

@@ -1,7 +1,7 @@
-//! Taring: what the gauges show without load is taken off, each recording for itself.
+//! Taring: subtracts the mean gauge readings of an unloaded interval, for each recording on its own.
 //!
-//! Guarantees: nothing is changed but the gauges, and each by one number; an interval that is not there or never quiet is
-//! refused, never guessed.
+//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist,
+//! or a recording that is never quiet, is an error.
 
 use std::fmt;
 use std::ops::Range;
@@ -15,24 +15,24 @@ use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
 use crate::recording::recording::Recording;
 
-/// How long a quiet interval is (s); shorter ones say little about the mean.
+/// Length of a quiet interval, in seconds. The mean of a shorter interval is too noisy.
 const QUIET_SECS: f64 = 0.5;
-/// Fewer samples have no scatter worth the name.
+/// Minimum number of samples in an interval. The scatter of fewer samples is not reliable.
 const FEWEST_SAMPLES: usize = 4;
-/// Maximum ratio of the scatter of the interval that is taken, the first one, to that of the quietest.
+/// Maximum ratio of the gauge range in the chosen interval to the range in the quietest interval.
 const NEARLY_AS_QUIET: f64 = 2.0;
-/// An interval in which a gauge moves by more than this share of all it does is not quiet.
+/// Maximum gauge range in a quiet interval, as a share of the gauge's range in the whole recording.
 const LARGEST_SHARE: f64 = 0.02;
-/// A sensor counts as unloaded where no force and no moment is more than this share of the largest of its recording.
+/// Maximum load on an unloaded sensor, as a share of the largest force or moment in the recording.
 const UNLOADED_SHARE: f64 = 0.02;
 
-/// Over which interval the mean gauges are taken off.
+/// Interval over which the gauges are averaged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tare {
-    /// The first half second in which the gauges are quiet and the reference says that the sensor is unloaded.
+    /// First half second in which the gauges are quiet and the reference shows no load.
     Auto,
-    /// From here to there (s), counted from the recording's first sample.
+    /// From the first to the second time, in seconds from the first sample of the recording.
     Interval(f64, f64),
 }
 
@@ -57,7 +57,7 @@ impl FromStr for Tare {
             (0.0 <= from && from <= to && f64::is_finite(to)).then_some(Self::Interval(from, to))
         });
         interval.ok_or_else(|| {
-            format!("{text:?} is neither \"auto\" nor two numbers of seconds like 0:1.5")
+            format!("the tare interval is {text:?}; it must be \"auto\" or two times in seconds, such as 0:1.5")
         })
     }
 }
@@ -74,34 +74,37 @@ impl Advice for TareError {
 /// Why a recording cannot be tared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
-    #[error("{name}: no sample from {from} s to {to} s to tare by; it is {duration_secs} s long")]
+    #[error(
+        "{name}: cannot tare, there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
+    )]
     NoSamples { name: String, from: f64, to: f64, duration_secs: f64 },
     #[error(
-        "{name}: its samples have no times, so there is no interval to tare by; take the unloaded reading off in the table, or fit with the offset"
+        "{name}: cannot tare, the samples have no times; subtract the unloaded reading in the table, or fit with the offset"
     )]
     NoTimes { name: String },
     #[error(
-        "{name}: no half second without movement to tare by; say when the sensor was unloaded, in seconds from the start of the recording"
+        "{name}: cannot tare, there is no half second without movement; enter when the sensor was unloaded, in seconds from the start of the recording"
     )]
     NeverQuiet { name: String },
     #[error(
-        "{name}: {why}; say when the sensor was unloaded, in seconds from the start of the recording"
+        "{name}: cannot tare, {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
     )]
     NeverUnloaded { name: String, why: &'static str },
 }
 
 impl Recording {
-    /// The recording less its mean gauges over an interval, and where that is (s, from the first sample).
+    /// Returns the recording minus its mean gauge readings over an interval, and the start and end of the interval (s
+    /// from the first sample).
     ///
     /// # Errors
-    /// [`TareError`] if the interval has no sample, or there is no quiet and unloaded one.
+    /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.
     pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
         if self.is_static() {
             return Err(TareError::NoTimes { name: self.name().to_owned() });
         }
         let times = self.times();
         let (start, end) = match tare {
-            Tare::Auto => first_quiet(&self)?,
+            Tare::Auto => first_quiet_unloaded(&self)?,
             Tare::Interval(from, to) => (
                 times.partition_point(|time| time - times[0] < from),
                 times.partition_point(|time| time - times[0] <= to),
@@ -131,8 +134,8 @@ impl Recording {
     }
 }
 
-/// The first interval in which all gauges stay as still as they ever do, and the reference shows no load.
-fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
+/// Returns the samples of the first interval that is quiet on all gauges and unloaded by the reference.
+fn first_quiet_unloaded(recording: &Recording) -> Result<(usize, usize), TareError> {
     let name = || recording.name().to_owned();
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let (gauges, n) = (recording.gauges(), times.len());
@@ -166,9 +169,9 @@ fn first_quiet(recording: &Recording) -> Result<(usize, usize), TareError> {
         return Err(TareError::NeverQuiet { name: name() });
     }
     let why = if recording.axes().is_empty() {
-        "it has no reference that says when the sensor is unloaded"
+        "there is no reference that shows when the sensor is unloaded"
     } else {
-        "in no quiet half second its reference is without load"
+        "the reference is not without load in any quiet half second"
     };
     quiet
         .find(|(start, end)| is_unloaded(recording, *start..*end))
@@ -190,7 +193,7 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
 }
 
-/// The smallest value of a column among these rows, and how far above it the largest is.
+/// Returns the minimum of a column over these rows, and its range.
 fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
     let own = values[rows.start * width + column..].iter().step_by(width);
     let range: MinMax = own.take(rows.len()).collect();
@@ -202,7 +205,7 @@ mod tests {
     use super::*;
     use crate::recording::recording::Source;
 
-    /// 100 Hz: gauges at 5 and −2 with a little ripple, quiet only from 1 s to 3 s.
+    /// 100 Hz, gauges at 5 and −2 with a small ripple, quiet only from 1 s to 3 s.
     fn run() -> Recording {
         let times: Vec<f64> = (0..600).map(|k| f64::from(k) / 100.0).collect();
         let load = |t: f64| {
@@ -242,9 +245,9 @@ mod tests {
         assert!(tared.gauges_at(150)[1].abs() < 1e-12);
     }
 
-    /// The first quiet half second, from 1 s on, is under load in the first of these references.
+    /// In the first reference, the sensor is under load in the first quiet half second, which starts at 1 s.
     #[test]
-    fn a_quiet_interval_under_load_is_passed_over_and_without_an_unloaded_one_it_asks() {
+    fn a_quiet_interval_under_load_is_skipped_and_without_an_unloaded_one_taring_fails() {
         let with_loads = |axes: &[Axis], load: &dyn Fn(f64) -> Vec<f64>| {
             let loads = run().times().iter().flat_map(|t| load(*t)).collect();
             Recording::new(
@@ -276,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_never_quiet_or_too_short_is_refused() {
+    fn a_recording_that_is_never_quiet_or_too_short_is_refused() {
         let busy = run().split(0.15).unwrap().0;
         assert!(matches!(busy.tared(Tare::Auto), Err(TareError::NeverQuiet { .. })));
         let beyond = run().tared(Tare::Interval(7.0, 9.0)).unwrap_err().to_string();
@@ -287,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn a_choice_is_read_from_text() {
+    fn a_tare_interval_is_read_from_text() {
         assert_eq!("auto".parse(), Ok(Tare::Auto));
         assert_eq!("0: 1.5".parse(), Ok(Tare::Interval(0.0, 1.5)));
         for wrong in ["", "2", "2:1", "-1:1", "a:b", "0:inf"] {

@@ -1,16 +1,16 @@
-//! Units that files use, and what they are in SI. Conversion happens only where files are read or written.
+//! Units that files use, and their factors to SI. Units are converted only where files are read or written.
 //!
-//! Guarantees: a spelling is either known or `None`, never guessed; capitals do not matter except where they would turn
-//! milli into mega.
+//! Guarantees: an unknown spelling gives `None`. Upper and lower case are the same, except where they distinguish milli
+//! from mega.
 
-/// Force units that [`force_in_newtons`] understands, for messages.
+/// Force units that [`force_in_newtons`] accepts, for messages.
 pub const FORCE_UNITS: &str = "N, kN, mN, lbf, klbf, ozf, kgf, gf, kp";
-/// Moment units that [`moment_in_newton_metres`] understands, for messages.
+/// Moment units that [`moment_in_newton_metres`] accepts, for messages.
 pub const MOMENT_UNITS: &str = "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
-/// Angle units that [`angle_in_radians`] understands, for messages.
+/// Angle units that [`angle_in_radians`] accepts, for messages.
 pub const ANGLE_UNITS: &str = "rad, deg";
-/// Length units that [`length_in_metres`] understands, for messages.
+/// Length units that [`length_in_metres`] accepts, for messages.
 pub const LENGTH_UNITS: &str = "m, cm, mm";
 
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
@@ -18,7 +18,7 @@ const KILOGRAM_FORCE: f64 = 9.806_65;
 const INCH: f64 = 0.0254;
 const FOOT: f64 = 0.3048;
 
-/// How many newtons one `unit` is; `None` for an unknown spelling.
+/// Returns the number of newtons in one `unit`, or `None` for an unknown spelling.
 pub fn force_in_newtons(unit: &str) -> Option<f64> {
     Some(match plain(unit)?.as_str() {
         "n" | "newton" | "newtons" => 1.0,
@@ -33,14 +33,14 @@ pub fn force_in_newtons(unit: &str) -> Option<f64> {
     })
 }
 
-/// How many newton metres one `unit` is; `None` for an unknown spelling.
+/// Returns the number of newton metres in one `unit`, or `None` for an unknown spelling.
 pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
     Some(match plain(unit)?.as_str() {
         "nm" => 1.0,
         "nmm" | "mnm" => 1e-3,
         "ncm" => 1e-2,
         "knm" => 1e3,
-        // Beside a length a pound can be nothing but a force.
+        // A pound multiplied by a length can only be a pound-force.
         "lbfin" | "inlbf" | "lbin" | "inlb" => POUND_FORCE * INCH,
         "lbfft" | "ftlbf" | "lbft" | "ftlb" => POUND_FORCE * FOOT,
         "ozfin" | "inozf" | "ozin" | "inoz" => POUND_FORCE / 16.0 * INCH,
@@ -52,7 +52,7 @@ pub fn moment_in_newton_metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// How many radians one `unit` is; `None` for an unknown spelling.
+/// Returns the number of radians in one `unit`, or `None` for an unknown spelling.
 pub fn angle_in_radians(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "rad" | "radian" | "radians" => 1.0,
@@ -61,7 +61,7 @@ pub fn angle_in_radians(unit: &str) -> Option<f64> {
     })
 }
 
-/// How many metres one `unit` is; `None` for an unknown spelling.
+/// Returns the number of metres in one `unit`, or `None` for an unknown spelling.
 pub fn length_in_metres(unit: &str) -> Option<f64> {
     Some(match unit.trim() {
         "m" => 1.0,
@@ -71,8 +71,8 @@ pub fn length_in_metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// The unit that an auxiliary channel stands in where its file writes this one, and how it is brought there: factor, then what is
-/// added. Temperatures become °C, voltages V, a humidity %; every other unit is a label and stays.
+/// Returns the unit in which an auxiliary channel is kept, and the factor and the summand that convert values from
+/// `unit`. Temperatures become °C, voltages V, humidities %. Any other unit is kept as a label, without conversion.
 pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     let (label, factor, shift) = match closed_up(unit).as_str() {
         "v" | "volt" | "volts" => ("V", 1.0, 0.0),
@@ -86,7 +86,8 @@ pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
     (label.to_owned(), factor, shift)
 }
 
-/// How a temperature in this unit becomes one in °C: factor, then what is added; `None` for another unit.
+/// Returns the factor and the summand that convert a temperature to °C, or `None` if the unit is not one of
+/// temperature.
 pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     const FAHRENHEIT: f64 = 5.0 / 9.0;
     Some(match closed_up(unit).as_str() {
@@ -97,12 +98,12 @@ pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     })
 }
 
-/// The unit in small letters without what stands between its words.
+/// Returns the unit in lower case, without spaces, underscores and dots.
 fn closed_up(unit: &str) -> String {
     unit.trim().to_lowercase().replace([' ', '_', '.'], "")
 }
 
-/// The unit without the signs that people put between its factors, in small letters; `None` for mega.
+/// Returns the unit in lower case, without the signs between its factors, or `None` for mega.
 fn plain(unit: &str) -> Option<String> {
     const BETWEEN: [char; 9] = ['·', '⋅', '∙', '•', '*', '.', '-', '_', ' '];
     let unit = unit.trim().replace(BETWEEN, "");
@@ -121,7 +122,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// The unit spelled so, whatever the capitals; `None` for an unknown spelling.
+    /// Returns the unit with this name in upper or lower case, or `None` for an unknown spelling.
     pub fn from_name(name: &str) -> Option<Self> {
         // Both micro signs: U+00B5 and the Greek letter that it becomes when text is normalised.
         let name = name.trim().to_lowercase().replace(['\u{b5}', '\u{3bc}'], "u");
@@ -139,7 +140,8 @@ impl TimeUnit {
         })
     }
 
-    /// How many of this unit make one second. Divide by it: the quotient is then the nearest number there is.
+    /// Returns the number of these units in one second. Divide by it instead of multiplying by its inverse: the result
+    /// is correctly rounded.
     pub const fn per_second(self) -> f64 {
         match self {
             Self::Seconds => 1.0,
@@ -149,7 +151,7 @@ impl TimeUnit {
         }
     }
 
-    /// The unit's symbol in plain letters, `s` to `ns`.
+    /// Returns the symbol of the unit in ASCII, `s` to `ns`.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Seconds => "s",
@@ -185,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_become_newton_metres_however_they_are_spelled() {
+    fn moments_become_newton_metres_in_every_spelling() {
         for unit in ["Nm", "N-m", "N·m", "N⋅m", "N.m", "N*m", "N m", "NM"] {
             assert_eq!(moment_in_newton_metres(unit), Some(1.0), "{unit}");
         }
@@ -211,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn auxiliary_channels_come_in_one_unit_of_their_kind() {
+    fn auxiliary_channels_of_one_quantity_have_one_unit() {
         let of = |unit: &str, value: f64| {
             let (label, factor, shift) = auxiliary_unit(unit);
             (label, ((value * factor + shift) * 1e9).round() / 1e9)

@@ -1,25 +1,24 @@
-//! Cross-validation by group: how training recordings are cut, and which ridge the parts ask for. The fits to what remains
-//! are those of [`LeftOut`](crate::scoring::left_out::LeftOut).
+//! Cross-validation by group: cuts training recordings into parts, and chooses the ridge strength by them. The fits without
+//! each part are those of [`LeftOut`](crate::scoring::left_out::LeftOut).
 //!
-//! Samples are never shuffled: neighbours in time know of each other, and a shuffled test would praise a fit for what it
-//! has seen. So do recordings of one group (see [`Groups`](crate::recording::Groups)), which are left out together; where
-//! nothing is grouped, each recording is a group. Two groups are enough where there are more recordings: each is then
-//! predicted by the other, which is hard on the fit and never flatters it. With fewer than three training recordings, five
-//! contiguous blocks of them take the place of groups.
-//! The trigger of the look-back stays the conventional calibration of *all* training recordings: it only says where to
-//! look, not what to answer.
+//! Samples are never shuffled: neighbours in time are nearly equal, so a shuffled test would flatter the fit. The recordings of a
+//! group (see [`Groups`](crate::recording::Groups)) are left out together; an ungrouped recording is a group of its own. Two
+//! groups are enough if there are more recordings: each group is then predicted by the other. With fewer than three training
+//! recordings, five contiguous blocks take the place of groups.
+//! The look-back always searches by the conventional calibration of *all* training recordings: it chooses the past sample, not
+//! the load.
 
 use crate::calibration::{Piece, simplest_good};
 
-/// With fewer training recordings than this, blocks are left out instead.
+/// Minimum number of training recordings for leaving out recordings; with fewer, blocks are left out.
 pub const FEWEST_RECORDINGS: usize = 3;
-/// How many blocks take the place of recordings.
+/// Number of blocks that take the place of recordings.
 pub const BLOCKS: usize = 5;
 
-/// How training recordings of these lengths and groups are cut into parts that are left out in turn.
+/// Returns the parts that are left out in turn, for training recordings of these lengths and groups.
 ///
-/// One list of pieces per recording; groups are numbered anew as they come. Blocks are as even as whole samples allow, the longer ones first, over all training
-/// samples in order; features are those of the whole recording, only sums are cut.
+/// Each recording has a list of pieces. Groups are numbered in their order of appearance. Blocks divide all training samples
+/// evenly, the longer ones first.
 ///
 /// # Panics
 /// If the lists differ in length.
@@ -65,17 +64,17 @@ pub fn folds(n_samples: &[usize], groups: &[usize]) -> Vec<Vec<Piece>> {
         .collect()
 }
 
-/// Whether training recordings of these groups are left out whole, rather than blocks of them.
+/// Returns true if whole training recordings are left out, false if blocks of them are.
 pub fn are_left_out_whole(groups: &[usize]) -> bool {
     groups.len() >= FEWEST_RECORDINGS && groups.iter().any(|group| *group != groups[0])
 }
 
-/// Strengths of the ridge that are tried: none, ever stronger ones, and one that leaves nothing but the conventional
-/// calibration.
+/// Ridge strengths to try, from none to one that leaves only the conventional calibration.
 pub const RIDGE_STRENGTHS: [f64; 12] =
     [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
 
-/// The position of the strongest ridge whose squared errors over the parts are nearly the lowest; `square(at, part)` is the sum of squares of a part at a strength.
+/// Returns the position of the strongest ridge whose squared error is nearly the lowest. `square(at, part)` is the sum of squared
+/// errors of a part at a strength.
 pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     simplest_good(RIDGE_STRENGTHS.len(), n_parts, square)
 }

@@ -1,28 +1,28 @@
-//! How loads spread over their axes: which move together, and in how many directions.
+//! How the loads of several axes vary: which axes move together, and in how many independent directions.
 
 use crate::min_max::MinMax;
 
-/// Loads that move along a direction with a smaller share than this of an axis' variance do not move along it.
+/// Smallest share of an axis' variance along a direction for which the loads count as moving along it.
 const DIRECTION: f64 = 1e-3;
 
-/// Mean and spread of loads, and how they go together.
+/// Mean, spread and correlation of the loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadSpread {
-    /// The standard deviation of each axis.
+    /// Standard deviation of each axis.
     pub deviations: Vec<f64>,
-    /// `n_axes × n_axes`; `None` where one does not move.
+    /// Correlations, `n_axes × n_axes`; `None` if an axis does not move.
     pub correlations: Vec<Option<f64>>,
-    /// How much smaller the variance is of what an axis does beside the others; 1 where it goes alone.
+    /// Share of each axis' variance that the other axes do not explain; 1 for an axis that moves independently.
     pub inflations: Vec<Option<f64>>,
-    /// The combination of axes that moves least, each in its standard deviations, and the standard deviation of it; `None`
-    /// with fewer than two that move.
+    /// Combination of axes that moves least, in standard deviations of each axis, and its standard deviation; `None` with
+    /// fewer than two moving axes.
     pub stiffest: Option<(Vec<f64>, f64)>,
-    /// In how many independent directions the loads move.
+    /// Number of independent directions in which the loads move.
     pub n_directions: usize,
 }
 
 impl LoadSpread {
-    /// Of these loads.
+    /// Returns the spread of these loads.
     pub fn of<'a>(loads: impl Iterator<Item = &'a [f64]> + Clone, ranges: &[MinMax]) -> Self {
         let n_axes = ranges.len();
         let n = loads.clone().count().max(1) as f64;
@@ -76,7 +76,7 @@ impl LoadSpread {
         Self { deviations, correlations, inflations, stiffest, n_directions }
     }
 
-    /// How many axes move.
+    /// Returns the number of axes that move.
     pub fn n_moving(&self) -> usize {
         self.deviations.iter().filter(|own| **own > 0.0).count()
     }

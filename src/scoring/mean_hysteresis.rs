@@ -1,14 +1,14 @@
-//! The paper's own rule for F_th: about the mean hysteresis, as the recordings show it.
+//! The paper's rule for F_th: F_th is close to the mean hysteresis of the recordings.
 //!
-//! Guarantees: the loads that are compared are conventional ones, what the look-back itself goes by; branches and reversals
-//! are those of the [loops](crate::scoring::loops).
+//! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. Branches and reversals are those
+//! of the [loops](crate::scoring::loops).
 
 use serde::Serialize;
 
 use crate::recording::Axis;
 use crate::scoring::loops::{Loop, Loops, default_dead_band};
 
-/// A mean over fewer reversals than this is a hint, not a measurement.
+/// Minimum number of reversals for a reliable mean.
 pub const FEWEST_REVERSALS: usize = 10;
 
 /// The hysteresis of one axis.
@@ -16,45 +16,45 @@ pub const FEWEST_REVERSALS: usize = 10;
 pub struct AxisHysteresis {
     /// The axis.
     pub axis: Axis,
-    /// Mean width over the cycles, in the unit of F_th; `None` without a cycle.
+    /// Mean loop width over the cycles, in the unit of F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
-    /// Cycles whose two branches were compared, each with one reversal between them.
+    /// Number of cycles, each with one reversal between its two branches.
     pub n_reversals: usize,
-    /// How far the load had to come back for a reversal, in the axis' unit.
+    /// Reversal threshold, in the unit of the axis.
     pub dead_band: f64,
 }
 
 /// The mean hysteresis of a sensor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanHysteresis {
-    /// The mean over the axes that have a cycle, in the unit of F_th; `None` if none has.
+    /// Mean over the axes with cycles, in the unit of F_th; `None` without any cycle.
     pub value: Option<f64>,
-    /// Reversals that it rests on, over all axes.
+    /// Number of reversals over all axes.
     pub n_reversals: usize,
-    /// The axes that F_th is measured over.
+    /// Hysteresis of each axis that F_th is measured over.
     pub axes: Vec<AxisHysteresis>,
 }
 
-/// One recording, as far as hysteresis goes.
+/// Loads of one recording, from which hysteresis is measured.
 ///
 /// **Shapes** `reference` is `n × n_axes`, row-major.
 #[derive(Clone, Copy)]
 pub struct HysteresisRun<'a> {
-    /// The load that was really applied.
+    /// Reference load.
     pub reference: &'a [f64],
-    /// What the conventional calibration makes of it on the axis of this number, sample by sample.
+    /// Conventional load of each sample, on the axis with this index.
     pub conventional: &'a dyn Fn(usize) -> Vec<f64>,
 }
 
-/// Measures the mean hysteresis.
+/// Returns the mean hysteresis of these recordings.
 ///
 /// For each axis that F_th is measured over: the two branches of each cycle of the reference load (counted by rainflow) are
 /// compared at equal load, where both are; the width is the mean of `|falling − rising|` of the conventional load over that
 /// range, the axis' figure the mean over all full cycles (see [`Loops::full_cycles`]), the sensor's the mean over its axes.
 ///
 /// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. How
-/// that was averaged is not said; this definition is ours. When several axes are loaded at once, what one does to another
-/// counts as well.
+/// that was averaged is not stated in the paper; this definition is ours. When several axes are loaded at once, crosstalk between
+/// them counts as well.
 ///
 /// **Shapes** `weights` holds one factor per axis that turns it into the unit of F_th, as
 /// [`Distance::weights`](crate::features::Distance::weights) gives it; zero where the axis does not count.
@@ -115,7 +115,7 @@ fn mean(values: &[f64]) -> Option<f64> {
 }
 
 impl MeanHysteresis {
-    /// Whether it rests on fewer reversals than a mean should.
+    /// Returns true if there are too few reversals for a reliable mean.
     pub fn rests_on_few(&self) -> bool {
         self.n_reversals < FEWEST_REVERSALS
     }

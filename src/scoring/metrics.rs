@@ -1,21 +1,21 @@
-//! Error figures: root mean squares per axis and per group of axes.
+//! Root mean squared errors per axis and per group of axes.
 
 use crate::calibration::NormalEquations;
 use crate::recording::Axis;
 
-/// Root mean squared error per axis of `coefficients` on the samples in `sums`; `None` without samples.
+/// Returns the root mean squared error per axis of `coefficients` on the samples in `sums`; `None` without samples.
 ///
 /// **Source** Eq. 8 over n, from the sums alone.
 pub fn rmse(sums: &NormalEquations, coefficients: &[f64]) -> Option<Vec<f64>> {
     root_mean(&sums.squared_residuals(coefficients), sums.n_samples())
 }
 
-/// The roots of sums of squares over `n`; `None` if `n` is zero.
+/// Returns the roots of mean squares, from sums of squares over `n` samples; `None` if `n` is zero.
 pub fn root_mean(squares: &[f64], n: u64) -> Option<Vec<f64>> {
     (n > 0).then(|| squares.iter().map(|square| (square / n as f64).sqrt()).collect())
 }
 
-/// Root mean squared error per axis of predicted against true loads, both `n × n_axes` row-major.
+/// Returns the root mean squared error per axis of predicted against reference loads, both `n × n_axes` row-major.
 pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<Vec<f64>> {
     let mut squares = vec![0.0; n_axes];
     for (predicted, truth) in predicted.chunks_exact(n_axes).zip(truth.chunks_exact(n_axes)) {
@@ -36,12 +36,12 @@ pub enum Group {
 }
 
 impl Group {
-    /// Whether the axis belongs to the group.
+    /// Returns true if the axis belongs to the group.
     pub fn contains(self, axis: Axis) -> bool {
         axis.is_force() == (self == Self::Force)
     }
 
-    /// The root mean square over the group's axes of their RMSE; `None` if it has no axis.
+    /// Returns the root mean square of the RMSE over the group's axes; `None` without an axis.
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
         let (mut squares, mut count) = (0.0, 0);
         for (_, value) in axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis)) {
@@ -52,7 +52,7 @@ impl Group {
     }
 }
 
-/// By how many percent `to` is above `from`; `None` where that says nothing (`from` is zero).
+/// Returns the change from `from` to `to` in percent; `None` if `from` is zero.
 pub fn percent_change(from: f64, to: f64) -> Option<f64> {
     (from > 0.0).then(|| 100.0 * (to / from - 1.0))
 }

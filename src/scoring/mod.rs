@@ -1,4 +1,4 @@
-//! How good a calibration is, and what to draw of it.
+//! Scores of calibrations: cross-validation, loops, dwells, lag, faults of the rig, and traces to draw.
 
 pub(crate) mod coverage;
 pub mod cross_validation;

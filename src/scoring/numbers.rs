@@ -1,14 +1,14 @@
-//! Numbers as people read them.
+//! Formats numbers for people, and chooses the ticks of axes.
 
-/// Fewer ticks do not say what an axis spans.
+/// Minimum number of ticks that show the range of an axis.
 pub const FEWEST_TICKS: usize = 3;
 
-/// A share in percent; a small one is not called none.
+/// Returns a share in percent as text; a small share is not rounded to zero.
 pub(crate) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 2))
 }
 
-/// `value` with this many significant digits, without an exponent where that stays short.
+/// Returns `value` with this many significant digits, without an exponent where that stays short.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -21,7 +21,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
-/// The length of a file.
+/// Returns the length of a file as text, with its unit.
 pub fn file_size(bytes: u64) -> String {
     match bytes {
         0..1000 => format!("{bytes} B"),
@@ -30,26 +30,26 @@ pub fn file_size(bytes: u64) -> String {
     }
 }
 
-/// The least of 1, 2, 2.5 and 5 times a power of ten that is not below `step`, which must be above zero.
+/// Returns the smallest of 1, 2, 2.5 and 5 times a power of ten that is at least `step`, which must be above zero.
 pub fn round_step(step: f64) -> f64 {
     let power = step.log10().floor() as i32;
     let candidates = (power..=power + 1).flat_map(|power| {
         [1.0, 2.0, 2.5, 5.0].map(|digit| {
-            // Read, not multiplied: 5 · 10⁻² is not the number that 0.05 is.
+            // Parsed, because the product 5 · 10⁻² differs from 0.05 in the last digit.
             format!("{digit}e{power}").parse().unwrap_or(step)
         })
     });
     candidates.into_iter().find(|candidate: &f64| *candidate >= step * (1.0 - 1e-9)).unwrap_or(step)
 }
 
-/// How many decimals a number has when it is written out.
+/// Returns the number of decimals of a number that is written out in full.
 pub fn decimals(value: f64) -> usize {
     let text = value.to_string();
     text.split_once('.').map_or(0, |(_, after)| after.len())
 }
 
-/// What an axis names within its range: multiples of a [`round_step`] that is at least `least`, after that step. None where
-/// there is no such step.
+/// Returns the step and the ticks of an axis: multiples of a [`round_step`] that is at least `least`. Returns `None` if there is
+/// no such step.
 pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     if !(least > 0.0 && least.is_finite()) {
         return (0.0, Vec::new());
@@ -58,7 +58,7 @@ pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     (step, multiples((low, high), step))
 }
 
-/// [`ticks`], or finer ones where fewer than three would stand in the range, as long as they are at least `closest` apart.
+/// Returns [`ticks`], or finer ones if fewer than three fit in the range and they stay at least `closest` apart.
 pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, Vec<f64>) {
     let coarse = ticks((low, high), least);
     if coarse.1.len() >= FEWEST_TICKS || !(coarse.0 > 0.0 && closest > 0.0) {
@@ -77,17 +77,17 @@ pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, V
     finer.unwrap_or(coarse)
 }
 
-/// The multiples of a step within a range.
+/// Returns the multiples of a step within a range.
 fn multiples((low, high): (f64, f64), step: f64) -> Vec<f64> {
-    // Rounding must not cost a tick that stands at the very end.
+    // The range is widened a little, so that rounding does not drop a tick at its end.
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|at| at as f64 * step).collect()
 }
 
-/// A multiple of `step` with as many decimals as that needs.
+/// Returns a multiple of `step` as text, with the decimals of the step.
 pub fn tick_text(tick: f64, step: f64) -> String {
-    // Zero is zero: neither a remainder of the last digit nor negative.
+    // Rounding errors near zero are written as 0, without a sign.
     let tick = if tick.abs() < step / 2.0 { 0.0 } else { tick };
     match (1e-6..1e7).contains(&step) {
         true => format!("{tick:.*}", decimals(step)),

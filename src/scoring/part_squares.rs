@@ -1,21 +1,21 @@
-//! The squared errors of parts that a fit has not seen: by them, part by part, fits of any kind are compared.
+//! Squared errors on held-out parts, by which fits of any kind are compared part by part.
 
 use crate::scoring::left_out::summed_by_target;
 use crate::scoring::metrics::root_mean;
 
-/// What a fit to the other parts leaves over of each part.
+/// Squared errors on each part, of a fit to the other parts.
 ///
-/// The parts are those of the recordings, the same for every regressor, so that two of them can be compared part by part.
+/// The parts are the same for every regressor, so that two regressors can be compared part by part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartSquares {
-    /// The number of samples of each part.
+    /// Number of samples of each part.
     pub part_samples: Vec<u64>,
     /// Sums of squared errors, `n_parts × n_axes` row-major.
     pub squares: Vec<f64>,
 }
 
 impl PartSquares {
-    /// Root mean squared error per axis over all parts; `None` without samples.
+    /// Returns the root mean squared error per axis over all parts; `None` without samples.
     pub fn rmse(&self) -> Option<Vec<f64>> {
         let n_axes = self.squares.len() / self.part_samples.len().max(1);
         let squares = summed_by_target(&self.squares, n_axes);

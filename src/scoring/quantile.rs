@@ -1,6 +1,6 @@
-//! The value that a share of the values does not exceed.
+//! Quantiles of values.
 
-/// The least value that at least `share` of the values do not exceed; `None` without values. Reorders them.
+/// Returns the smallest value that at least a `share` of the values do not exceed; `None` without values. Reorders the values.
 ///
 /// A share of 0.5 is the lower median, 1 the greatest value; shares outside 0 to 1 count as 0 or 1.
 pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {

@@ -75,11 +75,11 @@ impl Rig {
             axes: axes.iter().map(|axis| first.axes()[*axis]).collect(),
             full_scale: axes.iter().map(|axis| full_scale[*axis]).collect(),
         };
-        let order = in_order_of_time(recordings);
+        let order = by_table(recordings, in_order_of_time(recordings));
         let n_runs = order.len().min(RUNS);
         let run_of = |at: usize| at * n_runs / order.len();
-        let mut runs = vec![Vec::new(); n_runs];
-        order.iter().enumerate().for_each(|(at, recording)| runs[run_of(at)].push(*recording));
+        let mut runs: Vec<Vec<usize>> = vec![Vec::new(); n_runs];
+        order.iter().enumerate().for_each(|(at, own)| runs[run_of(at)].extend(own));
         let of_each = UNITS.div_ceil(n_runs).max(2);
         let mut units = Vec::new();
         for (run, own) in runs.iter().enumerate() {
@@ -213,6 +213,19 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
         order.sort_by(|a, b| started[*a].total_cmp(&started[*b]));
     }
     order
+}
+
+/// Load cases of one table taken together, where there are several tables or recordings.
+fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
+    let is_one_table = |a: &usize, b: &usize| {
+        let [a, b] = [recordings[*a], recordings[*b]];
+        a.is_static() && b.is_static() && a.source() == b.source()
+    };
+    let tables: Vec<Vec<usize>> = order.chunk_by(is_one_table).map(<[usize]>::to_vec).collect();
+    match tables.len() {
+        1 => order.into_iter().map(|own| vec![own]).collect(),
+        _ => tables,
+    }
 }
 
 /// Mean and standard deviation of each gauge, and how far it moves in them.

@@ -1,8 +1,8 @@
-//! A trace that can be drawn at any zoom: samples with minima and maxima over ever longer runs of them.
+//! A trace that can be drawn at any zoom: samples, with minima and maxima over ever longer runs of them.
 //!
-//! Guarantees: nothing drawn is further than a column's width from what was measured, and nothing measured is further than
-//! that from what is drawn, however uneven the times; a spike of one sample never vanishes; the work of drawing depends on
-//! the width of the picture, not on the number of samples.
+//! Guarantees: no drawn point is further than a column's width from the measured trace, and no sample is further than that
+//! from the drawing, however uneven the times. A spike of one sample never vanishes. The work of drawing depends on the width
+//! of the picture, not on the number of samples.
 
 use crate::min_max::MinMax;
 use std::fmt;
@@ -14,25 +14,25 @@ use rayon::prelude::*;
 use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
 
-/// Samples in a run of the finest level.
+/// Number of samples in a run of the finest level.
 const FINEST: usize = 32;
-/// Runs of one level in a run of the next.
+/// Number of runs of one level in a run of the next level.
 const FAN_OUT: usize = 4;
-/// So many samples of a column are drawn one by one.
+/// Largest number of samples of a column that are drawn one by one.
 const FEW: usize = 4;
-/// Columns of at least so many samples end where runs do, and are drawn by their extremes alone.
+/// Number of samples from which a column is moved to the borders of runs, and is drawn by its extremes alone.
 const MANY: usize = 4 * FINEST;
-/// What the end of a column may be moved by for that, in its widths.
+/// Largest shift of a column's end to a border of runs, as a share of the column's width.
 const MOVED: f64 = 0.25;
-/// Samples of which the extremes are taken at a time.
+/// Number of samples whose extremes are computed at a time.
 const CHUNK: usize = 256 * FINEST;
 
-/// What a trace is of.
+/// Source of the values of a trace.
 pub trait Values: fmt::Debug + Send + Sync {
-    /// How many samples there are.
+    /// Returns the number of samples.
     fn n_samples(&self) -> usize;
 
-    /// Writes the values of these samples, as many as there is room for.
+    /// Writes the values of these samples.
     fn read(&self, samples: Range<usize>, out: &mut [f64]);
 }
 
@@ -46,7 +46,7 @@ impl Values for Arc<[f64]> {
     }
 }
 
-/// The first minus the second, which is not stored.
+/// Difference of two traces, computed when it is read.
 #[derive(Debug)]
 struct Difference(Arc<dyn Values>, Arc<dyn Values>);
 
@@ -68,19 +68,19 @@ impl Values for Difference {
     }
 }
 
-/// One trace.
+/// A trace of values over samples.
 #[derive(Clone, Debug)]
 pub struct Series {
     values: Arc<dyn Values>,
-    /// Samples in a run of the finest level.
+    /// Number of samples in a run of the finest level.
     finest: usize,
-    /// Whether the samples of such a run are alike.
+    /// True if all samples of a finest run have the same value.
     is_held: bool,
-    /// `levels[l]` holds the extremes of runs of `finest · FAN_OUT^l` samples; the last run may be short.
+    /// Extremes of runs: `levels[l]` holds those of `finest · FAN_OUT^l` samples. The last run may be shorter.
     levels: Vec<Vec<Extremes>>,
 }
 
-/// As narrow as they can be stored around the values.
+/// Rounds the extremes outward to single precision.
 #[derive(Clone, Copy, Debug)]
 struct Extremes {
     low: f32,
@@ -106,18 +106,18 @@ impl From<Extremes> for MinMax {
 }
 
 impl Series {
-    /// A trace of stored values.
+    /// Returns a trace of stored values.
     pub fn new(values: Arc<[f64]>) -> Self {
         Self::of(Arc::new(values))
     }
 
-    /// The trace of these values.
+    /// Returns the trace of these values.
     pub fn of(values: Arc<dyn Values>) -> Self {
         let mut one = Self::all_of(vec![values], &Progress::default());
         one.pop().expect("one for each")
     }
 
-    /// What `a − b` is, which is not stored.
+    /// Returns the trace of `a − b`, which is not stored.
     ///
     /// # Panics
     /// If the two differ in length.
@@ -126,8 +126,8 @@ impl Series {
         Arc::new(Difference(a, b))
     }
 
-    /// The traces of all these values of the same samples, which are read together, run by run; they mean nothing once somebody has
-    /// asked to stop.
+    /// Returns the traces of several values of the same samples, which are read together. The traces are incomplete if
+    /// `progress` was cancelled.
     pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
         let n = all.iter().map(|values| values.n_samples()).max();
         let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
@@ -162,10 +162,10 @@ impl Series {
         series.collect()
     }
 
-    /// The trace of few values, each of which stands for `each` samples of `n`.
+    /// Returns the trace of one value for each run of `each` samples, of `n` samples.
     ///
     /// # Panics
-    /// If there are not as many values as that needs.
+    /// If the number of values is not that of the runs.
     pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
         assert_eq!(values.len(), n.div_ceil(each), "a value for each run");
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
@@ -185,17 +185,17 @@ impl Series {
         Self { values, finest, is_held: false, levels }
     }
 
-    /// How many samples there are.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.values.n_samples()
     }
 
-    /// Whether there is no sample.
+    /// Returns true if there is no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Sample `k`.
+    /// Returns the value of sample `k`.
     ///
     /// # Panics
     /// If there is no sample `k`.
@@ -205,10 +205,10 @@ impl Series {
         one[0]
     }
 
-    /// Hands the value of each of these samples to `take`, in order.
+    /// Passes the value of each of these samples to `take`, in order.
     ///
     /// # Panics
-    /// If there are not so many samples.
+    /// If a sample does not exist.
     pub fn each(&self, samples: Range<usize>, mut take: impl FnMut(f64)) {
         let mut room = [0.0; FINEST];
         for start in samples.clone().step_by(FINEST) {
@@ -218,9 +218,9 @@ impl Series {
         }
     }
 
-    /// Draws these samples in columns of a width in time: hands `(time, value)` to `point`, times rising. Of a column with
-    /// more than a few samples it gives the first, the extremes in the column's middle, and the last, or where there are many the
-    /// extremes alone; what is not finite is left out.
+    /// Draws these samples in columns of a width in time, and passes `(time, value)` to `point` with rising times. A column
+    /// with more than a few samples yields its first sample, its extremes at the column's middle, and its last sample. A
+    /// column with many samples yields the extremes alone. Values that are not finite are left out.
     ///
     /// # Panics
     /// If there are not as many times as samples.
@@ -235,12 +235,12 @@ impl Series {
         self.draw_in(&Columns::of(times, samples, column_secs), times, &mut point);
     }
 
-    /// [`Self::draw`] in columns that several traces share.
+    /// Draws like [`Self::draw`], in columns that several traces share.
     ///
     /// # Panics
-    /// If the columns are of more samples than there are.
+    /// If the columns cover more samples than there are.
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
-        // Where the line is, and the column of many samples that it is still to leave, with what that holds.
+        // State: the current point, and the last column of many samples with its extremes.
         let mut before = f64::NAN;
         let mut open: Option<(f64, MinMax)> = None;
         let mut finite = |at: f64, value: f64| {
@@ -254,7 +254,7 @@ impl Series {
             let first = (!column.is_joined[0]).then(|| self.value(start));
             let range = if n > FEW { self.run(start..end) } else { MinMax::NONE };
             if let Some((at, own)) = open.take() {
-                // Through what both hold, or where they are nearest.
+                // The line passes through the values that both columns contain, or where they are closest.
                 before = own.min.max(first.unwrap_or(range.min)).min(own.max);
                 finite(at, before);
             }
@@ -293,12 +293,12 @@ impl Series {
         }
     }
 
-    /// The least and greatest value in `samples`, to a millionth of a per cent; `None` without a finite one.
+    /// Returns the minimum and maximum in `samples`, to a relative error of 1e-8; `None` without a finite value.
     pub fn min_max(&self, samples: Range<usize>) -> Option<(f64, f64)> {
         self.run(samples.start..samples.end.min(self.len())).ends()
     }
 
-    /// The extremes of what is finite in `samples`.
+    /// Returns the extremes of the finite values in `samples`.
     fn run(&self, samples: Range<usize>) -> MinMax {
         let one_by_one = |all: MinMax, samples: Range<usize>| {
             let mut all = all;
@@ -307,10 +307,10 @@ impl Series {
         };
         let finest = self.finest;
         if self.is_held && !self.levels.is_empty() && !samples.is_empty() {
-            // All of a run is alike.
+            // All samples of the run have the same value.
             return self.runs(samples.start / finest..samples.end.div_ceil(finest));
         }
-        // Whole runs of the finest level, and what lies beside them.
+        // Whole runs of the finest level, and the samples beside them.
         let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
         if self.levels.is_empty() || first >= end {
             return one_by_one(MinMax::NONE, samples);
@@ -320,7 +320,7 @@ impl Series {
         self.runs(first..end).joined(beside)
     }
 
-    /// The extremes of these runs of the finest level.
+    /// Returns the extremes of these runs of the finest level.
     fn runs(&self, Range { mut start, mut end }: Range<usize>) -> MinMax {
         let mut all = Extremes::NONE;
         for (at, level) in self.levels.iter().enumerate() {
@@ -339,7 +339,7 @@ impl Series {
     }
 }
 
-/// Few values for many samples.
+/// Values that each stand for a run of samples.
 #[derive(Debug)]
 struct Held {
     values: Arc<[f64]>,
@@ -359,22 +359,21 @@ impl Values for Held {
     }
 }
 
-/// How samples lie in columns of a width in time.
+/// Division of samples into columns of a width in time.
 #[derive(Clone, Debug, Default)]
 pub struct Columns(Vec<ColumnOf>);
 
 #[derive(Clone, Debug)]
 struct ColumnOf {
     samples: Range<usize>,
-    /// When the first and the last of them were.
+    /// Times of the first and the last sample.
     secs: [f64; 2],
-    /// Whether there are many, and the line goes on beyond the first, and beyond the last, without a pause.
+    /// True if the column holds many samples and the line continues before its first, and after its last sample, without a pause.
     is_joined: [bool; 2],
 }
 
 impl Columns {
-    /// Those of these samples; their ends are moved a little to where runs end, where they hold many samples and nothing is moved far
-    /// for it.
+    /// Returns the columns of these samples. The ends of a column of many samples are moved a little to the borders of runs.
     pub fn of(times: &[f64], samples: Range<usize>, column_secs: f64) -> Self {
         let (mut start, end) = (samples.start, samples.end.min(times.len()));
         let mut columns = Vec::new();
@@ -382,14 +381,14 @@ impl Columns {
             // Columns stand at multiples of their width, so that they stay the same while the view moves.
             let edge = ((times[start] / column_secs).floor() + 1.0) * column_secs;
             let n = before_edge(&times[start..end], edge);
-            // Without a width, or with one that times cannot tell, each sample is a column.
+            // Each sample is a column if the width is zero or too small for the resolution of the times.
             let exact = start + n.max(1);
             let rounded = exact.next_multiple_of(FINEST);
             let is_moved = exact - start >= MANY
                 && rounded < end
                 && times[rounded - 1] - edge <= MOVED * column_secs;
             let next = if is_moved { rounded } else { exact };
-            // A line over a pause begins and ends where samples do.
+            // A line over a pause begins and ends at samples.
             let goes_on = |k: usize| {
                 let is_inside = samples.start < k && k < end;
                 next - start >= MANY && is_inside && times[k] - times[k - 1] < column_secs
@@ -405,7 +404,7 @@ impl Columns {
     }
 }
 
-/// How many of these rising times come before `edge`: few of them are looked at, near the first.
+/// Returns the number of rising times before `edge`. The search begins near the first and looks at few of them.
 fn before_edge(times: &[f64], edge: f64) -> usize {
     let mut reach = 1;
     while reach < times.len() && times[reach] < edge {
@@ -420,7 +419,7 @@ fn with(all: MinMax, value: f64) -> MinMax {
 }
 
 fn extremes(values: &[f64]) -> MinMax {
-    // Side by side, so that the processor need not wait for each before the next.
+    // Eight extremes are found side by side, so that the processor need not wait for each in turn.
     const LANES: usize = 8;
     let mut all = [MinMax::NONE; LANES];
     for values in values.chunks(LANES) {

@@ -1,10 +1,10 @@
-//! One channel by others, in straight lines.
+//! Linear fits of one channel by others.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq as _;
 
-/// The factors of `columns` that come nearest to `n` targets; of the first `ridged` of them, each is as if it were also told, at this
-/// weight, to be zero: channels may say the same.
+/// Returns the factors of `columns` that fit `n` targets by least squares. The first `ridged` factors are also drawn to zero with
+/// this weight, because channels may be collinear.
 pub fn factors(
     n: usize,
     columns: usize,

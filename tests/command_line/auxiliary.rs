@@ -68,7 +68,7 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
     assert!(beyond.status.success(), "{answer}");
     assert!(
         answer
-            .contains("warning: T_body of hot is 58.0 to 62.0 °C, and was trained from 8 to 42 °C"),
+            .contains("warning: T_body of hot is 58.0 to 62.0 °C, but the training recordings cover 8 to 42 °C"),
         "{answer}"
     );
     let written = fs::read_dir(workshop.path().join("out")).unwrap().next().unwrap().unwrap();

@@ -29,7 +29,7 @@ fn one_fit_writes_many_formats_and_writes_over_them_only_by_force() {
 #[test]
 fn what_a_format_cannot_carry_is_said() {
     let workshop = Workshop::with_recordings();
-    for (name, word) in [("c.cal", "up to 8 gauges"), ("c.xyz", "the ending says no format")] {
+    for (name, word) in [("c.cal", "up to 8 gauges"), ("c.xyz", "is no export format")] {
         let arguments = [&["fit"], &ALL_FILES[..], &["--export", name]].concat();
         let told = stderr(&run(workshop.path(), &arguments));
         assert!(told.contains(name) && told.contains(word), "{told}");

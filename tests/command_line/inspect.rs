@@ -85,7 +85,7 @@ fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
     succeed(workshop.path(), &written);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.contains("would not be loaded: odd.csv:1: no time column among a, b"), "{text}");
-    assert!(text.contains("to decide: no column runs like a clock"), "{text}");
+    assert!(text.contains("open question: No column increases steadily"), "{text}");
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
             &["fit", "--train", "a.csv", "--columns", "gone.json"][..],
             ["gone.json", "cannot be read"],
         ),
-        (&["fit", "--train", "a.csv", "--columns", "a.csv"], ["a.csv", "no JSON"]),
+        (&["fit", "--train", "a.csv", "--columns", "a.csv"], ["a.csv", "not JSON"]),
         (&["fit", "--train", "a.csv", "--columns", "broken.json"], ["broken.json", "tide"]),
         (&["fit", "--train", "a.csv", "--columns", "folder"], ["folder", "not a file"]),
         (&["fit", "--train", "other.csv", "--columns", "map.json"], ["other.csv:1", "t [s]"]),

@@ -99,7 +99,7 @@ fn the_tables_say_what_to_take_and_what_it_rests_on() {
         "RMSE of forces [N] at t_th",
         "RMSE of forces [N] at F_th",
         "Least cross-validation error of forces",
-        "as good as the recordings can tell",
+        "as good within the uncertainty",
         "mean hysteresis",
         "reversals (Fz",
         "of the training samples find their past",

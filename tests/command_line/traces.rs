@@ -74,9 +74,9 @@ fn traces_that_cannot_be_are_refused_with_what_to_do() {
     let workshop = Workshop::with_recordings();
     for (more, word) in [
         (&["--traces", "t.txt"][..], "use .csv"),
-        (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be above"),
+        (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be after the end"),
         (&["--traces", "t.csv", "--from", "900"], "choose other times"),
-        (&["--traces", "t.csv", "--from", "nan"], "must not be above"),
+        (&["--traces", "t.csv", "--from", "nan"], "must not be after the end"),
         (&["--traces", "a.csv", "--force"], "which is read"),
         (&["--traces", "gone/t.csv"], "no directory"),
         (&["--from", "3"], "--traces"),

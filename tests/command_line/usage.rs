@@ -29,10 +29,10 @@ fn each_slip_is_answered_with_the_way_out() {
         ("fit --train a.csv --test a.csv", &["same recording", "--test"]),
         ("metrology a.csv a.csv", &["same recording"]),
         ("fit --test test.csv", &["--train <FILE>"]),
-        ("fit --train a.csv --export c.xyz", &["the ending says no format"]),
-        ("fit --train a.csv --traces t.xyz", &["the ending says no format of traces"]),
+        ("fit --train a.csv --export c.xyz", &["is no export format"]),
+        ("fit --train a.csv --traces t.xyz", &["is no format of traces"]),
         ("fit --train a.csv --split 1", &["the split is 1"]),
-        ("best --train a.csv --minutes=-1", &["--minutes", "a number from zero up"]),
+        ("best --train a.csv --minutes=-1", &["--minutes", "zero or a number above zero"]),
         ("sweep --train a.csv --measure mx", &["no Mx"]),
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();

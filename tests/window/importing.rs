@@ -124,7 +124,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
     });
     let mut window = window(vec![files.write("two_clocks.dat", &text)]);
-    let questions = ["other columns that run like a clock: 5", "which columns are gauges"];
+    let questions = ["increase steadily: 5", "which columns are gauges"];
     let is_ticked = |window: &Window, at: usize| {
         let question = window.get_by_label_contains(questions[at]);
         question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)

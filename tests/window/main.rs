@@ -855,7 +855,7 @@ fn a_training_that_cannot_begin_says_why() {
     click(&mut window, Role::Button, "Linear + kernel");
     type_number(&mut window, "Landmarks", "2000");
     click(&mut window, Role::Button, "Train the kernel");
-    told(&mut window, Level::Error, "take fewer landmarks");
+    told(&mut window, Level::Error, "choose fewer landmarks");
 }
 
 #[test]

@@ -494,5 +494,5 @@ fn a_recording_is_tared_and_undone() {
     ctrl(&mut window, Key::Z);
     assert_eq!(first(&window), before);
     menu(&mut window, "Roles", "Tare all over");
-    assert!(has(&window, "without movement to tare by"), "these recordings never rest");
+    assert!(has(&window, "no half second without movement"), "these recordings never rest");
 }

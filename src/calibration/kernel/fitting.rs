@@ -1,4 +1,4 @@
-//! How a kernel regression comes of rows: landmarks, the whitened columns, length scale and ridge by cross-validation.
+//! Fit of a kernel regression: landmarks, whitened columns, and cross-validation of length scale and ridge.
 
 use std::borrow::Cow;
 
@@ -16,84 +16,85 @@ use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
-/// Added to the diagonal of the landmarks' kernel matrix, whose entries are at most 1, so that it can be inverted.
+/// Added to the diagonal of the landmarks' kernel matrix, so that it can be inverted. Its entries are at most 1.
 const JITTER: f64 = 1e-6;
-/// Length scales that are tried, in units of √(number of columns): typical standardised samples are √2 of these apart.
+/// Candidates for the length scale, in units of √(number of columns). Typical standardised samples are √2 of these
+/// units apart.
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// Ridge strengths that are tried: variance of the noise over that of the function.
+/// Candidates for the ridge: ratio of the noise variance to the variance of the function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
-/// The strength where nothing can be left out to choose it.
+/// Ridge if no held-out samples are available.
 const UNTUNED_STRENGTH: f64 = 1e-3;
-/// Maximum size of a weight, in standard deviations of what is learned. Beyond it weights say little: the answer is a small
-/// difference of large numbers, which a single-precision controller rounds and a slight drift of a gauge upsets.
+/// Maximum weight, in standard deviations of the targets. Larger weights give small differences of large numbers, which
+/// rounding in single precision or a small drift of a gauge would change strongly.
 const LARGEST_WEIGHT: f64 = 1e4;
-/// Approximate number of samples on which the length scale is chosen.
+/// Approximate number of samples for the choice of the length scale.
 const TUNING_SAMPLES: usize = 20_000;
-/// Approximate number of samples among which landmarks are picked.
+/// Approximate number of samples among which landmarks are selected.
 const CANDIDATES: usize = 4_000;
 
-/// Samples that follow each other, all of one fold; row-major.
+/// Consecutive samples of one fold, row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct RowBlock<'a> {
-    /// The part that is left out with them.
+    /// Fold of the cross-validation.
     pub fold: usize,
-    /// What the kernel sees, `n × n_inputs`.
+    /// Inputs of the kernel, `n × n_inputs`.
     pub inputs: &'a [f64],
-    /// The columns of the [`LinearStage`], `n × n_columns`; empty where there is none.
+    /// Columns of the [`LinearStage`], `n × n_columns`; empty without linear stage.
     pub linear: &'a [f64],
-    /// `n × n_targets`.
+    /// Targets, `n × n_targets`.
     pub targets: &'a [f64],
 }
 
-/// Takes the blocks of a run.
+/// Callback for the blocks of a run.
 pub type TakeRows<'a> = &'a mut dyn FnMut(RowBlock<'_>);
 
-/// The linear fit of which a kernel learns what is left over. It is fitted anew without each part that is left out, so
-/// that no score of the two together knows what it is asked.
+/// Linear fit whose residuals a kernel learns. It is fitted again without each fold, so that the score of both stages
+/// is on unseen samples.
 #[derive(Clone, Debug)]
 pub struct LinearStage {
-    /// What its columns are.
+    /// Kinds of its columns.
     pub kinds: Vec<ColumnKind>,
-    /// What the targets lack already, see [`Terms::known`].
+    /// Coefficients that the targets already account for; see [`Terms::known`].
     pub known: Vec<f64>,
-    /// Its ridge, per target, see [`fit_targets`].
+    /// Ridge shares of each target; see [`fit_targets`].
     pub shares: Vec<Vec<f64>>,
 }
 
-/// Rows that can be passed over again and again.
+/// Rows that can be visited several times.
 pub trait Rows: Sync {
-    /// The number of runs that can be passed over side by side.
+    /// Returns the number of runs, which can be visited in parallel.
     fn n_runs(&self) -> usize;
-    /// The number of samples in a run.
+    /// Returns the number of samples in a run.
     fn n_samples(&self, run: usize) -> usize;
-    /// Columns of a row, and targets.
+    /// Returns the number of inputs and of targets.
     fn widths(&self) -> (usize, usize);
-    /// Calls `take` for each block of the run, in order.
+    /// Calls `take` for each block of a run, in order.
     fn pass(&self, run: usize, take: TakeRows<'_>);
-    /// What is fitted before the kernel; `None` where the targets are the kernel's own.
+    /// Returns the linear stage before the kernel; `None` if the kernel learns the targets directly.
     fn linear_stage(&self) -> Option<&LinearStage> {
         None
     }
 }
 
-/// A kernel regression, and what is to be said of it.
+/// Fitted kernel regression.
 #[derive(Clone, Debug)]
 pub struct KernelFit {
-    /// The regression.
+    /// Fitted kernel.
     pub kernel: Kernel,
-    /// Whether its ridge stands at an end of what is tried.
+    /// End of the range of candidates at which the ridge lies, if any.
     pub edge: Option<GridEdge>,
 }
 
 impl Kernel {
-    /// Fits `rows`; ridge and, unless it is given, length scale are chosen on left-out parts, and so is after a linear stage
-    /// how much of the kernel is added to it.
+    /// Fits `rows`. Cross-validation chooses the ridge, and the length scale unless it is given. After a linear stage
+    /// it also chooses the share of the kernel that is added.
     ///
-    /// The ridge is the strongest whose error over the parts is nearly the lowest, among those
-    /// that keep the weights below [`LARGEST_WEIGHT`].
+    /// The chosen ridge is the strongest whose cross-validated error is nearly the lowest, among those that keep the
+    /// weights below [`LARGEST_WEIGHT`].
     ///
     /// # Errors
-    /// [`KernelError`] if the settings make no sense for these rows.
+    /// [`KernelError`] if the settings are not valid for these rows.
     pub fn fit(
         rows: &impl Rows,
         settings: &KernelSettings,
@@ -109,7 +110,7 @@ impl Kernel {
             None => &LENGTH_SCALES,
         };
         let tries = if scales.len() > 1 { scales.len() } else { 0 };
-        // A whole pass counts as much as all tries together.
+        // One full pass counts as much as the passes for all candidates together.
         progress.add_total(2 * tries.max(1) as u64 * rows.n_runs() as u64);
         let standardised = Standardised::measure(rows, progress)?;
         let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
@@ -143,12 +144,12 @@ impl Kernel {
         progress.advance(tries.max(1) as u64 * rows.n_runs() as u64);
         Ok(KernelFit {
             edge: tuned.as_ref().and_then(|tuned| tuned.edge),
-            kernel: whitened.finish(&columns.left_over(&total), &columns, tuned),
+            kernel: whitened.finish(&columns.residuals(&total), &columns, tuned),
         })
     }
 }
 
-/// Mean and inverse deviation of each column, and of the targets the size of their errors.
+/// Mean and inverse deviation of each column, and mean squares of the targets.
 struct Standardised {
     shift: Vec<f64>,
     scale: Vec<f64>,
@@ -181,7 +182,7 @@ impl Standardised {
             .map(|column| {
                 let square = sum(1 + d + column) / n;
                 let variance = square - shift[column] * shift[column];
-                // Standardised features are near one in size; what is far below that is rounding.
+                // Standardised features have a size near one. A much smaller variance is rounding noise.
                 if variance > 1e-20 * square.max(1e-10) { 1.0 / variance.sqrt() } else { 0.0 }
             })
             .collect();
@@ -192,7 +193,8 @@ impl Standardised {
         standardise(row, &self.shift, &self.scale, out);
     }
 
-    /// Picks samples far from each other: the one nearest the mean, then always the one farthest from those picked.
+    /// Selects landmarks far from each other: the sample nearest to the mean, then repeatedly the sample farthest from
+    /// all selected ones.
     fn landmarks(
         &self,
         rows: &impl Rows,
@@ -235,13 +237,13 @@ impl Standardised {
             landmarks.push(landmark);
             next = (0..candidates.len())
                 .max_by(|a, b| nearest[*a].total_cmp(&nearest[*b]))
-                .filter(|at| nearest[*at] > 0.0); // equal samples say nothing new
+                .filter(|at| nearest[*at] > 0.0); // equal samples add no information
         }
         Ok(landmarks)
     }
 }
 
-/// Landmarks at one length scale, with what turns similarities into columns of unit prior variance.
+/// Landmarks at one length scale, with the matrix that whitens the kernel columns.
 struct Whitened<'a> {
     standardised: &'a Standardised,
     landmarks: &'a [Vec<f64>],
@@ -265,7 +267,7 @@ impl<'a> Whitened<'a> {
         Some(Self { standardised, landmarks, length_scale, whitening: inverse_factor(&gram)? })
     }
 
-    /// Sums of [`Columns`] and targets for each fold, from every `step`-th sample.
+    /// Returns the sums of [`Columns`] and targets for each fold, from every `step`-th sample.
     fn sums(
         &self,
         rows: &impl Rows,
@@ -331,7 +333,7 @@ impl<'a> Whitened<'a> {
         Ok(folds)
     }
 
-    /// The kernel from the sums of all samples, whose targets are what is left to learn.
+    /// Returns the kernel from the sums of all samples. The targets must be the residuals of the linear stage.
     fn finish(&self, total: &NormalEquations, columns: &Columns, tuned: Option<Tuned>) -> Kernel {
         let (m, q) = (self.landmarks.len(), total.n_targets());
         let strength = (tuned.as_ref()).map_or(UNTUNED_STRENGTH, |tuned| tuned.strength);
@@ -356,7 +358,7 @@ impl<'a> Whitened<'a> {
                 noise_variance: squares.iter().map(|square| square / n).collect(),
                 strength,
                 whitening: triangle(&self.whitening),
-                // Positive: a Gram matrix with the ridge on its diagonal.
+                // The matrix is positive, because the ridge is on its diagonal.
                 posterior: triangle(
                     &inverse_factor(&posterior).unwrap_or_else(|| Mat::zeros(m, m)),
                 ),
@@ -366,13 +368,14 @@ impl<'a> Whitened<'a> {
         kernel
     }
 
-    /// What the similarities are multiplied with, `q × m`, from the coefficients of the columns.
+    /// Returns the weights of the kernel values, `q × m`, from the coefficients of the columns.
     fn weights(&self, beta: &[f64], q: usize) -> Mat<f64> {
         Mat::from_fn(q, self.landmarks.len(), |axis, i| beta[i * q + axis]) * &self.whitening
     }
 
-    /// Whether no weight is beyond [`LARGEST_WEIGHT`] deviations of its target; `total` are the sums of what is learned.
-    fn is_sane(&self, beta: &[f64], total: &NormalEquations) -> bool {
+    /// Returns true if every weight is below [`LARGEST_WEIGHT`] deviations of its target. `total` are the sums with
+    /// these targets.
+    fn has_small_weights(&self, beta: &[f64], total: &NormalEquations) -> bool {
         let q = total.n_targets();
         let weights = self.weights(beta, q);
         (0..q).all(|axis| {
@@ -382,7 +385,7 @@ impl<'a> Whitened<'a> {
         })
     }
 
-    /// What left-out parts ask for; `None` with fewer than two.
+    /// Returns the result of cross-validation, or `None` with fewer than two folds.
     fn tuned(
         &self,
         parts: &[NormalEquations],
@@ -396,14 +399,15 @@ impl<'a> Whitened<'a> {
         }
         let total = summed(&parts);
         let q = total.n_targets();
-        let left_over = columns.left_over(&total);
-        let is_sane =
-            |strength: &f64| self.is_sane(&columns.kernel(&left_over, *strength), &left_over);
+        let left_over = columns.residuals(&total);
+        let is_sane = |strength: &f64| {
+            self.has_small_weights(&columns.kernel(&left_over, *strength), &left_over)
+        };
         let weakest = STRENGTHS.iter().position(is_sane);
         let strengths = &STRENGTHS[weakest.unwrap_or(STRENGTHS.len() - 1)..];
-        // The kernel on its own is all there is.
+        // Without linear stage, the kernel is always added fully.
         let shares: &[f64] = if columns.of_linear.is_empty() { &[1.0] } else { &SHARES };
-        // Of each part, by strength, share and axis.
+        // Squared errors of each fold, by strength, share and axis.
         let squares = NormalEquations::each_without(
             &parts,
             |_| true,
@@ -457,7 +461,7 @@ impl<'a> Whitened<'a> {
     }
 }
 
-/// The inverse of the lower Cholesky factor; `None` if the matrix is not positive.
+/// Returns the inverse of the lower Cholesky factor, or `None` if the matrix is not positive.
 fn inverse_factor(matrix: &Mat<f64>) -> Option<Mat<f64>> {
     let factor = matrix.llt(Side::Lower).ok()?;
     let mut inverse = Mat::zeros(matrix.nrows(), matrix.ncols());
@@ -469,14 +473,14 @@ fn triangle(matrix: &Mat<f64>) -> Vec<Vec<f64>> {
     (0..matrix.nrows()).map(|i| (0..=i).map(|j| matrix[(i, j)]).collect()).collect()
 }
 
-/// The columns of the sums, `[φ | 1 | linear stage]`, and the two fits to them.
+/// Columns of the sums, `[φ | 1 | linear stage]`, and the two fits to them.
 struct Columns {
-    /// Of φ and the 1 beside it.
+    /// Indices of φ and the constant column.
     of_kernel: Vec<usize>,
     of_linear: Vec<usize>,
     kinds: Vec<ColumnKind>,
     known: Vec<f64>,
-    /// Of the linear stage, per target.
+    /// Ridge shares of the linear stage, per target.
     shares: Vec<Vec<f64>>,
 }
 
@@ -501,19 +505,19 @@ impl Columns {
         }
     }
 
-    /// The coefficients of the linear stage, fitted to these sums; `None` where there is none.
+    /// Returns the coefficients of the linear stage fitted to these sums; `None` without linear stage.
     fn linear(&self, sums: &NormalEquations) -> Option<Vec<f64>> {
         let terms = Terms { used: &self.of_linear, kinds: &self.kinds, known: &self.known };
         let is_there = !self.of_linear.is_empty();
         is_there.then(|| fit_targets(sums, terms, &self.shares).coefficients)
     }
 
-    /// These sums with what the linear stage, fitted to them, leaves over as targets.
-    fn left_over<'a>(&self, sums: &'a NormalEquations) -> Cow<'a, NormalEquations> {
+    /// Returns the sums with the residuals of the linear stage, fitted to these sums, as targets.
+    fn residuals<'a>(&self, sums: &'a NormalEquations) -> Cow<'a, NormalEquations> {
         less(sums, self.linear(sums).as_deref())
     }
 
-    /// The coefficients of the kernel, fitted to the targets of these sums; all of φ is shrunk.
+    /// Returns the coefficients of the kernel fitted to these targets. The ridge applies to all of φ.
     fn kernel(&self, sums: &NormalEquations, strength: f64) -> Vec<f64> {
         let terms = Terms { used: &self.of_kernel, kinds: &self.kinds, known: &[] };
         fit(sums, terms, Ridge::Absolute(strength)).coefficients
@@ -533,15 +537,15 @@ fn summed(parts: &[NormalEquations]) -> NormalEquations {
     total
 }
 
-/// What left-out parts ask for.
+/// Result of cross-validation.
 struct Tuned {
     strength: f64,
     edge: Option<GridEdge>,
-    /// Of the best strength: sum over axes of squared errors, each over that axis' squared targets.
+    /// Error of the best strength: sum over axes of squared errors, each divided by the squared targets of its axis.
     least_error: f64,
-    /// How much of the kernel is added, per axis.
+    /// Share of the kernel that is added, per axis.
     shares: Vec<f64>,
-    /// Sum of squared errors with it, per axis.
+    /// Squared error with this share, per axis.
     squares: Vec<f64>,
 }
 
@@ -551,13 +555,13 @@ mod tests {
     use crate::calibration::kernel::model::KernelScratch;
     use crate::dot::dot;
 
-    /// Runs of one input column and one target.
+    /// Runs of one input and one target.
     struct Function {
         runs: Vec<Vec<(f64, f64)>>,
     }
 
     impl Function {
-        /// Three runs over −2 to 2, with a gap from `gap` on.
+        /// Creates three runs over −2 to 2, with a gap from `gap` on.
         fn new(target: impl Fn(f64) -> f64, gap: f64) -> Self {
             let run = |phase: f64| {
                 (0..200)
@@ -613,8 +617,8 @@ mod tests {
         }
     }
 
-    /// The formula as it stands in textbooks, with every matrix written out: with every sample a landmark, the mean is
-    /// `k(x)ᵀ (K + λI)⁻¹ y` and the variance over that of the noise `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
+    /// Compares with the textbook formula, with every sample a landmark. The mean is `k(x)ᵀ (K + λI)⁻¹ y`, and the
+    /// variance divided by the noise variance is `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
     #[test]
     fn with_every_sample_a_landmark_it_is_the_gaussian_process() {
         let rows = Function {
@@ -653,9 +657,10 @@ mod tests {
         }
     }
 
-    /// A pole beside the samples, without noise: left-out parts ask for no ridge at all, which huge weights would answer.
+    /// The target has a pole beside the samples and no noise. Cross-validation alone would choose no ridge and very
+    /// large weights.
     #[test]
-    fn weights_stay_small_and_a_ridge_at_the_end_of_what_is_tried_is_said() {
+    fn weights_stay_small_and_a_ridge_at_the_end_of_the_candidates_is_reported() {
         let fitted = |target: &dyn Fn(f64) -> f64| {
             let rows = Function::new(target, 9.0);
             let settings = KernelSettings { landmarks: 60, length_scale: Some(8.0) };
@@ -674,7 +679,7 @@ mod tests {
     }
 
     #[test]
-    fn the_band_widens_where_nothing_was_seen() {
+    fn the_band_is_wide_far_from_training_samples() {
         let kernel = fit(&Function::new(|x| x + 0.05 * (40.0 * x).sin(), 0.5), 20).unwrap();
         let (inside, outside) = (answer(&kernel, -1.0), answer(&kernel, 8.0));
         assert!(outside.1 > 5.0 * inside.1, "{inside:?} {outside:?}");

@@ -1,4 +1,4 @@
-//! A kernel regression as it stands in a calibration: what was chosen about it, and what it makes of a row.
+//! Kernel regression of a calibration: settings, fitted numbers, prediction.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::dot::dot;
 use crate::features::{OutOfRange, Range, Setting, Unit};
 use crate::progress::Cancelled;
 
-/// Samples that the others are compared with. With more, the landmarks' own matrix would take longer than the samples.
+/// Number of landmarks. With more, computing their own matrix would take longer than the samples.
 pub const LANDMARKS: Setting = Setting {
     key: "landmarks",
     option: "landmarks",
@@ -18,28 +18,28 @@ pub const LANDMARKS: Setting = Setting {
     default: &[200.0],
     range: Range::Whole(1, 2000),
     step: 0.25,
-    explanation: "Training samples that a kernel compares the others with. More are slower, and larger in the file",
+    explanation: "Number of training samples with which a kernel compares other samples. More are slower and make the file larger",
     source: "",
 };
 
-/// ℓ over √(number of columns).
+/// Length scale ℓ divided by √(number of columns).
 const LENGTH_SCALE: Setting = Setting {
     key: "length_scale",
     option: "",
     label: "Length scale",
     what: "the kernel's length scale",
     range: Range::Positive,
-    explanation: "In units of √(number of columns); without one it is chosen by cross-validation",
+    explanation: "Length scale in units of √(number of columns); if empty, it is chosen by cross-validation",
     ..LANDMARKS
 };
 
-/// The choices of a kernel fit.
+/// Settings of a kernel fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct KernelSettings {
-    /// Samples that the others are compared with.
+    /// Number of landmarks.
     pub landmarks: usize,
-    /// ℓ over √(number of columns); `None`: chosen by cross-validation.
+    /// ℓ divided by √(number of columns); `None` means chosen by cross-validation.
     pub length_scale: Option<f64>,
 }
 
@@ -49,32 +49,32 @@ impl Default for KernelSettings {
     }
 }
 
-/// A kernel's ridge that stands at an end of what is tried.
+/// End of the range of candidates at which a kernel's ridge lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GridEdge {
-    /// None that is weaker keeps the weights sane, or is tried.
+    /// No weaker candidate exists or keeps the weights below their limit.
     Weakest,
-    /// None that is stronger is tried.
+    /// No stronger candidate exists.
     Strongest,
 }
 
-/// Why there is no kernel fit.
+/// Reason why a kernel cannot be fitted or used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum KernelError {
     #[error(transparent)]
     Setting(#[from] OutOfRange),
     #[error(
-        "{landmarks} landmarks are more than the {samples} training samples; take fewer landmarks"
+        "{landmarks} landmarks are more than the {samples} training samples; choose fewer landmarks"
     )]
     FewSamples { landmarks: usize, samples: usize },
     #[error("the kernel's {0}")]
     Length(#[from] WrongLength),
-    #[error("the kernel's {field} holds a number that is not finite")]
+    #[error("a number in the kernel's {field} is not finite; fit it again or restore the file")]
     NotFinite { field: &'static str },
     #[error(
-        "no length scale makes the landmarks' kernel matrix positive; take fewer landmarks or a smaller one"
+        "the kernel matrix of the landmarks is singular for every length scale; choose fewer landmarks or a smaller length scale"
     )]
     Singular,
     #[error(transparent)]
@@ -85,7 +85,7 @@ impl KernelSettings {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`KernelError`] with the first choice that is out of range.
+    /// [`KernelError`] for the first value out of range.
     pub fn validate(&self) -> Result<(), KernelError> {
         LANDMARKS.check(self.landmarks as f64)?;
         self.length_scale.map_or(Ok(()), |scale| LENGTH_SCALE.check(scale))?;
@@ -93,45 +93,45 @@ impl KernelSettings {
     }
 }
 
-/// A fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.
+/// Fitted kernel regression: `load = offset + Σ weight · k(x, landmark)`.
 ///
-/// **Shapes** `landmarks` m rows of n_columns; `weights` n_axes rows of m.
+/// **Shapes** `landmarks` has m rows of n_columns; `weights` has n_axes rows of m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kernel {
-    /// Subtracted from each column.
+    /// Shift that is subtracted from each column.
     pub input_shift: Vec<f64>,
-    /// Then multiplied with it; zero for a constant column.
+    /// Factor of each column after the shift; zero for a constant column.
     pub input_scale: Vec<f64>,
-    /// ℓ, in standardised columns.
+    /// Length scale ℓ in standardised columns.
     pub length_scale: f64,
-    /// The landmarks, standardised.
+    /// Standardised landmarks.
     pub landmarks: Vec<Vec<f64>>,
-    /// One row per axis.
+    /// Weights, one row per axis.
     pub weights: Vec<Vec<f64>>,
-    /// One entry per axis.
+    /// Offset of each axis.
     pub offset: Vec<f64>,
-    /// What the band needs.
+    /// Numbers for the uncertainty band.
     pub band: Band,
 }
 
-/// How sure a kernel regression is of its answer.
+/// Uncertainty of a kernel regression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Band {
-    /// Variance of what is left over when a part is left out, per axis.
+    /// Variance of the held-out residuals of each axis.
     pub noise_variance: Vec<f64>,
-    /// The ridge: variance of the noise over that of the function.
+    /// Ridge: ratio of the noise variance to the variance of the function.
     pub strength: f64,
-    /// Rows of the lower triangle that whitens `k`: φ = W k.
+    /// Rows of the lower triangle W that whitens `k`: φ = W k.
     pub whitening: Vec<Vec<f64>>,
-    /// Rows of the lower triangle P with `|P φ|²` the variance of the fitted function, over that of the noise.
+    /// Rows of the lower triangle P. `|P φ|²` is the variance of the fitted function divided by the noise variance.
     pub posterior: Vec<Vec<f64>>,
 }
 
 impl Kernel {
-    /// Checks what a file could have wrong.
+    /// Checks everything that a file may contain.
     ///
     /// # Errors
-    /// [`KernelError`] with the first thing found.
+    /// [`KernelError`] for the first fault.
     pub fn validate(&self, n_columns: usize, n_axes: usize) -> Result<(), KernelError> {
         let m = self.landmarks.len();
         let vector = |field: &'static str, n: usize, numbers: &[f64]| {
@@ -162,7 +162,7 @@ impl Kernel {
         Ok(())
     }
 
-    /// Multiplies the answers with these shares, one per axis; the band stays.
+    /// Multiplies the predictions by a factor per axis; the band does not change.
     pub(crate) fn scale(&mut self, shares: &[f64]) {
         let axes = self.weights.iter_mut().zip(&mut self.offset).zip(shares);
         for ((weights, offset), share) in axes {
@@ -171,7 +171,7 @@ impl Kernel {
         }
     }
 
-    /// Adds the answer for one row of standardised features to `load`.
+    /// Adds the prediction for one row of standardised features to `load`.
     pub fn add(&self, row: &[f64], scratch: &mut KernelScratch, load: &mut [f64]) {
         self.similarities(row, scratch);
         for ((load, weights), offset) in load.iter_mut().zip(&self.weights).zip(&self.offset) {
@@ -179,7 +179,7 @@ impl Kernel {
         }
     }
 
-    /// Writes the standard deviation of the load around the answer for one row, per axis.
+    /// Writes the standard deviation of the load around the prediction for one row, per axis.
     pub fn deviation(&self, row: &[f64], scratch: &mut KernelScratch, out: &mut [f64]) {
         self.similarities(row, scratch);
         let Band { noise_variance, strength, whitening, posterior } = &self.band;
@@ -202,7 +202,7 @@ impl Kernel {
     }
 }
 
-/// Room for the steps between a row and its answer.
+/// Buffers for intermediate results.
 #[derive(Clone, Debug, Default)]
 pub struct KernelScratch {
     x: Vec<f64>,
@@ -217,7 +217,7 @@ pub(super) fn standardise(row: &[f64], shift: &[f64], scale: &[f64], out: &mut V
     out.extend(columns.map(|((value, shift), scale)| (value - shift) * scale));
 }
 
-/// How similar a standardised row is to each landmark.
+/// Returns the kernel between a standardised row and each landmark.
 pub(super) fn similarities_to(
     landmarks: &[Vec<f64>],
     length_scale: f64,

@@ -1,16 +1,16 @@
-//! The optimiser: Adam in one pass over all parameters.
+//! Adam optimiser in one pass over all parameters.
 //!
-//! Guarantees: the same on every instruction set, since each parameter is worked on alone; moments that have decayed
-//! to nothing become zero before they grow subnormal, which would slow every step after.
+//! Guarantees: the same results with every instruction set, because parameters are processed independently. Decayed
+//! moments become zero before they become subnormal, because subnormal numbers are slow.
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
-/// Keeps the step finite where the second moment is zero.
+/// Added to keep the step finite if the second moment is zero.
 const EPSILON: f32 = 1e-8;
-/// Smaller moments are zero: against [`EPSILON`] they move nothing.
+/// Minimum size of a moment. Compared with [`EPSILON`], smaller moments have no effect.
 const FLUSH_BELOW: f32 = 1e-30;
 
-/// The moments of each parameter's gradient.
+/// Moments of the gradient of each parameter.
 ///
 /// **Source** Kingma and Ba 2015, algorithm 1, with its defaults.
 #[derive(Clone, Debug)]
@@ -25,11 +25,11 @@ impl Adam {
         Self { first: vec![0.0; n_parameters], second: vec![0.0; n_parameters], n_steps: 0 }
     }
 
-    /// One step against the gradient.
+    /// Makes one step against the gradient.
     pub fn step(&mut self, parameters: &mut [f32], gradient: &[f32], learning_rate: f64) {
         self.n_steps = self.n_steps.saturating_add(1);
         let unbiased = |decay: f64| 1.0 - decay.powi(self.n_steps);
-        // The learning rate over the first moment's bias, and one over the root of the second's.
+        // Learning rate divided by the bias of the first moment, and inverse root of the bias of the second moment.
         let rate = (learning_rate / unbiased(FIRST_DECAY)) as f32;
         let second_factor = (1.0 / unbiased(SECOND_DECAY)).sqrt() as f32;
         let moments = self.first.iter_mut().zip(&mut self.second);
@@ -40,7 +40,7 @@ impl Adam {
             move || {
                 const B1: f32 = FIRST_DECAY as f32;
                 const B2: f32 = SECOND_DECAY as f32;
-                // Subtracted in double precision: `1 − B2` would keep four digits only.
+                // Subtracted in double precision, because `1 − B2` would keep only four digits.
                 const NEW1: f32 = (1.0 - FIRST_DECAY) as f32;
                 const NEW2: f32 = (1.0 - SECOND_DECAY) as f32;
                 for ((parameter, &slope), (first, second)) in all {
@@ -57,7 +57,7 @@ impl Adam {
 
 #[inline(always)]
 fn flushed(moment: f32) -> f32 {
-    // Written so that what is no number stays what it is, and reaches the loss.
+    // Written so that NaN stays NaN and reaches the loss.
     if moment.abs() < FLUSH_BELOW { 0.0 } else { moment }
 }
 
@@ -65,7 +65,7 @@ fn flushed(moment: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// The algorithm as printed, in double precision, on the gradient `p − 1` of `(p − 1)² / 2`.
+    /// Compares with the published algorithm in double precision, for the gradient `p − 1` of `(p − 1)² / 2`.
     #[test]
     fn steps_equal_the_printed_algorithm() {
         let mut adam = Adam::new(1);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slope_that_is_no_number_spoils_its_parameter() {
+    fn a_nan_gradient_makes_its_parameter_nan() {
         let mut adam = Adam::new(2);
         let mut parameters = [0.0_f32; 2];
         adam.step(&mut parameters, &[f32::NAN, 1.0], 0.01);

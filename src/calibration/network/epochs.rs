@@ -1,7 +1,7 @@
-//! Training from the inside: mini-batches in a new order every epoch, Adam under a falling rate.
+//! Epochs of a training: mini-batches in a new order in each epoch, Adam with a falling learning rate.
 //!
-//! Guarantees: cancelling is answered within one batch, held-out samples included; an order depends on the seed and
-//! the epochs before it alone.
+//! Guarantees: cancellation takes effect within one batch, also for held-out samples. The order depends only on the
+//! seed and the number of the epoch.
 
 use std::f64::consts::PI;
 
@@ -14,10 +14,10 @@ use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::{Cancelled, Progress};
 use crate::random::Random;
 
-/// Held-out samples that go through the network together.
+/// Number of held-out samples processed together.
 const HELD_OUT_BATCH: usize = 256;
 
-/// The streams of random numbers that belong to one seed.
+/// Random streams of one seed.
 const WEIGHTS: u64 = 1;
 const ORDER: u64 = 2;
 
@@ -28,7 +28,7 @@ pub(super) struct Losses {
     pub held_out: Option<f64>,
 }
 
-/// Samples as the network sees them.
+/// Standardised samples.
 struct Standard<'a> {
     inputs: Standardised<'a>,
     targets: Standardised<'a>,
@@ -47,12 +47,12 @@ impl<'a> Standard<'a> {
     }
 }
 
-/// Samples on their way through the network, and how far off its outputs are.
+/// Batch of samples in the network, and the errors of its outputs.
 struct Batch {
     forward: Forward<f32>,
     /// `capacity × n_targets`, row-major.
     targets: Vec<f32>,
-    /// One per target; zero for a constant one, which needs no learning.
+    /// One weight per target; zero for a constant target, which needs no training.
     weights: Vec<f32>,
 }
 
@@ -66,10 +66,10 @@ impl Batch {
         }
     }
 
-    /// Takes samples in, no more than the capacity.
+    /// Fills the batch with samples, at most the capacity.
     fn fill(&mut self, from: &Standard, samples: impl Iterator<Item = usize> + Clone) {
-        from.inputs.past_ages(samples.clone());
-        from.targets.past_ages(samples.clone());
+        from.inputs.prefetch(samples.clone());
+        from.targets.prefetch(samples.clone());
         let targets = self.targets.chunks_exact_mut(self.weights.len());
         for ((inputs, targets), k) in self.forward.inputs().zip(targets).zip(samples) {
             from.inputs.write_row(k, inputs);
@@ -77,7 +77,7 @@ impl Batch {
         }
     }
 
-    /// The summed loss of the first `n_samples` samples; `error` gets the weighted difference of every output.
+    /// Returns the summed loss of the first `n_samples` samples. `error` gets the weighted error of every output.
     fn loss(
         &mut self,
         parameters: &[f32],
@@ -98,7 +98,7 @@ impl Batch {
     }
 }
 
-/// Everything that changes while a network learns.
+/// State of a training.
 pub(super) struct Training<'a> {
     settings: &'a NetworkSettings,
     progress: &'a Progress,
@@ -110,7 +110,7 @@ pub(super) struct Training<'a> {
     adam: Adam,
     batch: Batch,
     backward: Backward<f32>,
-    /// All training samples, in the order of the present epoch.
+    /// Indices of all training samples in the order of the present epoch.
     order: Vec<usize>,
 }
 
@@ -146,7 +146,7 @@ impl<'a> Training<'a> {
         }
     }
 
-    /// One epoch, counted from zero.
+    /// Runs one epoch, counted from zero.
     pub fn epoch(&mut self, epoch: usize) -> Result<Losses, Cancelled> {
         self.progress.check()?;
         Random::new(self.settings.seed, &[ORDER, epoch as u64]).shuffle(&mut self.order);
@@ -167,7 +167,7 @@ impl<'a> Training<'a> {
         Ok(Losses { train: loss / n as f64, held_out: self.held_out_loss()? })
     }
 
-    /// One step on the samples `order[start..end]`; their summed loss before it.
+    /// Makes one step with the samples `order[start..end]` and returns their summed loss before the step.
     fn step(&mut self, start: usize, end: usize, rate: f64) -> f64 {
         let samples = &self.order[start..end];
         let m = samples.len();
@@ -198,9 +198,9 @@ impl<'a> Training<'a> {
         Ok(Some(loss / n as f64))
     }
 
-    /// Refuses losses and parameters that are not finite; `epoch` is counted from one.
+    /// Checks that losses and parameters are finite. `epoch` is counted from one.
     pub fn check(&self, losses: Losses, epoch: usize) -> Result<(), NetworkError> {
-        // A last step may spoil the parameters after the loss was taken.
+        // The last step may make parameters infinite after the loss was computed.
         let sound = losses.train.is_finite() && self.parameters.iter().all(|p| p.is_finite());
         let which = match losses.held_out {
             _ if !sound => "training",
@@ -211,7 +211,7 @@ impl<'a> Training<'a> {
     }
 }
 
-/// Weights uniform with the variance 2 / fan-in, biases zero.
+/// Returns initial parameters: uniform weights with the variance 2 / fan-in, zero biases.
 ///
 /// **Source** He et al. 2015, equation 10.
 fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
@@ -232,7 +232,7 @@ fn first_parameters(shape: &Shape, seed: u64) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Four samples `x, x²`, enough to take a step on.
+    /// Returns four samples `x, x²`, enough for one step.
     fn parabola() -> (Samples, Scale, Scale) {
         let mut samples = Samples::new(1, 1);
         samples.push_rows(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 4.0, 9.0]).unwrap();
@@ -242,9 +242,9 @@ mod tests {
         (samples, inputs, targets)
     }
 
-    /// A weight that has overflowed, or weights so large that the outputs do, reach the loss of the same epoch.
+    /// Overflowing weights or outputs must reach the loss of the same epoch.
     #[test]
-    fn a_training_that_blows_up_says_so() {
+    fn a_diverging_training_is_an_error() {
         let (samples, inputs, targets) = parabola();
         let (settings, progress) = (NetworkSettings::default(), Progress::default());
         for spoil in [|p: &mut f32| *p = f32::INFINITY, |p: &mut f32| *p *= 1e30] {
@@ -257,8 +257,8 @@ mod tests {
         }
     }
 
-    /// Uniform in ±b has the variance b² / 3 = 2 / fan-in; of 10,000 draws it has a standard error of 1 %, and the
-    /// band is five of them.
+    /// A uniform distribution in ±b has the variance b² / 3 = 2 / fan-in. For 10,000 draws its standard error is 1 %;
+    /// the tolerance is five standard errors.
     #[test]
     fn first_weights_have_the_variance_of_he_and_biases_are_zero() {
         let shape = Shape::new(100, &[100], 1);
@@ -270,7 +270,7 @@ mod tests {
         assert_eq!(biases, [0.0; 100]);
     }
 
-    /// How far weights move in the first epoch of a hundred, and in the last, done right after it.
+    /// Returns the change of the weights in the first of a hundred epochs, and in the last, run directly after it.
     fn moved(constant_rate: bool) -> (f32, f32) {
         let (samples, inputs, targets) = parabola();
         let settings = NetworkSettings {
@@ -297,11 +297,11 @@ mod tests {
         assert!(last > 0.3 * first, "{first} {last}");
     }
 
-    /// A rate that falls along half a cosine moves the weights ever less.
+    /// With a rate that falls along half a cosine, the changes decrease.
     #[test]
     fn the_last_epoch_hardly_moves_the_weights() {
         let (first, last) = moved(false);
-        // Adam's first step is the rate itself, for every weight that has a slope.
+        // Adam's first step equals the learning rate for every weight with a nonzero gradient.
         assert!((first / 0.003 - 1.0).abs() < 1e-3 && last < 1e-3 * first, "{first} {last}");
     }
 }

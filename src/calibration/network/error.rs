@@ -1,4 +1,4 @@
-//! What can be wrong with a network, its samples and its settings.
+//! Faults of a network, its samples and its settings.
 
 use std::fmt;
 
@@ -6,12 +6,12 @@ use crate::calibration::length::WrongLength;
 use crate::features::OutOfRange;
 use crate::progress::Cancelled;
 
-/// A column of the samples, counted from zero; it shows itself counted from one.
+/// Column of the samples, counted from zero. Its text counts from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// A feature.
+    /// Feature.
     Input(usize),
-    /// A load axis.
+    /// Load axis.
     Target(usize),
 }
 
@@ -24,7 +24,7 @@ impl fmt::Display for Column {
     }
 }
 
-/// Why there is no network, or why it cannot be used.
+/// Reason why a network cannot be trained or used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NetworkError {
     #[error(transparent)]
@@ -34,27 +34,27 @@ pub enum NetworkError {
     #[error("there are no {which} samples; load a recording for them or change a role")]
     NoSamples { which: &'static str },
     #[error(
-        "the held-out samples have {actual} {what} columns where the training samples have {expected}; describe both alike"
+        "the held-out samples have {actual} {what} columns, but the training samples have {expected}; use the same features for both"
     )]
     HeldOutColumns { what: &'static str, expected: usize, actual: usize },
     #[error(
-        "{column} is {value} at sample {}; leave that sample out or correct it", .sample + 1
+        "{column} is {value} at sample {}; correct this sample or leave it out", .sample + 1
     )]
     NotFinite { column: Column, sample: usize, value: f64 },
     #[error(
-        "{column} is {value} at sample {}, too far from the others for a network; leave that sample out, or take a larger unit", .sample + 1
+        "{column} is {value} at sample {}, too far from the others for a network; leave this sample out, or use a larger unit", .sample + 1
     )]
     TooLarge { column: Column, sample: usize, value: f64 },
     #[error(
-        "the {which} loss was no finite number in epoch {epoch}; choose a learning rate below {learning_rate}, or leave out samples that are far from the others"
+        "the training diverged: the {which} loss is not finite in epoch {epoch}; choose a learning rate below {learning_rate}, or leave out samples far from the others"
     )]
     Diverged { which: &'static str, epoch: usize, learning_rate: f64 },
-    #[error("the training was cancelled before its first epoch was done")]
+    #[error("the training was cancelled before the end of the first epoch")]
     Cancelled,
-    #[error("the network's {0}; train it anew or restore the file")]
+    #[error("the network's {0}; train it again or restore the file")]
     Length(#[from] WrongLength),
     #[error(
-        "the network's {field} holds a number that is not finite, or is negative where it must not be; train it anew or restore the file"
+        "a number in the network's {field} is not finite, or is negative but must not be; train it again or restore the file"
     )]
     Number { field: String },
 }

@@ -1,7 +1,7 @@
-//! The network that training leaves behind, and that a file can hold.
+//! Trained network, as stored in a file.
 //!
-//! Guarantees: what [`Network::validate`] accepts has matching shapes and finite numbers only, and predicts without a
-//! panic. Weights are the single-precision numbers of the training, so they are written short and read back the same.
+//! Guarantees: a network accepted by [`Network::validate`] has matching shapes and finite numbers, and predicts without
+//! panic. Weights have single precision, so they are short in files and are read back exactly.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,50 +17,50 @@ use crate::calibration::network::error::NetworkError;
 /// **Shapes** one row of weights and one bias per output.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
-    /// One row per output, one entry per input.
+    /// Weights: one row per output, one entry per input.
     pub weights: Vec<Vec<f32>>,
-    /// One per output.
+    /// One bias per output.
     pub biases: Vec<f32>,
 }
 
-/// A fitted network: `load = target_shift + target_scale · layers((inputs − input_shift) · input_inverse_scale)`.
+/// Trained network: `load = target_shift + target_scale · layers((inputs − input_shift) · input_inverse_scale)`.
 ///
 /// **Source** section 4.2.1; standardisation, optimiser and seed are ours.
 ///
-/// **Units** shifts and scales carry the units of their columns; what is between has none.
+/// **Units** shifts and scales have the units of their columns; all other numbers have none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Network {
     /// Mean of each input over the training samples.
     pub input_shift: Vec<f64>,
-    /// One over the standard deviation of each input; zero for one that was constant, which then counts for nothing.
+    /// Inverse standard deviation of each input; zero for a constant input, which is then ignored.
     pub input_inverse_scale: Vec<f64>,
-    /// From the inputs to the outputs; at least one.
+    /// Layers from the inputs to the outputs; at least one.
     pub layers: Vec<Layer>,
     /// Mean of each target over the training samples.
     pub target_shift: Vec<f64>,
-    /// Standard deviation of each target; zero for one that was constant, which is then predicted exactly.
+    /// Standard deviation of each target; zero for a constant target, which is then predicted exactly.
     pub target_scale: Vec<f64>,
 }
 
 impl Network {
-    /// How many numbers describe a sample.
+    /// Returns the number of inputs.
     pub fn n_inputs(&self) -> usize {
         self.input_shift.len()
     }
 
-    /// How many numbers are predicted.
+    /// Returns the number of targets.
     pub fn n_targets(&self) -> usize {
         self.target_shift.len()
     }
 
-    /// How many weights and biases there are.
+    /// Returns the number of weights and biases.
     pub fn n_parameters(&self) -> usize {
         let count =
             |layer: &Layer| layer.weights.iter().map(Vec::len).sum::<usize>() + layer.biases.len();
         self.layers.iter().map(count).sum()
     }
 
-    /// Multiplies the answers with these shares, one per target.
+    /// Multiplies the predictions by a factor per target.
     pub(crate) fn scale(&mut self, shares: &[f64]) {
         let targets = self.target_shift.iter_mut().zip(&mut self.target_scale);
         for ((shift, scale), share) in targets.zip(shares) {
@@ -69,10 +69,10 @@ impl Network {
         }
     }
 
-    /// Checks everything that a file could have wrong.
+    /// Checks everything that a file may contain.
     ///
     /// # Errors
-    /// [`NetworkError::NoColumns`], [`NetworkError::Length`] or [`NetworkError::Number`] with the first thing found.
+    /// [`NetworkError::NoColumns`], [`NetworkError::Length`] or [`NetworkError::Number`] for the first fault.
     pub fn validate(&self, n_inputs: usize, n_targets: usize) -> Result<(), NetworkError> {
         if n_inputs == 0 || n_targets == 0 {
             return Err(NetworkError::NoColumns);
@@ -115,7 +115,7 @@ impl Network {
         Shape::new(self.n_inputs(), hidden, self.n_targets())
     }
 
-    /// Weights and biases in the order of [`Shape::parameters`].
+    /// Returns weights and biases in the order of [`Shape::parameters`].
     pub(super) fn parameters<T: Real>(&self) -> Vec<T> {
         let mut parameters = Vec::with_capacity(self.n_parameters());
         for layer in &self.layers {
@@ -127,7 +127,7 @@ impl Network {
         parameters
     }
 
-    /// The reverse of [`Network::parameters`].
+    /// Creates a network from the result of [`Network::parameters`].
     pub(super) fn from_parameters(
         shape: &Shape,
         parameters: &[f32],
@@ -163,7 +163,7 @@ pub(super) mod tests {
     use crate::calibration::length::WrongLength;
     use crate::random::Random;
 
-    /// A network of random numbers with two inputs and two targets.
+    /// Returns a network of random numbers with two inputs and two targets.
     pub(in super::super) fn any_network(hidden: &[usize]) -> Network {
         let shape = Shape::new(2, hidden, 2);
         let mut random = Random::new(8, &[]);
@@ -236,7 +236,7 @@ pub(super) mod tests {
         );
     }
 
-    /// A number beyond single precision becomes infinite when it is read.
+    /// A number beyond single precision becomes infinite when read.
     #[test]
     fn a_weight_too_large_for_the_file_is_refused() {
         let text = serde_json::to_string(&any_network(&[])).unwrap();

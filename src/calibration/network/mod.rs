@@ -1,8 +1,8 @@
-//! The neural network: standardised features → rectified hidden layers → standardised load.
+//! Neural network: standardised features → rectified hidden layers → standardised load.
 //!
-//! Guarantees: the same samples, settings and seed give the same network on the same kind of processor, whatever else
-//! the machine does (a network is trained on one thread; train several on several); a network that comes out of training has only finite numbers; a
-//! cancelled training keeps the best network it had; nothing that is not a number is ever learned from or swallowed.
+//! Guarantees: the same samples, settings and seed give the same network on the same kind of processor. One network is
+//! trained on one thread. A trained network has only finite numbers. A cancelled training returns the best network so
+//! far. Non-finite numbers are never learned from or hidden.
 //!
 //! ```
 //! use loopscope::calibration::network::{Network, NetworkSettings, Samples};

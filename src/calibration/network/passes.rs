@@ -1,16 +1,16 @@
-//! A network's two passes over a block of samples: forward to the outputs, backward to the gradient.
+//! Forward and backward pass of a network over a block of samples.
 //!
-//! Guarantees: memory for the values is taken beforehand; every product runs on the calling thread; a value that is not a number
-//! stays one through the rectifier, so it reaches the loss.
+//! Guarantees: memory is allocated beforehand, and every product runs on the calling thread. NaN passes the rectifier,
+//! so it reaches the loss.
 //!
-//! Layout: a block is a matrix with one column per sample. Behind the units of every layer but the last stands a unit
-//! that is always one, so a layer's biases are the last column of its weights, and one product serves both.
+//! Layout: a block is a matrix with one column per sample. Every layer but the last has an additional unit that is
+//! always one. The biases are therefore the last column of the weights, and one product computes both.
 
 use std::ops::Range;
 
 use super::product::{Out, Real, View};
 
-/// How many units each layer has, inputs and outputs included; always two layers or more.
+/// Number of units in each layer, including inputs and outputs; at least two layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Shape(Vec<usize>);
 
@@ -20,17 +20,17 @@ impl Shape {
         Self([&ends.0[..], hidden, &ends.1[..]].concat())
     }
 
-    /// How many layers have weights.
+    /// Returns the number of layers with weights.
     pub fn n_layers(&self) -> usize {
         self.0.len() - 1
     }
 
-    /// Units that layer `layer` takes in; layer 0 takes the inputs.
+    /// Returns the number of inputs of a layer. Layer 0 has the inputs of the network.
     pub fn fan_in(&self, layer: usize) -> usize {
         self.0[layer]
     }
 
-    /// Units that layer `layer` gives out.
+    /// Returns the number of outputs of a layer.
     pub fn fan_out(&self, layer: usize) -> usize {
         self.0[layer + 1]
     }
@@ -39,25 +39,25 @@ impl Shape {
         self.fan_out(self.n_layers() - 1)
     }
 
-    /// Where the weights and biases of a layer stand: `fan_out × (fan_in + 1)`, column-major, biases last.
+    /// Returns the range of the weights and biases of a layer: `fan_out × (fan_in + 1)`, column-major, biases last.
     pub fn parameters(&self, layer: usize) -> Range<usize> {
         let count = |layer: usize| self.fan_out(layer) * (self.fan_in(layer) + 1);
         let start = (0..layer).map(count).sum();
         start..start + count(layer)
     }
 
-    /// How many weights and biases there are in all.
+    /// Returns the number of weights and biases.
     pub fn n_parameters(&self) -> usize {
         self.parameters(self.n_layers() - 1).end
     }
 
-    /// Numbers per sample in the block that goes into layer `layer`, or for `n_layers` in that of the outputs.
+    /// Returns the numbers per sample in the block before layer `layer`; `n_layers` stands for the outputs.
     fn stride(&self, layer: usize) -> usize {
         self.0[layer] + usize::from(layer < self.n_layers())
     }
 }
 
-/// What every layer makes of up to `capacity` samples.
+/// Values of every layer for up to `capacity` samples.
 #[derive(Clone, Debug)]
 pub(super) struct Forward<T> {
     shape: Shape,
@@ -67,25 +67,25 @@ pub(super) struct Forward<T> {
 
 impl<T: Real> Forward<T> {
     pub fn new(shape: &Shape, capacity: usize) -> Self {
-        // All ones: what is overwritten does not matter, and the units behind the others must be one.
+        // All values start at one. Most are overwritten, but the additional units must stay one.
         let blocks = (0..=shape.n_layers())
             .map(|layer| vec![T::from(1.0); shape.stride(layer) * capacity])
             .collect();
         Self { shape: shape.clone(), capacity, blocks }
     }
 
-    /// How many samples fit in.
+    /// Returns the maximum number of samples.
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// The inputs of each sample, to be written before [`Forward::run`].
+    /// Returns the inputs of each sample, to be written before [`Forward::run`].
     pub fn inputs(&mut self) -> impl Iterator<Item = &mut [T]> {
         let n_inputs = self.shape.fan_in(0);
         self.blocks[0].chunks_exact_mut(n_inputs + 1).map(move |column| &mut column[..n_inputs])
     }
 
-    /// The outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
+    /// Returns the outputs of the first `n_samples` samples, `n_samples × n_outputs` row-major.
     pub fn run(&mut self, parameters: &[T], n_samples: usize) -> &[T] {
         let shape = &self.shape;
         for layer in 0..shape.n_layers() {
@@ -107,10 +107,10 @@ impl<T: Real> Forward<T> {
     }
 }
 
-/// The gradient's way back through the blocks of a [`Forward`].
+/// Derivatives of the loss in the blocks of a [`Forward`].
 #[derive(Clone, Debug)]
 pub(super) struct Backward<T> {
-    /// Per block, how the loss changes with each of its values; none for the inputs.
+    /// Derivatives with respect to the values of each block; empty for the inputs.
     slopes: Vec<Vec<T>>,
 }
 
@@ -122,12 +122,12 @@ impl<T: Real> Backward<T> {
         Self { slopes }
     }
 
-    /// How the loss changes with each output, to be written before [`Backward::run`]: as long as the outputs.
+    /// Returns the derivatives with respect to the outputs, to be written before [`Backward::run`].
     pub fn output_slopes(&mut self) -> &mut [T] {
         self.slopes.last_mut().expect("there are outputs")
     }
 
-    /// Writes how the loss changes with each parameter, after `forward` ran on the same `n_samples` samples.
+    /// Writes the derivatives with respect to the parameters, after `forward` ran on the same `n_samples` samples.
     pub fn run(
         &mut self,
         forward: &Forward<T>,
@@ -156,7 +156,7 @@ impl<T: Real> Backward<T> {
                     View::new(weights, fan_out, fan_in, fan_out).transpose(),
                     slopes,
                 );
-                // Units at rest have no slopes: a rectifier blocks them.
+                // Inactive units have the derivative zero.
                 pulp::Arch::new().dispatch(
                     #[inline(always)]
                     move || {
@@ -170,7 +170,7 @@ impl<T: Real> Backward<T> {
     }
 }
 
-/// Sets what is below zero to zero.
+/// Sets negative values to zero.
 fn rectify<T: Real>(values: &mut [T]) {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -182,10 +182,10 @@ fn rectify<T: Real>(values: &mut [T]) {
     );
 }
 
-/// One for a unit at work, zero for one at rest.
+/// Returns one for an active unit, and zero for an inactive unit.
 ///
-/// A factor, unlike `max`, lets what is no number pass; and unlike a condition it becomes no masked store, which some
-/// processors are slow at.
+/// A factor lets NaN pass, unlike `max`. Unlike a condition, it does not become a masked store, which is slow on some
+/// processors.
 #[inline(always)]
 fn switch<T: Real>(value: T) -> T {
     T::from(if value > T::from(0.0) { 1.0 } else { 0.0 })
@@ -196,7 +196,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// The outputs of one sample, unit by unit.
+    /// Returns the outputs of one sample, computed unit by unit.
     fn slow_outputs(shape: &Shape, parameters: &[f64], inputs: &[f64]) -> Vec<f64> {
         let mut values = inputs.to_vec();
         for layer in 0..shape.n_layers() {
@@ -260,8 +260,8 @@ mod tests {
         }
     }
 
-    /// The loss is `Σ cᵢ yᵢ` over all outputs, so its slope at output i is cᵢ; central differences of step h are off
-    /// by O(h²) where no unit turns on or off within h.
+    /// The loss is `Σ cᵢ yᵢ` over all outputs, so its derivative with respect to output i is cᵢ. The error of central
+    /// differences is O(h²), unless a unit switches within the step h.
     #[test]
     fn the_gradient_equals_central_differences() {
         for (hidden, n_samples) in [(&[][..], 4), (&[5], 1), (&[4, 7, 6], 9)] {
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_passes_the_rectifier() {
+    fn nan_passes_the_rectifier() {
         let mut values = [-1.0, f32::NAN, 2.0];
         rectify(&mut values);
         assert_eq!((values[0], values[2]), (0.0, 2.0));

@@ -1,22 +1,23 @@
-//! From inputs to loads, in double precision.
+//! Prediction of loads in double precision.
 //!
-//! Guarantees: many samples at once and one alone give the same numbers to within rounding; an input that is not a finite number gives loads that are none, in its own sample only.
+//! Guarantees: a sample has the same result alone and among many, except for rounding. A non-finite input gives NaN
+//! loads, in its own sample only.
 
 use rayon::prelude::*;
 
 use super::passes::Forward;
 use crate::calibration::network::fitted::Network;
 
-/// Samples that go through the network together; their values stay in the second-level cache.
+/// Number of samples processed together. Their values fit into the second-level cache.
 const BLOCK_SAMPLES: usize = 256;
 
 impl Network {
-    /// Predicts many samples, on all threads of the pool it is called from; the numbers do not depend on how many.
+    /// Predicts many samples on all threads of the current pool. The results do not depend on the number of threads.
     ///
     /// **Shapes** `inputs` is `n × n_inputs`, `out` is `n × n_targets`, both row-major.
     ///
     /// # Panics
-    /// If the shapes differ from these, or the network is not one that [`Network::validate`] accepts.
+    /// If the shapes differ from these, or [`Network::validate`] would fail.
     pub fn predict_rows(&self, inputs: &[f64], out: &mut [f64]) {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         let n = inputs.len() / n_inputs;
@@ -44,7 +45,7 @@ impl Network {
         let scales = self.input_shift.iter().zip(&self.input_inverse_scale);
         for ((value, input), (shift, inverse_scale)) in values.iter_mut().zip(inputs).zip(scales) {
             let z = (input - shift) * inverse_scale;
-            // A rectifier could turn an infinite value into a finite load.
+            // A rectifier could turn an infinite input into a finite load.
             *value = if z.is_finite() { z } else { f64::NAN };
         }
     }
@@ -62,7 +63,7 @@ mod tests {
     use super::super::fitted::tests::any_network;
     use super::*;
 
-    /// Rows about the shifts of [`any_network`].
+    /// Returns rows near the shifts of [`any_network`].
     fn rows(n: usize) -> Vec<f64> {
         (0..n)
             .flat_map(|k| {
@@ -72,9 +73,9 @@ mod tests {
             .collect()
     }
 
-    /// One unit: z = (x − 3)·10, w·z + b rectified, out of it y = 7 + 2·(v·h + c).
+    /// One unit: z = (x − 3)·10, h = w·z + b rectified, y = 7 + 2·(v·h + c).
     #[test]
-    fn a_small_network_gives_what_it_should() {
+    fn a_small_network_gives_the_computed_load() {
         let mut network = any_network(&[1]);
         network.layers[0].weights = vec![vec![0.5, 0.0]];
         network.layers[0].biases = vec![1.0];
@@ -89,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn one_sample_gives_what_many_give() {
+    fn one_sample_and_many_give_the_same() {
         for hidden in [&[][..], &[1], &[40], &[100, 33, 17]] {
             let network = any_network(hidden);
             let inputs = rows(2 * BLOCK_SAMPLES + 3);
@@ -106,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn an_input_that_is_no_number_spoils_its_own_sample_only() {
+    fn a_non_finite_input_affects_only_its_own_sample() {
         let network = any_network(&[8, 8]);
         for wrong in [f64::NAN, f64::INFINITY] {
             let mut inputs = rows(3);

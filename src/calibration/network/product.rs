@@ -1,18 +1,18 @@
-//! Matrix products that never leave the calling thread: faer's, and a kernel of our own for the rows it is slow at.
+//! Matrix products on the calling thread: faer's, and an own kernel for the last rows.
 //!
-//! Guarantees: the same numbers on every call, on the same kind of processor; no value between columns is written.
+//! Guarantees: repeatable results on the same kind of processor. Values between columns are not written.
 //!
-//! Faer works on 16 rows of single precision at a time. Of a layer of 100 units it so wastes the larger part of the
-//! last 16, and the waits between dependent sums show, since few are left to do side by side. The few rows beyond a
-//! multiple of 16 are therefore done here, ten columns at once.
+//! Faer processes 16 rows of single precision at a time. For a layer of 100 units most of the last 16 rows are wasted,
+//! and dependent sums wait for each other. The own kernel computes the rows after a multiple of 16, ten columns at a
+//! time.
 
 use faer::linalg::matmul::matmul;
 use faer::traits::RealField;
 use faer::{Accum, MatMut, MatRef, Par};
 
-/// A precision that a network can be computed in.
+/// Floating-point type of a network.
 pub(super) trait Real: RealField + Copy + PartialOrd + From<f32> {
-    /// `out = left · right`.
+    /// Computes `out = left · right`.
     fn product(out: Out<Self>, left: View<Self>, right: View<Self>);
 }
 
@@ -52,7 +52,7 @@ fn by_faer<T: Real>(out: Out<T>, left: View<T>, right: View<T>) {
     matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
 }
 
-/// A matrix to read: its columns stand `stride` apart, or if it is transposed, its rows do.
+/// Matrix to read. Its columns are `stride` apart, or its rows if it is transposed.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, T> {
     values: &'a [T],
@@ -92,7 +92,7 @@ impl<'a, T: Real> View<'a, T> {
     }
 }
 
-/// A matrix to write: its columns stand `stride` apart, and what is between them stays as it is.
+/// Matrix to write. Its columns are `stride` apart; values between columns do not change.
 pub(super) struct Out<'a, T> {
     values: &'a mut [T],
     n_rows: usize,
@@ -110,21 +110,21 @@ impl<'a, T> Out<'a, T> {
     }
 }
 
-/// Rows that faer works on at a time, with the widest registers.
+/// Number of rows that faer processes at a time, with the widest registers.
 const ROWS_OF_FAER: usize = 16;
-/// Rows that the kernel works on at a time: all it gets.
+/// Maximum number of rows for the own kernel, which processes them together.
 const LANES: usize = 8;
-/// Columns side by side: their sums stay in registers, and are enough to hide that a sum waits for the one before.
+/// Number of columns processed together. Their sums fit into registers and hide the latency of dependent sums.
 const COLUMNS: usize = 10;
-/// How many products are summed before the sums go to memory; so much of the left matrix is laid out anew at a time.
+/// Number of products summed before the sums are stored. This part of the left matrix is copied at a time.
 const DEPTH: usize = 256;
 
 /// One number per row.
 type Lanes = [f32; LANES];
 
-/// The rows of a product from `first_row` on, at most [`LANES`].
+/// Rows of a product from `first_row` on, at most [`LANES`].
 ///
-/// Compiled for each instruction set; which one is decided when the program runs.
+/// Compiled for each instruction set, and selected at run time.
 struct Edge<'a> {
     out: Out<'a, f32>,
     left: View<'a, f32>,
@@ -139,7 +139,7 @@ impl Edge<'_> {
         let depth = self.left.n_columns;
         for start in (0..depth).step_by(DEPTH) {
             let panel = &mut panel[..(depth - start).min(DEPTH)];
-            self.lay_out(start, panel);
+            self.copy_panel(start, panel);
             let n_columns = self.out.n_columns;
             let whole = n_columns - n_columns % COLUMNS;
             for column in (0..whole).step_by(COLUMNS) {
@@ -151,9 +151,9 @@ impl Edge<'_> {
         }
     }
 
-    /// Writes the left matrix' columns from `start` on, one after another; lanes beyond the last row hold anything.
+    /// Copies the columns of the left matrix from `start` on. Lanes beyond the last row have arbitrary values.
     #[inline(always)]
-    fn lay_out(&self, start: usize, panel: &mut [Lanes]) {
+    fn copy_panel(&self, start: usize, panel: &mut [Lanes]) {
         let View { values, stride, .. } = self.left;
         let n_rows = self.out.n_rows - self.first_row;
         if self.left.transposed {
@@ -174,7 +174,7 @@ impl Edge<'_> {
         }
     }
 
-    /// Adds up `N` columns, or what the panel has of them.
+    /// Sums up to `N` columns of the panel.
     #[inline(always)]
     fn columns<const N: usize>(&mut self, start: usize, panel: &[Lanes], first: usize) {
         let View { values, stride, .. } = self.right;
@@ -196,7 +196,7 @@ impl Edge<'_> {
     }
 }
 
-/// `N` columns of the product with a matrix whose columns stand `stride` apart.
+/// Returns `N` columns of the product with a matrix whose columns are `stride` apart.
 #[inline(always)]
 fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
     let columns: [&[f32]; N] = std::array::from_fn(|at| &right[at * stride..][..panel.len()]);
@@ -209,7 +209,7 @@ fn sums_over_columns<const N: usize>(panel: &[Lanes], right: &[f32], stride: usi
     sums
 }
 
-/// `N` columns of the product with a matrix whose rows stand `stride` apart.
+/// Returns `N` columns of the product with a matrix whose rows are `stride` apart.
 #[inline(always)]
 fn sums_over_rows<const N: usize>(panel: &[Lanes], right: &[f32], stride: usize) -> [Lanes; N] {
     let mut sums = [[0.0; LANES]; N];
@@ -233,7 +233,7 @@ fn add_product(sum: &mut Lanes, left: &Lanes, right: f32) {
 mod tests {
     use super::*;
 
-    /// A matrix of whole numbers with no simple relation and gaps that must not be read.
+    /// Matrix of integers without a simple relation. Its gaps must not be read.
     struct Stored {
         values: Vec<f32>,
         n_rows: usize,
@@ -277,7 +277,7 @@ mod tests {
         }
     }
 
-    /// Every sum is a whole number below 300 · 11², so none is rounded, and each must be exact.
+    /// Every sum is an integer below 300 · 11², so products must be exact.
     #[test]
     fn products_are_exact_and_write_nothing_else() {
         for n_rows in [1, 6, 8, 9, 16, 20, 100] {

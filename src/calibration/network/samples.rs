@@ -1,21 +1,21 @@
-//! What a network learns from, in single precision without losing digits, and how it is standardised.
+//! Training samples of a network in single precision without loss of digits, and their standardisation.
 //!
-//! Guarantees: every value that is kept is finite; values are kept relative to the first sample, so a large offset
-//! costs no digits of what changes; memory is four bytes a value and nothing else.
+//! Guarantees: every stored value is finite. Values are stored relative to the first sample, so a large offset does not
+//! reduce precision. Each value needs four bytes.
 
 use crate::calibration::network::error::{Column, NetworkError};
 use crate::progress::{Cancelled, Progress};
 
-/// Values farther than this from the first sample could overflow single precision on their way.
+/// Maximum distance from the first sample. Larger values could overflow single precision.
 const FARTHEST: f64 = 1e30;
-/// A spread below this share of the largest value is rounding, not signal.
+/// Minimum standard deviation, as a share of the largest value. A smaller one is rounding noise.
 const CONSTANT_BELOW: f64 = 1e-13;
-/// A smaller spread has no place in single precision.
+/// Minimum standard deviation that single precision can represent.
 const SMALLEST_SPREAD: f64 = 1e-30;
-/// Number of rows that are measured between two looks at whether the work is cancelled.
+/// Number of rows processed between two checks for cancellation.
 const ROWS_PER_CHECK: usize = 8192;
 
-/// Samples: what they are described by, and what is to be learned.
+/// Samples with inputs and targets.
 ///
 /// Two million samples of 60 inputs and 6 targets take 0.5 GB.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,28 +25,28 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// No samples yet.
+    /// Creates an empty list of samples.
     pub fn new(n_inputs: usize, n_targets: usize) -> Self {
         Self { inputs: Table::new(n_inputs), targets: Table::new(n_targets) }
     }
 
-    /// Makes room for `n_samples` more samples, so that memory is asked for only once.
+    /// Reserves memory for `n_samples` more samples.
     pub fn reserve(&mut self, n_samples: usize) {
         for table in [&mut self.inputs, &mut self.targets] {
             table.values.reserve_exact(n_samples * table.width);
         }
     }
 
-    /// Appends samples, all or none of them.
+    /// Appends samples, all or none.
     ///
     /// **Shapes** `inputs` is `m × n_inputs`, `targets` is `m × n_targets`, both row-major.
     ///
     /// # Errors
-    /// [`NetworkError::NotFinite`] and [`NetworkError::TooLarge`] name the column and the sample;
-    /// [`NetworkError::NoColumns`] if there are no inputs or no targets.
+    /// [`NetworkError::NotFinite`] and [`NetworkError::TooLarge`] with column and sample; [`NetworkError::NoColumns`]
+    /// without inputs or targets.
     ///
     /// # Panics
-    /// If the rows are not whole or not as many.
+    /// If the rows are not whole, or inputs and targets have different numbers of rows.
     pub fn push_rows(&mut self, inputs: &[f64], targets: &[f64]) -> Result<(), NetworkError> {
         let (n_inputs, n_targets) = (self.n_inputs(), self.n_targets());
         if n_inputs == 0 || n_targets == 0 {
@@ -67,26 +67,26 @@ impl Samples {
         pushed
     }
 
-    /// How many samples there are.
+    /// Returns the number of samples.
     pub fn n_samples(&self) -> usize {
         self.targets.n_rows()
     }
 
-    /// How many columns a sample is described by.
+    /// Returns the number of inputs.
     pub fn n_inputs(&self) -> usize {
         self.inputs.width
     }
 
-    /// How many columns are to be learned.
+    /// Returns the number of targets.
     pub fn n_targets(&self) -> usize {
         self.targets.width
     }
 }
 
-/// Rows relative to the first of them.
+/// Rows relative to the first row.
 ///
-/// No sample of n is farther than √n standard deviations from the mean, so neither is the first; what single precision
-/// loses is therefore below `√n · 6e-8` standard deviations, whatever the first sample is.
+/// No sample of n, hence not the first, is more than √n standard deviations from the mean. The error of single
+/// precision is therefore below `√n · 6e-8` standard deviations.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Table {
     width: usize,
@@ -125,7 +125,7 @@ impl Table {
         Ok(())
     }
 
-    /// Mean and standard deviation of each column.
+    /// Returns mean and standard deviation of each column.
     ///
     /// # Errors
     /// [`Cancelled`] if the work is cancelled.
@@ -173,7 +173,7 @@ impl Table {
         Ok(())
     }
 
-    /// The rows of this table as standardised by `scale`.
+    /// Returns the rows of this table, standardised by `scale`.
     pub fn standardised(&self, scale: &Scale) -> Standardised<'_> {
         let inverse = scale.inverse_spread();
         Standardised {
@@ -186,7 +186,7 @@ impl Table {
     }
 }
 
-/// Where each column lies and how wide it spreads.
+/// Mean and standard deviation of each column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
     /// Mean.
@@ -196,14 +196,14 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// One over the standard deviation; zero for a constant column.
+    /// Returns the inverse standard deviations; zero for a constant column.
     pub fn inverse_spread(&self) -> Vec<f64> {
         let inverse = |&spread: &f64| if spread > 0.0 { 1.0 / spread } else { 0.0 };
         self.spread.iter().map(inverse).collect()
     }
 }
 
-/// A table whose rows are standardised as they are taken.
+/// Table whose rows are standardised when they are read.
 #[derive(Clone, Debug)]
 pub(super) struct Standardised<'a> {
     table: &'a Table,
@@ -216,16 +216,16 @@ impl Standardised<'_> {
         self.table.n_rows()
     }
 
-    /// Reads a little of each row, so that the waits for memory overlap before the rows are needed one by one.
+    /// Reads a part of each row in advance, so that memory accesses overlap.
     #[inline]
-    pub fn past_ages(&self, rows: impl Iterator<Item = usize>) {
+    pub fn prefetch(&self, rows: impl Iterator<Item = usize>) {
         let width = self.table.width;
         let ends =
             |k: usize| self.table.values[k * width] + self.table.values[k * width + width - 1];
         std::hint::black_box(rows.map(ends).sum::<f32>());
     }
 
-    /// Writes row `k`; a constant column gives zero.
+    /// Writes the standardised row `k`; a constant column gives zero.
     #[inline]
     pub fn write_row(&self, k: usize, out: &mut [f32]) {
         let row = &self.table.values[k * self.table.width..][..self.table.width];
@@ -253,8 +253,7 @@ mod tests {
         (scale, rows)
     }
 
-    /// 1 and 3 about their mean 2 with deviation 1; an offset of 1e9, which single precision could not hold beside
-    /// them, changes nothing.
+    /// 1 and 3 have the mean 2 and the deviation 1. An offset of 1e9, too large for single precision, changes nothing.
     #[test]
     fn a_large_offset_costs_no_digits() {
         for offset in [0.0, 1e9] {
@@ -277,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_named_and_nothing_of_it_is_kept() {
+    fn rows_with_non_finite_numbers_are_named_and_not_stored() {
         let mut samples = Samples::new(2, 1);
         samples.push_rows(&[1.0, 2.0], &[3.0]).unwrap();
         for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -296,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_first_sample_that_is_no_number_is_refused_and_leaves_no_origin() {
+    fn a_non_finite_first_sample_is_refused_and_leaves_no_origin() {
         let mut samples = Samples::new(1, 1);
         assert!(samples.push_rows(&[f64::NAN], &[0.0]).is_err());
         samples.push_rows(&[5.0], &[0.0]).unwrap();

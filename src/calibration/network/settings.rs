@@ -1,15 +1,15 @@
-//! What a person chooses about a network.
+//! Settings of a network.
 
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::network::error::NetworkError;
 use crate::features::{Range, Setting, Unit};
 
-/// More layers than this are a slip of the keyboard.
+/// Maximum number of hidden layers. More are most likely a typing error.
 const LAYERS: Setting =
     Setting { what: "the number of hidden layers", range: Range::Whole(0, 16), ..UNITS };
 
-/// How many units a hidden layer has. A wider layer would keep a cancelled training busy for longer than a person waits.
+/// Units per hidden layer. A wider layer would delay cancellation too much.
 pub const UNITS: Setting = Setting {
     key: "hidden",
     option: "units",
@@ -17,11 +17,11 @@ pub const UNITS: Setting = Setting {
     what: "the number of units of a hidden layer",
     default: &[100.0, 100.0, 100.0],
     range: Range::Whole(1, 2048),
-    explanation: "More fit a more curved load, are slower, and need more recordings",
+    explanation: "More units fit more strongly curved loads, but are slower and need more recordings",
     ..EPOCHS
 };
 
-/// Samples per step. A larger batch would leave too few steps to learn anything.
+/// Samples per step. A larger batch leaves too few steps.
 const BATCH: Setting = Setting {
     key: "batch",
     option: "",
@@ -29,11 +29,11 @@ const BATCH: Setting = Setting {
     what: "the batch",
     default: &[100.0],
     range: Range::Whole(1, 8192),
-    explanation: "Samples per step",
+    explanation: "Number of samples per step",
     ..EPOCHS
 };
 
-/// How often every sample is seen. More would take days, and the network of the best epoch is long found.
+/// Number of passes over the samples. More would take days without improvement.
 pub const EPOCHS: Setting = Setting {
     key: "epochs",
     option: "epochs",
@@ -43,11 +43,12 @@ pub const EPOCHS: Setting = Setting {
     default: &[1000.0],
     range: Range::Whole(1, 100_000),
     step: 0.25,
-    explanation: "Passes of a network over the training samples",
+    explanation: "Number of passes over the training samples",
     source: "section 4.2.1",
 };
 
-/// The first step's rate. Adam moves every weight by about the rate at each step; standardised data need no more.
+/// Learning rate of the first step. Adam changes every weight by about this rate, which is enough for standardised
+/// data.
 const LEARNING_RATE: Setting = Setting {
     key: "learning_rate",
     option: "",
@@ -56,12 +57,12 @@ const LEARNING_RATE: Setting = Setting {
     default: &[0.003],
     range: Range::UpTo(1.0),
     step: 0.001,
-    explanation: "The first step's rate; it falls to zero along half a cosine",
+    explanation: "Learning rate of the first step. It falls to zero along half a cosine",
     source: "",
     ..EPOCHS
 };
 
-/// The paper says nothing of a rate that falls.
+/// Constant learning rate; the paper does not mention a falling rate.
 pub const CONSTANT_RATE: Setting = Setting {
     key: "constant_rate",
     option: "constant-rate",
@@ -69,13 +70,13 @@ pub const CONSTANT_RATE: Setting = Setting {
     what: "the constant rate",
     default: &[0.0],
     range: Range::Switch,
-    explanation: "The learning rate stays what it is at the first step. Without, it falls to zero along half a cosine, which \
+    explanation: "Keeps the learning rate constant. Otherwise it falls to zero along half a cosine, which \
                   needs fewer epochs",
     source: "",
     ..EPOCHS
 };
 
-/// The paper trains for a fixed number of epochs.
+/// Early stopping; the paper trains for a fixed number of epochs.
 pub const EARLY_STOPPING: Setting = Setting {
     key: "early_stopping",
     option: "no-early-stopping",
@@ -83,13 +84,13 @@ pub const EARLY_STOPPING: Setting = Setting {
     what: "early stopping",
     default: &[1.0],
     range: Range::Switch,
-    explanation: "Training recordings are held out, and the network of the epoch that predicts them best is kept. Without, all \
-                  are learned from, and the last epoch's network is kept, as in the paper",
+    explanation: "Holds out some training recordings and keeps the network of the epoch that predicts them best. Otherwise all \
+                  are used, and the network of the last epoch is kept, as in the paper",
     source: "",
     ..EPOCHS
 };
 
-/// It takes longer than the training itself, so it is asked for.
+/// Cross-validation, optional because it takes longer than the training itself.
 pub const CROSS_VALIDATE: Setting = Setting {
     key: "cross_validate",
     option: "cross-validate",
@@ -97,13 +98,13 @@ pub const CROSS_VALIDATE: Setting = Setting {
     what: "cross-validation",
     default: &[0.0],
     range: Range::Switch,
-    explanation: "Trains the network anew without each fifth of the recordings, and scores it on them: the figure to compare \
-                  networks with others by. Takes two to four times as long as the training alone, two networks at a time",
+    explanation: "Trains a network without each fifth of the recordings and scores it on them, to compare the network with other \
+                  models. Takes two to four times as long as the training alone",
     source: "",
     ..EPOCHS
 };
 
-/// Decides the first weights and the order of samples.
+/// Seed of the initial weights and of the order of samples.
 pub const SEED: Setting = Setting {
     key: "seed",
     option: "seed",
@@ -111,14 +112,14 @@ pub const SEED: Setting = Setting {
     what: "the seed",
     default: &[0.0],
     range: Range::Whole(0, u64::MAX),
-    explanation: "What a network starts from; the same seed gives the same network",
+    explanation: "Start of the random numbers; the same seed gives the same network",
     source: "",
     ..EPOCHS
 };
 
-/// The choices of one network.
+/// Settings of one network.
 ///
-/// **Source** section 4.2.1 for layers, batch and epochs; it does not name the optimiser.
+/// **Source** section 4.2.1 for layers, batch and epochs. The paper does not name the optimiser.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct NetworkSettings {
@@ -126,11 +127,11 @@ pub struct NetworkSettings {
     pub hidden: Vec<usize>,
     /// Samples per step.
     pub batch: usize,
-    /// How often every sample is seen.
+    /// Number of passes over the samples.
     pub epochs: usize,
-    /// The first step's learning rate.
+    /// Learning rate of the first step.
     pub learning_rate: f64,
-    /// Decides the first weights and the order of samples.
+    /// Seed of the initial weights and of the order of samples.
     pub seed: u64,
     /// [`CONSTANT_RATE`].
     pub constant_rate: bool,
@@ -159,7 +160,7 @@ impl NetworkSettings {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`NetworkError::Setting`] with the first choice that is out of range.
+    /// [`NetworkError::Setting`] for the first value out of range.
     pub fn validate(&self) -> Result<(), NetworkError> {
         LAYERS.check(self.hidden.len() as f64)?;
         for &units in &self.hidden {

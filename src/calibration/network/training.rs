@@ -1,8 +1,7 @@
-//! Training from the outside: what goes in, what is reported, and which network comes out.
+//! Training of a network: input, progress reports, and the resulting network.
 //!
-//! Guarantees: the network that comes out is the best of the epochs that were done (without early stopping the last), also
-//! after a cancel; a loss that
-//! is not finite ends the training with an error.
+//! Guarantees: the result is the network of the best epoch so far, also after cancellation; without early stopping it
+//! is the network of the last epoch. A loss that is not finite ends the training with an error.
 
 use std::time::{Duration, Instant};
 
@@ -15,28 +14,28 @@ use crate::calibration::network::samples::Samples;
 use crate::calibration::network::settings::NetworkSettings;
 use crate::progress::Progress;
 
-/// What an epoch came to.
+/// Result of one epoch.
 ///
-/// **Units** losses are squared errors of the standardised targets, summed over the axes, mean per sample: a network
-/// that always predicts the mean has the number of axes as its loss.
+/// **Units** losses are squared errors of the standardised targets, summed over the axes and averaged over the samples.
+/// A network that always predicts the mean has the number of axes as its loss.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EpochReport {
-    /// Epochs done, this one included.
+    /// Number of epochs done, including this one.
     pub epoch: usize,
-    /// Epochs to be done in all.
+    /// Total number of epochs.
     pub epochs: usize,
-    /// Over the training samples, each as it was met during the epoch.
+    /// Loss over the training samples, each before its own step of the epoch.
     pub train_loss: f64,
-    /// Over the held-out samples after the epoch, where there are any.
+    /// Loss over the held-out samples after the epoch; `None` without any.
     pub held_out_loss: Option<f64>,
-    /// The epoch whose network is the best so far, counted from one.
+    /// Epoch with the best network so far, counted from one.
     pub best_epoch: usize,
-    /// Time since the training began.
+    /// Time since the start of the training.
     pub elapsed: Duration,
 }
 
 impl EpochReport {
-    /// How long the rest takes if it goes on as before.
+    /// Returns the estimated remaining time.
     pub fn time_left(&self) -> Duration {
         let left = self.epochs.saturating_sub(self.epoch) as f64;
         self.elapsed.mul_f64(left / self.epoch.max(1) as f64)
@@ -46,19 +45,20 @@ impl EpochReport {
 impl Network {
     /// Trains a network on one thread.
     ///
-    /// He's first weights, rectified hidden units, a linear output, the squared error of the standardised targets,
-    /// Adam under a rate that falls along half a cosine, or stays. `on_epoch` is called after every epoch; `progress` counts
-    /// batches.
+    /// It uses He's initial weights, rectified hidden units, a linear output, and the squared error of the standardised
+    /// targets. Adam's learning rate falls along half a cosine, or is constant. `on_epoch` is called after every epoch;
+    /// `progress` counts batches.
     ///
-    /// The network is that of the best epoch: the lowest held-out loss, or without held-out samples the lowest training loss;
-    /// without early stopping that of the last. Once the work is cancelled, it is that of the epochs that were done.
+    /// The result is the network of the best epoch: the lowest held-out loss, or without held-out samples the lowest
+    /// training loss. Without early stopping, it is that of the last epoch. After cancellation, only completed epochs
+    /// count.
     ///
     /// **Source** section 4.2.1; He et al. 2015; Kingma and Ba 2015; Loshchilov and Hutter 2017 without restarts.
     ///
     /// # Errors
-    /// [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and
-    /// [`NetworkError::HeldOutColumns`] before anything is done; [`NetworkError::Diverged`] if a loss is no finite
-    /// number; [`NetworkError::Cancelled`] if that was asked for before the first epoch was done.
+    /// Before the training: [`NetworkError::Setting`], [`NetworkError::NoColumns`], [`NetworkError::NoSamples`] and
+    /// [`NetworkError::HeldOutColumns`]. [`NetworkError::Diverged`] if a loss is not finite;
+    /// [`NetworkError::Cancelled`] if cancelled before the end of the first epoch.
     pub fn train(
         train: &Samples,
         held_out: Option<&Samples>,
@@ -121,7 +121,7 @@ fn check_samples(train: &Samples, held_out: Option<&Samples>) -> Result<(), Netw
     Ok(())
 }
 
-/// The best network so far.
+/// Best network so far.
 struct Best {
     epoch: usize,
     loss: f64,
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// `n` samples of two inputs in −1..1 and the targets that `target` makes of them.
+    /// Returns `n` samples of two inputs in −1..1 and the targets of `target`.
     fn samples<const T: usize>(
         n: usize,
         seed: u64,
@@ -156,11 +156,11 @@ mod tests {
         NetworkSettings { hidden: vec![64, 64], batch: 20, epochs, ..NetworkSettings::default() }
     }
 
-    /// A network, and what was reported of its epochs.
+    /// A network and the reports of its epochs.
     #[derive(Debug, PartialEq)]
     struct Trained {
         network: Network,
-        /// Of training and held-out samples, epoch by epoch.
+        /// Losses of training and held-out samples in each epoch.
         losses: Vec<(f64, Option<f64>)>,
         best_epoch: usize,
     }
@@ -175,7 +175,7 @@ mod tests {
         trained(train, held_out, settings, &Progress::default(), usize::MAX).unwrap()
     }
 
-    /// Trains, and asks to stop after an epoch.
+    /// Trains, and cancels after epoch `last`.
     fn trained(
         train: &Samples,
         held_out: Option<&Samples>,
@@ -195,7 +195,7 @@ mod tests {
         Ok(Trained { network, losses, best_epoch })
     }
 
-    /// Root mean squared error over a grid, of each target.
+    /// Returns the root mean squared error of each target over a grid.
     fn grid_rmse<const T: usize>(
         network: &Network,
         target: impl Fn(f64, f64) -> [f64; T],
@@ -212,7 +212,8 @@ mod tests {
         squares.map(f64::sqrt)
     }
 
-    /// The targets spread by about 0.8; 1.5 % of it is asked for, between the training samples.
+    /// The targets have a standard deviation of about 0.8; the error between the training samples must be below 1.5 %
+    /// of it.
     #[test]
     fn a_smooth_function_is_learned() {
         let trained = train(&samples(2000, 1, curved), None, &settings(60));
@@ -223,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn targets_of_any_size_are_learned_alike() {
+    fn targets_of_any_size_are_learned_equally_well() {
         let target = |a: f64, b: f64| [1e-6 * curved(a, b)[0], 1e6 * (curved(b, a)[0] + 40.0)];
         let trained = train(&samples(2000, 1, target), None, &settings(60));
         let [small, large] = grid_rmse(&trained.network, target);
@@ -231,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_decides_and_nothing_else() {
+    fn the_result_depends_only_on_the_seed() {
         let samples = samples(230, 1, curved);
         let with_seed = |seed| {
             let settings = NetworkSettings { seed, ..settings(3) };
@@ -242,7 +243,7 @@ mod tests {
         assert_ne!(with_seed(5).network, with_seed(6).network);
     }
 
-    /// The held-out samples are another function, so learning soon makes it worse on them.
+    /// The held-out samples follow another function, so their loss soon rises.
     #[test]
     fn the_network_kept_is_the_best_on_held_out_samples() {
         let learned = samples(300, 1, curved);
@@ -261,7 +262,7 @@ mod tests {
         assert_eq!((last.best_epoch, last.held_out_loss()), (40, losses.last().copied()));
     }
 
-    /// The reported loss, computed anew from predictions: mean of (error / standard deviation)².
+    /// Computes the reported loss from predictions: mean of (error / standard deviation)².
     #[test]
     fn the_held_out_loss_is_that_of_the_predictions() {
         let held_out = samples(333, 2, curved);
@@ -329,7 +330,7 @@ mod tests {
         }
     }
 
-    /// 1e30 over a standard deviation near 1e-10 is beyond single precision.
+    /// 1e30 divided by a standard deviation near 1e-10 is beyond single precision.
     #[test]
     fn held_out_samples_out_of_reach_are_an_error() {
         let (mut learned, mut held_out) = (Samples::new(1, 1), Samples::new(1, 1));
@@ -339,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_do_not_fit_together_are_refused() {
+    fn samples_with_different_columns_are_refused() {
         let refused = |train: &Samples, held_out: Option<&Samples>| {
             let progress = Progress::default();
             Network::train(train, held_out, &settings(1), &progress, &mut |_| {}).unwrap_err()

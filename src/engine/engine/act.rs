@@ -193,7 +193,7 @@ impl Engine {
         };
         if target_for(&path).is_none() {
             let text = format!(
-                "{}: the ending says no format; use one of {}",
+                "{}: this file name ending is no export format; use one of {}",
                 path.display(),
                 target_endings()
             );

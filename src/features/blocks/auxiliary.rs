@@ -1,7 +1,7 @@
-//! What moves gauges beside the load: each auxiliary channel and its product with each gauge, at once or through a low-pass.
+//! Auxiliary channels: each channel and its product with each gauge, at present or through a low-pass.
 //!
-//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample; with τ = 0 it is the present value. The columns of each τ are,
-//! for each channel, u (a zero that drifts) and u zᵢ (a sensitivity that does).
+//! `u ← u + (1 − e^(−Δt/τ)) ((a − a₀)/σ − u)`, relaxed at the first sample. With τ = 0, u is the present value. For
+//! each τ and channel the columns are u (drift of the zero) and u zᵢ (drift of the sensitivity).
 
 use crate::features::block::{Appends, Block, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -9,7 +9,7 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Rows, Source};
 
-/// The block; its values are time constants, zero for the present value.
+/// Auxiliary block. Its values are time constants (s), zero for the present value.
 #[derive(Clone, Copy, Debug)]
 pub struct Auxiliary;
 
@@ -22,9 +22,9 @@ const TAUS: Setting = Setting {
     default: &[0.0],
     range: Range::NotNegative,
     step: 1.0,
-    explanation: "Appends what moves gauges beside the load (temperature, supply voltage, humidity: columns that are auxiliary) and \
-                  its product with each gauge, through low-passes with these time constants; 0 is the present value. What drifts with it, \
-                  zero and sensitivity, is taken away",
+    explanation: "Appends auxiliary channels (such as temperature, supply voltage, humidity) and their products with each gauge, to \
+                  correct drift of zero and sensitivity. The channels pass through low-passes with these time constants; 0 is the present \
+                  value",
     source: "",
 };
 
@@ -83,7 +83,7 @@ impl Block for Auxiliary {
             vec![
                 Memory::single("auxiliary_state", sets),
                 Memory::single("auxiliary_rest", sets)
-                    .about("what the last step was too small for in single precision"),
+                    .about("rounding error of the last step, in single precision"),
             ],
             [C, RUST, PYTHON, MATLAB],
         )
@@ -164,15 +164,15 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// The low-passes of the channels of one recording.
+/// Low-passes of the channels in one recording.
 #[derive(Clone, Debug)]
 struct Effects {
     taus_secs: Vec<f64>,
-    /// What each counts from, and one over its deviation.
+    /// Reference value and inverse standard deviation of each channel.
     channels: Vec<(f64, f64)>,
     scale: GaugeScale,
     z: Vec<f64>,
-    /// The channels for each time constant; empty before the first sample.
+    /// State of each channel for each time constant; empty before the first sample.
     states: Vec<f64>,
     last_secs: f64,
 }
@@ -221,7 +221,8 @@ mod tests {
         }
     }
 
-    /// A step of two deviations: at once for τ = 0, as `2 (1 − e^(−t/τ))` for another, through a long step as through short ones.
+    /// A step of two standard deviations: at once for τ = 0, otherwise as `2 (1 − e^(−t/τ))`, in one long step or many
+    /// short steps.
     #[test]
     fn a_channel_enters_at_once_and_through_its_low_pass() {
         let scale = GaugeScale { shift: vec![1.0], inverse_scale: vec![2.0], deviation: vec![0.5] };

@@ -1,10 +1,10 @@
 //! Creep: first-order low-passes of each gauge (reference 22 of the paper).
 //!
-//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. Exact for a gauge that is held between samples,
-//! so the rate of sampling may change.
+//! `y ← y + (1 − e^(−Δt/τ)) (s − y)`, relaxed at the first sample: y = s. This is exact for a gauge that is constant
+//! between samples, so the sample rate may change.
 //!
-//! What was before the first sample fades from y as e^(−t/τ). So the column is `s + (1 − e^(−t/τ)) (y − s)`: nothing at first, and y once
-//! the start no longer matters.
+//! The influence of the time before the first sample fades as e^(−t/τ). The column is therefore `s + (1 − e^(−t/τ)) (y
+//! − s)`: the present gauge at first, and y once the start no longer matters.
 
 use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -12,7 +12,7 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Rows, Source};
 
-/// The block; its values are time constants.
+/// Creep block. Its values are time constants (s).
 #[derive(Clone, Copy, Debug)]
 pub struct Creep;
 
@@ -25,14 +25,14 @@ const TAUS: Setting = Setting {
     default: &[1.0, 6.0, 40.0],
     range: Range::Positive,
     step: 0.1,
-    explanation: "Appends low-passes of each gauge with these time constants: what follows a load only slowly",
+    explanation: "Appends low-passes of each gauge with these time constants: the part of the signal that follows a load slowly",
     source: "reference 22 of the paper",
 };
 
-/// From this weight on the state counts as determined: after three time constants.
+/// Minimum weight of a determined state, reached after three time constants.
 const DETERMINED: f64 = 0.95;
 
-/// Time constants that are tried, as far as the recordings can show them (s).
+/// Candidates for time constants (s), limited to what the recordings can resolve.
 const CANDIDATES: [f64; 18] = [
     0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0,
     200.0, 500.0,
@@ -80,9 +80,9 @@ impl Block for Creep {
             vec![
                 Memory::of_gauges("creep", sets),
                 Memory::of_gauges("creep_rest", sets)
-                    .about("what the last step was too small for in single precision"),
+                    .about("rounding error of the last step, in single precision"),
                 Memory::single("creep_share", sets)
-                    .about("of a step like the last, which is that long:"),
+                    .about("for the length of the last step (s), stored next"),
                 Memory::single("creep_step", sets),
                 Memory::single("creep_weight", sets).about("from 0 at the start to 1"),
             ],
@@ -166,10 +166,10 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// The low-passes of one recording.
+/// Low-passes of one recording.
 #[derive(Clone, Debug)]
 struct LowPasses {
-    /// Each time constant, with the weight that its state has by now.
+    /// Time constants (s), and the present weight of their state.
     taus: Vec<(f64, f64)>,
     /// One set of gauges per time constant; empty before the first sample.
     states: Vec<f64>,
@@ -212,9 +212,9 @@ impl Stream for LowPasses {
 mod tests {
     use super::*;
 
-    /// After a step from 0 to 1 the low-pass is `1 − e^(−t/τ)`, and so is its weight, however the time is cut into samples.
+    /// After a step from 0 to 1, the low-pass and its weight are `1 − e^(−t/τ)`, for any sample times.
     #[test]
-    fn a_step_is_answered_by_an_exponential() {
+    fn the_step_response_is_an_exponential() {
         let mut creep = LowPasses::new(&[2.0, 10.0]);
         let mut out = [0.0; 2];
         creep.step(0.0, &[0.0], &[], &mut out);

@@ -1,7 +1,7 @@
-//! The gauges a fixed time ago, `s(t − Δ)`: the plainest history (references 23 and 24 of the paper).
+//! Fixed lag: the gauges a fixed time ago, `s(t − Δ)`, the simplest history (references 23 and 24 of the paper).
 //!
-//! Guarantees: between samples the gauges are interpolated, so jitter and rounded times move nothing by a whole sample;
-//! before Δ has passed, the present gauges stand in; memory holds no more than the longest lag.
+//! Guarantees: gauges are interpolated between samples, so jitter and rounded times cause no jumps. Until Δ has passed,
+//! the columns are the present gauges. Memory holds at most the longest lag.
 
 use std::collections::VecDeque;
 
@@ -12,7 +12,7 @@ use crate::features::kept::Kept;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Code, Constant, Memory, Precision, Rows, Source};
 
-/// The block; its values are lags.
+/// Fixed-lag block. Its values are lags (s).
 #[derive(Clone, Copy, Debug)]
 pub struct FixedLag;
 
@@ -25,12 +25,12 @@ const LAGS: Setting = Setting {
     default: &[0.5],
     range: Range::Past,
     step: 0.1,
-    explanation: "Appends the gauges this many seconds ago, on the straight line between two samples where the lag is no whole number \
-                  of sample steps; the present ones until the lag has passed. The plainest history",
+    explanation: "Appends the gauges at this time before the present, interpolated linearly between samples. \
+                  Until the lag has passed, the present gauges are used",
     source: "references 23 and 24 of the paper",
 };
 
-/// Lags that are tried (s), from those of filters and amplifiers to those of the paper's look-back.
+/// Candidates for lags (s), from lags of filters and amplifiers to those of the paper's look-back.
 const CANDIDATES: [f64; 14] =
     [0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
@@ -78,7 +78,7 @@ impl Block for FixedLag {
             }],
             memory: vec![Memory {
                 precision: Precision::Index,
-                comment: "how far back the first sample younger than the lag is",
+                comment: "index of the first sample more recent than the lag, counted back from the present",
                 ..Memory::single("behind", lags_secs.len())
             }],
             c: code(C_FUNCTIONS, C),
@@ -192,14 +192,14 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// The past of one recording, as long as the longest lag.
+/// Samples of one recording within the longest lag.
 #[derive(Clone, Debug)]
 struct Lags {
     lags_secs: Vec<f64>,
     times: VecDeque<f64>,
     gauges: VecDeque<f64>,
     n_gauges: usize,
-    /// For each lag, the position of the first kept sample that is younger than it.
+    /// Index, for each lag, of the first kept sample that is more recent than the lag.
     younger: Vec<usize>,
     kept: Kept,
 }
@@ -230,7 +230,7 @@ impl Stream for Lags {
         for (at, (lag, out)) in self.lags_secs.iter().zip(out.chunks_exact_mut(g)).enumerate() {
             let younger = &mut self.younger[at];
             while time - self.times[*younger] >= *lag && *younger + 1 < self.times.len() {
-                *younger += 1; // ends at the present sample, which is younger than any lag
+                *younger += 1; // ends at the present sample, which is more recent than any lag
             }
             let Some(older) = younger.checked_sub(1) else {
                 out.copy_from_slice(gauges);
@@ -244,7 +244,7 @@ impl Stream for Lags {
                 *out = before + share * (after - before);
             }
         }
-        // One older sample stays: the next wanted time may still lie right after it.
+        // One older sample is kept, because the next time to be interpolated may lie right after it.
         let unused = self.younger.iter().copied().min().unwrap_or(0);
         for _ in 1..unused {
             self.times.pop_front();
@@ -258,7 +258,7 @@ impl Stream for Lags {
 mod tests {
     use super::*;
 
-    /// A ramp of 1 per second is, half a second ago, less by a half; before that there is no past.
+    /// On a ramp of 1 per second, the value half a second ago is smaller by 0.5. Before that there is no past.
     #[test]
     fn a_ramp_is_interpolated_between_samples() {
         let mut lag = Lags::new(&[0.5, 3.0], 1, 0.0);
@@ -274,9 +274,9 @@ mod tests {
         assert!(lag.times.len() < 13, "kept {}", lag.times.len());
     }
 
-    /// Of samples that come faster than they are kept the lag sees those that are, and the newest.
+    /// If samples come faster than the history step, the lag uses the kept samples and the newest sample.
     #[test]
-    fn of_fast_samples_few_are_kept() {
+    fn fast_samples_are_thinned() {
         let mut lag = Lags::new(&[0.5], 1, 0.1);
         for k in 0..2000 {
             let time = 0.001 * f64::from(k);
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn repeated_times_divide_by_nothing() {
+    fn repeated_times_cause_no_division_by_zero() {
         let mut lag = Lags::new(&[0.1], 1, 0.0);
         let mut out = [0.0];
         for (time, gauge) in [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.2, 4.0), (0.2, 5.0)] {

@@ -1,4 +1,4 @@
-//! Every block beside the look-back, which finds its past by the load: one file each.
+//! All blocks except the look-back, one file each.
 
 mod auxiliary;
 mod creep;
@@ -14,7 +14,7 @@ pub use fixed_lag::FixedLag;
 pub use play::Play;
 pub use polynomial::Polynomial;
 
-/// The blocks in the order of their columns: histories, then monomials, then auxiliary channels. Look-backs stand before them.
+/// All blocks in the order of their columns: histories, monomials, auxiliary channels. Look-backs come before them.
 pub const BLOCKS: &[&dyn Block] = &[&FixedLag, &Creep, &Play, &Polynomial, &Auxiliary];
 
 #[cfg(test)]
@@ -22,7 +22,7 @@ mod tests {
     use super::*;
     use crate::features::block::Appends;
 
-    /// A design standardises histories as one run of columns, and settings are known by their keys and options.
+    /// A design standardises all histories as one range of columns. Settings are identified by their keys and options.
     #[test]
     fn histories_come_first_and_no_two_blocks_share_a_name() {
         let is_history = |block: &&dyn Block| matches!(block.appends(), Appends::Past(_));

@@ -1,10 +1,11 @@
-//! Play operators: a gauge dragged through a clearance of ± r (generalised Prandtl-Ishlinskii model, whose inverse is
-//! of the same class and is fitted directly).
+//! Play operators: each gauge is dragged through a clearance of ± r. This is the generalised Prandtl-Ishlinskii model.
+//! Its inverse is of the same class and is fitted directly.
 //!
-//! `p ← max(s − r, min(s + r, p))`. Radii are given in standard deviations of the gauge, so that one list fits gauges of any unit.
+//! `p ← max(s − r, min(s + r, p))`. Radii are in standard deviations of the gauge, so that one list fits gauges in any
+//! unit.
 //!
-//! Where an operator stands at the first sample is not known. Once its gauge has travelled 2 r, from the lowest to the highest value so
-//! far, it stands at the same place wherever it began. Until then it says nothing: its column is the present gauge.
+//! The position of an operator at the first sample is unknown. Once its gauge has covered a range of 2 r, the position
+//! no longer depends on the start. Until then, the column is the present gauge.
 
 use crate::features::block::{Appends, Block, Lists, Search, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -12,7 +13,7 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::setting::{Range, Setting, Unit};
 use crate::features::source::{Constant, Memory, Numbers, Precision, Rows, Source};
 
-/// The block; its values are radii.
+/// Play block. Its values are radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Play;
 
@@ -25,12 +26,12 @@ const RADII: Setting = Setting {
     default: &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6],
     range: Range::Positive,
     step: 0.01,
-    explanation: "Appends play (backlash) operators: each gauge dragged through a clearance of ± these radii, in standard \
-                  deviations of the gauge. They remember the last reversals, as hysteresis does",
+    explanation: "Appends play (backlash) operators: each gauge is dragged through a clearance of ± these radii, in standard \
+                  deviations of the gauge. Like hysteresis, they depend on the last reversals of the load",
     source: "Prandtl-Ishlinskii",
 };
 
-/// Radii that are tried: each about 1.46 times the one before, from hardly any play to a gauge's whole range.
+/// Candidates for radii: each about 1.46 times the previous, from almost no play to the whole range of a gauge.
 const CANDIDATES: [f64; 12] = [0.05, 0.073, 0.11, 0.16, 0.23, 0.33, 0.49, 0.71, 1.0, 1.5, 2.2, 3.2];
 
 impl Block for Play {
@@ -71,7 +72,7 @@ impl Block for Play {
             }],
             vec![
                 Memory::of_gauges("play", radii.len()),
-                Memory::of_gauges("play_low", 1).about("how far the gauges have been"),
+                Memory::of_gauges("play_low", 1).about("minimum and maximum of the gauges so far"),
                 Memory::of_gauges("play_high", 1),
             ],
             [C, RUST, PYTHON, MATLAB],
@@ -164,19 +165,19 @@ for at = 1:{{ sets }}
 end
 ";
 
-/// The operators of one recording.
+/// Operators of one recording.
 #[derive(Clone, Debug)]
 struct Operators {
-    /// One set of radii per entry of the list, in the unit of each gauge.
+    /// Radii in the unit of each gauge, one set for each value.
     radii: Vec<f64>,
-    /// Likewise; empty before the first sample.
+    /// Positions, one set for each value; empty before the first sample.
     positions: Vec<f64>,
-    /// The lowest and the highest value of each gauge so far.
+    /// Minimum and maximum of each gauge so far.
     travel: Vec<[f64; 2]>,
 }
 
 impl Operators {
-    /// Before the first sample; `deviations` are the gauges' standard deviations.
+    /// Creates the operators before the first sample. `deviations` are the standard deviations of the gauges.
     fn new(radii: &[f64], deviations: &[f64]) -> Self {
         Self {
             radii: radii
@@ -189,7 +190,7 @@ impl Operators {
     }
 }
 
-/// Returns true if an operator of this radius stands where it does wherever it began.
+/// Returns true if the range of the gauge so far determines the position of an operator with this radius.
 fn is_determined([low, high]: [f64; 2], radius: f64) -> bool {
     high - low >= 2.0 * radius
 }
@@ -235,8 +236,8 @@ mod tests {
             .collect()
     }
 
-    /// Radius 0.5 SD of 2 is 1: silent until the gauge has travelled 2; up to 4 it follows one below, then waits until the gauge is
-    /// one below it.
+    /// Radius 0.5 σ with σ = 2 is 1. The column equals the gauge until the gauge has moved by 2. Up to 4 it follows one
+    /// below the gauge, then waits until the gauge is one below.
     #[test]
     fn the_position_is_dragged_and_waits_after_a_reversal() {
         assert_eq!(
@@ -245,9 +246,9 @@ mod tests {
         );
     }
 
-    /// Whatever came before the first sample, an operator says the same as one that knows it, or nothing.
+    /// A cold operator either equals the gauge, or has the same position as an operator with a longer history.
     #[test]
-    fn what_is_said_does_not_depend_on_what_was_before() {
+    fn a_determined_position_does_not_depend_on_earlier_samples() {
         let gauge = |k: usize| 3.0 * (0.37 * k as f64).sin() + 2.0 * (0.11 * k as f64).cos();
         let all: Vec<f64> = (0..400).map(gauge).collect();
         for radius in [0.2, 0.8, 1.7, 4.0] {

@@ -1,8 +1,8 @@
-//! Squares and products of the present gauges, and their cubes: no past in them, so they tell hysteresis from mere
-//! nonlinearity.
+//! Polynomial: squares, products and cubes of the present gauges. They do not depend on the past, so they distinguish
+//! nonlinearity from hysteresis.
 //!
-//! The terms are those of a balance calibration with 6 × 27 (degree 2) and 6 × 33 coefficients (degree 3): `zᵢ zⱼ` for
-//! i ≤ j, then `zᵢ³`. Gauges are standardised first, else the powers would drown each other.
+//! The terms are those of a balance calibration with 6 × 27 (degree 2) or 6 × 33 (degree 3) coefficients: `zᵢ zⱼ` for i
+//! ≤ j, then `zᵢ³`. Gauges are standardised first, so that the powers have similar size.
 
 use crate::features::block::{Appends, Block, Stream};
 use crate::features::channel::AuxiliaryChannel;
@@ -11,7 +11,7 @@ use crate::features::monomial::Monomial;
 use crate::features::setting::{Choice, Range, Setting, Unit};
 use crate::features::source::{Code, Rows, Source};
 
-/// The block; its one value is the degree.
+/// Polynomial block. Its value is the degree.
 #[derive(Clone, Copy, Debug)]
 pub struct Polynomial;
 
@@ -23,7 +23,7 @@ const DEGREE: Setting = Setting {
     unit: Unit::new("", "", ["DEGREE"; 2]),
     default: &[1.0],
     range: Range::OneOf(&[
-        Choice { value: 1, label: "none", explanation: "The gauges as they are" },
+        Choice { value: 1, label: "none", explanation: "Only the gauges themselves" },
         Choice { value: 2, label: "degree 2", explanation: "Squares and products of the gauges" },
         Choice {
             value: 3,
@@ -32,8 +32,8 @@ const DEGREE: Setting = Setting {
         },
     ]),
     step: 1.0,
-    explanation: "Appends squares and products of the standardised gauges, with degree 3 also cubes: no past, only \
-                  nonlinearity. What they take away was no hysteresis",
+    explanation: "Appends squares and products of the standardised gauges, and cubes with degree 3. These describe nonlinearity, \
+                  not hysteresis",
     source: "6 × 27 and 6 × 33 coefficients for six gauges",
 };
 
@@ -165,7 +165,7 @@ fn n_monomials(n_gauges: usize, degree: u8) -> usize {
     }
 }
 
-/// In the order in which [`Powers`] writes them.
+/// Returns the monomials in the order in which [`Powers`] writes them.
 fn monomials(degree: f64, n_gauges: usize) -> Vec<Monomial> {
     let gauges = |from_degree| 0..if degree >= from_degree { n_gauges } else { 0 };
     let products = gauges(2.0)
@@ -173,7 +173,7 @@ fn monomials(degree: f64, n_gauges: usize) -> Vec<Monomial> {
     products.chain(gauges(3.0).map(Monomial::Cube)).collect()
 }
 
-/// The monomials of the present sample: nothing is remembered.
+/// Monomials of the present sample, without memory of earlier samples.
 #[derive(Clone, Debug)]
 struct Powers {
     scale: GaugeScale,
@@ -219,7 +219,7 @@ mod tests {
         assert_eq!(Polynomial.n_columns(&[3.0], 2), 5);
     }
 
-    /// 6 + 21 = 27, 27 + 6 = 33: the coefficients per load of the usual six-component balance matrices.
+    /// 6 + 21 = 27 and 27 + 6 = 33 are the coefficients per load axis of the usual six-component balance matrices.
     #[test]
     fn six_gauges_have_the_terms_of_a_balance_calibration() {
         assert_eq!(6 + Polynomial.n_columns(&[2.0], 6), 27);

@@ -1,20 +1,20 @@
-//! The same search, one sample at a time: what a robot runs.
+//! Live look-back: the same search for one sample at a time, as on a robot.
 //!
-//! Guarantees: finds the very sample that [`LoadPath`](super::LoadPath) finds, to the last bit; keeps no more than twice
-//! the samples of the longest t_th; a step costs the logarithm of the window, unless the load wanders along F_th.
+//! Guarantees: it finds the same sample as [`LoadPath`](super::LoadPath), bit for bit. It keeps at most twice the
+//! samples of the longest t_th. The cost per sample is the logarithm of the window, unless the load stays near F_th.
 
 use super::thresholds::{Thresholds, measured};
 use crate::features::kept::Kept;
 
-/// Samples under the smallest box, and boxes under the next larger one.
+/// Number of samples in the smallest box, and of boxes in the next larger one.
 const FAN_OUT: usize = 16;
-/// Samples under the largest box; samples are forgotten by whole boxes, so that those that stay keep their places.
+/// Number of samples in the largest box. Samples are dropped in whole boxes, so that the others keep their boxes.
 const LARGEST: usize = FAN_OUT * FAN_OUT;
 
-/// The kept past of one recording.
+/// Kept samples of one recording.
 #[derive(Clone, Debug)]
 pub struct LiveLookBack {
-    /// The axes that take part, with what their load is multiplied by.
+    /// Axes with a nonzero weight, and their weights.
     used: Vec<(usize, f64)>,
     longest_secs: f64,
     n_gauges: usize,
@@ -22,16 +22,16 @@ pub struct LiveLookBack {
     gauges: Vec<f64>,
     /// `n × used.len()`.
     points: Vec<f64>,
-    /// Boxes over `FAN_OUT` and over `LARGEST` samples: for each axis low, high.
+    /// Minimum and maximum of each axis over boxes of `FAN_OUT` and of `LARGEST` samples.
     boxes: [Vec<f64>; 2],
     kept: Kept,
 }
 
 impl LiveLookBack {
-    /// Before the first sample.
+    /// Creates an empty history.
     ///
-    /// `weights` as for [`LoadPath::new`](super::LoadPath::new); thresholds asked for later must not look back longer
-    /// than `longest_secs`. Of samples closer than `step_secs` only the first is kept.
+    /// `weights` as in [`LoadPath::new`](super::LoadPath::new). Later thresholds must have t_th ≤ `longest_secs`. Of
+    /// samples closer than `step_secs`, only the first is kept.
     pub fn new(weights: &[f64], longest_secs: f64, n_gauges: usize, step_secs: f64) -> Self {
         Self {
             used: measured(weights),
@@ -45,13 +45,13 @@ impl LiveLookBack {
         }
     }
 
-    /// Takes the next sample: its time, gauges and conventional load.
+    /// Adds a sample: time, gauges and conventional load.
     pub fn push(&mut self, time: f64, gauges: &[f64], load: &[f64]) {
         let width = self.used.len();
         if self.kept.newest {
             self.forget(time);
         } else {
-            // Boxes stay as wide as it made them: they hold all that they should, and little more.
+            // The boxes stay slightly too large. They still contain all of their samples.
             self.times.pop();
             self.gauges.truncate(self.gauges.len() - self.n_gauges);
             self.points.truncate(self.points.len() - width);
@@ -77,7 +77,7 @@ impl LiveLookBack {
         }
     }
 
-    /// The gauges of the past sample of the newest one; its own where there is none.
+    /// Returns the gauges of the past sample of the newest sample, or of the newest sample itself if there is none.
     ///
     /// # Panics
     /// Before the first sample.
@@ -113,7 +113,7 @@ impl LiveLookBack {
         None
     }
 
-    /// Forgets what no threshold reaches any more, once that is at least as much as what stays.
+    /// Drops samples that are older than every t_th, once they are at least as many as the remaining samples.
     fn forget(&mut self, now: f64) {
         let old = |sample: usize| now - self.times[sample] > self.longest_secs;
         let half = self.times.len() / 2 / LARGEST * LARGEST;
@@ -130,12 +130,12 @@ impl LiveLookBack {
     }
 }
 
-/// Squared distance; rounded in the same order as the search over whole recordings.
+/// Returns the squared distance, rounded in the same order as in the search over whole recordings.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + (a - b) * (a - b))
 }
 
-/// Squared distance to the farthest corner; never less than that of any sample inside, since rounding is monotone.
+/// Returns the squared distance to the farthest corner. Rounding is monotone, so no sample in the box is farther.
 fn farthest(bounds: &[f64], point: &[f64]) -> f64 {
     bounds.chunks_exact(2).zip(point).fold(0.0, |sum, (bounds, at)| {
         let reach = (at - bounds[0]).max(bounds[1] - at);
@@ -178,7 +178,7 @@ mod tests {
         }
     }
 
-    /// Two seconds at 100 Hz are 200 samples; what is kept is at most twice that, in whole boxes.
+    /// Two seconds at 100 Hz are 200 samples. At most twice this number is kept, rounded up to whole boxes.
     #[test]
     fn memory_is_bounded_by_the_window() {
         let mut live = LiveLookBack::new(&[1.0], 2.0, 1, 0.0);

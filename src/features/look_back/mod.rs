@@ -1,16 +1,17 @@
-//! The paper's rule (Eq. 9-12): where, going back in time, was the load last different by F_th?
+//! Look-back, the paper's rule (Eq. 9-12): searches the last sample whose load differs by at least F_th.
 //!
-//! For sample k take the first sample j ≤ k, going back from k itself, with `d(k, j) ≥ F_th` and
-//! `t_k − t_j ≤ t_th`; where there is none, j = k. Guarantees: the answer is that of the plain scan, bit for bit, for
-//! every threshold; the cost of a sample grows with the logarithm of the window, not with its length, unless the load
-//! wanders along the threshold.
+//! For sample k, take the first sample j ≤ k, going back from k itself, with `d(k, j) ≥ F_th` and `t_k − t_j ≤ t_th`.
+//! If there is none, j = k.
 //!
-//! In the paper's words: t_past lies t_interval before the present (Eq. 9); the present load is a function of the gauges then
-//! and now (Eq. 10); where the force never differed so much, of the present ones alone (Eq. 11); and where it did so longer
-//! ago than t_th, too (Eq. 12).
+//! Guarantees: the result equals that of a plain scan, bit for bit, for every threshold. The cost per sample grows with
+//! the logarithm of the window, unless the load stays near the threshold.
 //!
-//! How: samples stand in groups of eight that are measured at once. Over the groups stand bounding boxes, over those
-//! boxes larger ones. A box whose farthest corner is nearer than F_th holds no answer and is skipped whole.
+//! In the paper's words: t_past is t_interval before the present (Eq. 9). The present load is a function of the past
+//! and the present gauges (Eq. 10). It is a function of the present gauges alone if the force never differed by F_th
+//! (Eq. 11), or only longer ago than t_th (Eq. 12).
+//!
+//! Method: samples are stored in groups of eight whose distances are computed together. Each group has a bounding box,
+//! and several boxes have a larger one. A box whose farthest corner is nearer than F_th is skipped.
 
 mod live;
 mod thresholds;
@@ -28,27 +29,27 @@ pub(crate) use live::LiveLookBack;
 pub(crate) use thresholds::measured;
 pub use thresholds::{Distance, F_TH, HISTORY_RATE, T_TH, Thresholds};
 
-/// Samples measured at once.
+/// Number of samples whose distances are computed together.
 const LANES: usize = 8;
-/// Samples that one thread takes at a time, a multiple of [`LANES`].
+/// Number of samples that one thread processes at a time, a multiple of [`LANES`].
 const RUN: usize = 1 << 15;
-/// Groups of samples in the smallest box, and boxes in the next larger one.
+/// Number of groups in the smallest box, and of boxes in the next larger one.
 const FAN_OUT: usize = 4;
 
 /// One number per lane.
 type Lanes = [f64; LANES];
 
-/// The conventional load of one recording, laid out for the search.
+/// Conventional load of one recording, prepared for the search.
 #[derive(Clone, Debug)]
 pub struct LoadPath(Arc<dyn Search>);
 
-/// A [`Path`] in some number of dimensions, which is a constant inside the search.
+/// A [`Path`] with any number of dimensions. Inside the search the number of dimensions is a constant.
 trait Search: fmt::Debug + Send + Sync {
     fn past_samples(&self, times: &[f64], thresholds: Thresholds, progress: &Progress) -> Vec<u32>;
 }
 
 impl LoadPath {
-    /// Lays out `loads` (`n × weights.len()`, row-major); axes of weight zero do not take part.
+    /// Prepares `loads` (`n × weights.len()`, row-major). Axes with weight zero are ignored.
     ///
     /// # Panics
     /// If more than six weights are not zero, or `loads` is not a whole number of rows.
@@ -59,8 +60,8 @@ impl LoadPath {
         Self::thinned(loads.len() / width, &load, weights, None)
     }
 
-    /// [`new`](Self::new) for one sample at each of these times, with `load(k, axis)`, where of samples closer than `step_secs`
-    /// only the first is kept to be looked back at.
+    /// Prepares one sample for each time, with the loads `load(k, axis)`. Of samples closer than `step_secs`, only the
+    /// first is kept as a possible past sample.
     ///
     /// # Panics
     /// If more than six weights are not zero.
@@ -97,11 +98,11 @@ impl LoadPath {
         })
     }
 
-    /// The index of the past sample of every sample; the sample's own index where there is none.
+    /// Returns the index of the past sample of each sample, or the sample's own index if there is none.
     ///
-    /// **Source** Eq. 9-12; the search starts at k itself, so F_th = 0 gives every sample itself.
+    /// **Source** Eq. 9-12. The search starts at k itself, so with F_th = 0 every sample is its own past sample.
     ///
-    /// **Shapes** `times` has as many entries as the loads had rows, and never goes back.
+    /// **Shapes** `times` has one entry per row of loads and never goes back.
     ///
     /// # Panics
     /// If `times` has another length.
@@ -109,7 +110,7 @@ impl LoadPath {
         self.past_samples_until(times, thresholds, &Progress::default())
     }
 
-    /// [`past_samples`](Self::past_samples), of which some are not looked for once the work is cancelled: those have none.
+    /// Returns [`past_samples`](Self::past_samples). After cancellation, the remaining samples have no past sample.
     ///
     /// # Panics
     /// As [`past_samples`](Self::past_samples).
@@ -123,7 +124,8 @@ impl LoadPath {
     }
 }
 
-/// The samples that are kept: the first, and each that comes at least a step after the last one kept; `None` where all are.
+/// Returns the samples that are kept: the first, and each sample at least one step after the last kept one. `None` if
+/// all are kept.
 fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
     let mut kept = Kept::new(step_secs);
     let dropped = times.iter().position(|time| !kept.take(*time))?;
@@ -135,11 +137,12 @@ fn kept_samples(times: &[f64], step_secs: f64) -> Option<Vec<u32>> {
 #[derive(Clone, Debug)]
 struct Path<const D: usize> {
     n: usize,
-    /// Where not all samples are kept, which are, and every sample's point.
+    /// Indices of the kept samples, and the points of all samples. `None` if all samples are kept.
     thinned: Option<(Vec<u32>, Vec<[f64; D]>)>,
     /// `groups[g][dimension][lane]`; the last group repeats the last sample.
     groups: Vec<[Lanes; D]>,
-    /// `levels[0]` holds a box for each group, each next level one for every `FAN_OUT` boxes of the one below.
+    /// `levels[0]` holds a box for each group. Each next level holds a box for every `FAN_OUT` boxes of the level
+    /// below.
     levels: Vec<Vec<Bounds<D>>>,
 }
 
@@ -154,7 +157,7 @@ impl<const D: usize> Search for Path<D> {
         assert_eq!(times.len(), self.n, "one time per sample");
         let mut past: Vec<u32> = (0..self.n as u32).collect();
         if thresholds.f_th <= 0.0 || D == 0 {
-            return past; // the search starts at the sample itself, and without axes nothing differs
+            return past; // every sample is its own past sample
         }
         let runs = past.par_chunks_mut(RUN).enumerate();
         let wanted = runs.filter(|_| !progress.is_cancelled());
@@ -197,7 +200,7 @@ impl<const D: usize> Path<D> {
         Self { n, thinned, groups, levels }
     }
 
-    /// The search where not all samples are kept: one sample after another, since none is a point of its own group.
+    /// Searches among the kept samples, one sample at a time, because a sample need not belong to a group itself.
     #[inline(always)]
     fn search_kept(
         &self,
@@ -227,7 +230,7 @@ impl<const D: usize> Path<D> {
                 _ => far_lanes(&self.groups[whole], point, least) & ((1 << rest) - 1),
             };
             let found = match begun {
-                _ if least <= 0.0 => None, // the sample itself differs by nothing
+                _ if least <= 0.0 => None, // F_th = 0: the sample itself
                 0 => self.find(point, whole, oldest / LANES, least),
                 lanes => Some(whole * LANES + lanes.ilog2() as usize),
             };
@@ -242,10 +245,10 @@ impl<const D: usize> Path<D> {
             return self.search_kept(thinned, times, thresholds, from, past);
         }
         let least = thresholds.f_th * thresholds.f_th;
-        // The times never go back, so that what is too old now is one run of samples.
+        // Times never go back, so the samples that are too old form one range.
         let is_old = |time: &f64| times[from] - time > thresholds.t_th_secs;
         let mut oldest = times[..from].partition_point(is_old);
-        // `while`, not a subtraction from t_k: the rule compares t_k − t_j as rounded.
+        // The rule compares the rounded difference t_k − t_j, so the limit t_k − t_th must not be computed instead.
         let advance = |oldest: &mut usize, k: usize| {
             while *oldest < k && times[k] - times[*oldest] > thresholds.t_th_secs {
                 *oldest += 1;
@@ -253,7 +256,8 @@ impl<const D: usize> Path<D> {
         };
         for (group, past) in (from / LANES..).zip(past.chunks_mut(LANES)) {
             let first = group * LANES;
-            // Neighbours in time are near each other, so most boxes can be skipped for all of a group at once.
+            // Samples that are neighbours in time have similar loads, so most boxes are skipped for a whole group at
+            // once.
             let around = self.levels[0][group];
             let own_is_near = around.farthest_of(&around) < least;
             let mut end = group;
@@ -289,7 +293,7 @@ impl<const D: usize> Path<D> {
         std::array::from_fn(|dimension| group[dimension][k % LANES])
     }
 
-    /// The last sample in the groups `first..end` whose squared distance to `point` is at least `least`.
+    /// Returns the last sample in the groups `first..end` whose squared distance to `point` is at least `least`.
     #[inline(always)]
     fn find(&self, point: &[f64; D], mut end: usize, first: usize, least: f64) -> Option<usize> {
         while end > first {
@@ -306,8 +310,8 @@ impl<const D: usize> Path<D> {
         None
     }
 
-    /// How many groups before `end` hold no answer, judged by the largest box that ends there and spans at least
-    /// `size` groups; `None` if even that one may hold one.
+    /// Returns the number of groups before `end` that can be skipped, using the largest box of at least `size` groups
+    /// that ends there. `None` if this box may contain the past sample.
     #[inline(always)]
     fn skip(
         &self,
@@ -346,9 +350,9 @@ impl<const D: usize> Bounds<D> {
         })
     }
 
-    /// Squared distance from `point` to the farthest corner.
+    /// Returns the squared distance from `point` to the farthest corner.
     ///
-    /// Rounded in the same order as [`far_lanes`], and rounding is monotone, so no sample inside is ever farther.
+    /// It is rounded in the same order as in [`far_lanes`]. Rounding is monotone, so no sample in the box is farther.
     #[inline(always)]
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;
@@ -361,7 +365,7 @@ impl<const D: usize> Bounds<D> {
         sum
     }
 
-    /// Squared distance between the farthest corners of two boxes; no sample of one is farther from one of the other.
+    /// Returns the squared distance between the farthest corners of two boxes, an upper limit for their samples.
     #[inline(always)]
     fn farthest_of(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
@@ -375,7 +379,7 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
-/// A bit for each lane whose squared distance to `point` is at least `least`.
+/// Returns a bit mask of the lanes whose squared distance to `point` is at least `least`.
 #[inline(always)]
 fn far_lanes<const D: usize>(group: &[Lanes; D], point: &[f64; D], least: f64) -> u32 {
     let mut squares = [0.0; LANES];
@@ -398,7 +402,7 @@ mod tests {
     use crate::recording::Axis;
 
     #[test]
-    fn a_search_that_is_stopped_leaves_samples_without_a_past() {
+    fn a_cancelled_search_leaves_samples_without_past_sample() {
         let loads: Vec<f64> = (0..100).map(f64::from).collect();
         let progress = Progress::default();
         progress.cancel();
@@ -407,7 +411,7 @@ mod tests {
         assert_eq!(past, (0..100).collect::<Vec<u32>>());
     }
 
-    /// The rule as written, one sample after another.
+    /// Applies the rule as written, one sample after another.
     fn plain_scan(times: &[f64], rows: &[Vec<f64>], thresholds: Thresholds) -> Vec<u32> {
         (0..times.len())
             .map(|k| {
@@ -424,7 +428,7 @@ mod tests {
             .collect()
     }
 
-    /// A walk with pauses, jitter, repeated times and jumps, from a small seeded generator.
+    /// Returns a random walk with pauses, jitter, repeated times and jumps.
     pub(super) fn walk(n: usize, dimensions: usize, seed: u64) -> (Vec<f64>, Vec<Vec<f64>>) {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
         let mut random = move || {
@@ -474,7 +478,7 @@ mod tests {
         }
     }
 
-    /// The rule as written, over the samples that are kept.
+    /// Compares with the rule as written, applied to the kept samples.
     #[test]
     fn a_thinned_history_is_searched_by_the_same_rule() {
         for dimensions in [1, 3] {
@@ -516,7 +520,8 @@ mod tests {
         assert_eq!(path(&rows, 3).past_samples(&times, thresholds), own);
     }
 
-    /// A load of 1 N per second: the past sample is exactly F_th seconds old, once there is that much past.
+    /// The load rises by 1 N per second, so the past sample is F_th seconds old as soon as the recording is long
+    /// enough.
     #[test]
     fn a_ramp_looks_back_by_the_threshold() {
         let times: Vec<f64> = (0..100).map(f64::from).collect();

@@ -1,11 +1,11 @@
-//! What a past sample must be: how far in load, how old, and what distances are measured over.
+//! Thresholds of the look-back: minimum load difference, maximum age, and the norm of the difference.
 
 use serde::{Deserialize, Serialize};
 
 use crate::features::setting::{Range, Setting, Unit};
 use crate::recording::Axis;
 
-/// How much the load must have differed; the paper's choice (section 4.2).
+/// Minimum load difference between present and past sample; the default is the paper's (section 4.2).
 pub const F_TH: Setting = Setting {
     key: "f_th",
     option: "f-th",
@@ -15,13 +15,13 @@ pub const F_TH: Setting = Setting {
     default: &[3.0],
     range: Range::NotNegative,
     step: 0.1,
-    explanation: "How much the load must have differed: the gauges at the last moment when the conventional load differed by \
-                  this much are appended to the present ones. With 0 Comp. equals Conv.; near the mean hysteresis (2.64 N in \
-                  the paper) it helps most",
+    explanation: "Minimum load difference of the look-back: appends the gauges at the last moment when the conventional load \
+                  differed by at least this much. With 0, Compensated equals Uncompensated. Values near the mean hysteresis \
+                  (2.64 N in the paper) help most",
     source: "Eq. 9-12, Fig. 2",
 };
 
-/// How old the past sample may be; the paper's choice (section 4.2).
+/// Maximum age of the past sample; the default is the paper's (section 4.2).
 pub const T_TH: Setting = Setting {
     key: "t_th_secs",
     option: "t-th",
@@ -31,11 +31,11 @@ pub const T_TH: Setting = Setting {
     default: &[15.0],
     range: Range::NotNegative,
     step: 0.1,
-    explanation: "How old the past sample may be. With 0 s there is no past, and Comp. equals Conv.",
+    explanation: "Maximum age of the past sample. With 0 s, Compensated equals Uncompensated",
     source: "Eq. 12",
 };
 
-/// How often a sample is kept to be looked back at.
+/// Rate at which samples are kept for look-backs.
 pub const HISTORY_RATE: Setting = Setting {
     key: "history_rate_hz",
     option: "history-rate",
@@ -45,29 +45,30 @@ pub const HISTORY_RATE: Setting = Setting {
     default: &[0.0],
     range: Range::NotNegative,
     step: 1.0,
-    explanation: "How many samples a second are kept for look-backs and lags, in the fit as on the robot: fewer take less memory \
-                  and time there. 0 keeps all samples of the training recordings' rate",
+    explanation: "Number of samples per second kept for look-backs and lags, in the fit and on the robot. A lower rate needs less memory \
+                  and time on the robot. 0 keeps all samples",
     source: "",
 };
 
 /// The two thresholds of the look-back: [`F_TH`] and [`T_TH`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Thresholds {
-    /// F_th: (N), or a share of full scale (1 = full scale) for [`Distance::FullScale`].
+    /// F_th in N, or as a share of full scale (1 = full scale) for [`Distance::FullScale`].
     pub f_th: f64,
-    /// t_th (s).
+    /// t_th in s.
     pub t_th_secs: f64,
 }
 
 impl Default for Thresholds {
-    /// The paper's choice (section 4.2): 3 N and 15 s.
+    /// Returns the paper's choice (section 4.2): 3 N and 15 s.
     fn default() -> Self {
         Self::default_for(Distance::Force)
     }
 }
 
 impl Thresholds {
-    /// The paper's choice, 3 N and 15 s; over full scale the same 3 N of its sensor's rated 12 N.
+    /// Returns the paper's choice, 3 N and 15 s. For full scale, 3 N is divided by the 12 N that the paper's sensor is
+    /// rated for.
     pub fn default_for(distance: Distance) -> Self {
         Self {
             f_th: match distance {
@@ -79,7 +80,8 @@ impl Thresholds {
     }
 }
 
-/// What "different by F_th" is measured in: always on the *conventional* load, the only one known at run time.
+/// Norm of the load difference that is compared with F_th. The difference is always of the *conventional* load, the
+/// only load known at run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Distance {
@@ -91,10 +93,10 @@ pub enum Distance {
 }
 
 impl Distance {
-    /// Both.
+    /// All norms.
     pub const ALL: [Self; 2] = [Self::Force, Self::FullScale];
 
-    /// Its name on the command line.
+    /// Returns the value of the command-line option.
     pub fn option(self) -> &'static str {
         match self {
             Self::Force => "force",
@@ -102,7 +104,7 @@ impl Distance {
         }
     }
 
-    /// Its title.
+    /// Returns the label.
     pub fn label(self) -> &'static str {
         match self {
             Self::Force => "forces [N]",
@@ -110,17 +112,17 @@ impl Distance {
         }
     }
 
-    /// What it is.
+    /// Returns the explanation in hover texts and help.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Force => "Norm of the force difference in newtons, as in the paper",
             Self::FullScale => {
-                "Norm over all axes, each divided by its full scale: for sensors whose moments move on their own"
+                "Norm over all axes, each divided by its full scale: for sensors whose moments change independently of the forces"
             }
         }
     }
 
-    /// An F_th with its unit.
+    /// Returns an F_th with its unit.
     pub fn in_words(self, f_th: f64) -> String {
         match self {
             Self::Force => format!("F_th {f_th} N"),
@@ -128,9 +130,9 @@ impl Distance {
         }
     }
 
-    /// The factor for each axis: d is the norm of the differences times these.
+    /// Returns the weight of each axis: the distance is the norm of the weighted difference.
     ///
-    /// Without a force axis there is nothing to measure in newtons, so all axes over full scale take their place.
+    /// Without a force axis, all axes are weighted by the inverse of their full scale.
     pub fn weights(self, axes: &[Axis], full_scale: &[f64]) -> Vec<f64> {
         match self.effective(axes) {
             Self::Force => axes.iter().map(|axis| f64::from(axis.is_force())).collect(),
@@ -141,13 +143,13 @@ impl Distance {
         }
     }
 
-    /// The kind that is really used with these axes: [`Distance::FullScale`] where there is no force axis.
+    /// Returns the norm in use for these axes: [`Distance::FullScale`] if there is no force axis.
     pub fn effective(self, axes: &[Axis]) -> Self {
         if axes.iter().any(|axis| axis.is_force()) { self } else { Self::FullScale }
     }
 }
 
-/// The axes that a distance is measured over, with their weights.
+/// Returns the axes with a nonzero weight, and their weights.
 pub(crate) fn measured(weights: &[f64]) -> Vec<(usize, f64)> {
     let weights = weights.iter().copied().enumerate();
     weights.filter(|(_, weight)| *weight != 0.0).collect()

@@ -1,12 +1,12 @@
-//! What a name is by itself, without a path before it or a unit behind it.
+//! Kind of a column by a plain name, without a path before it or a unit behind it.
 
 use super::words;
 use crate::recording::Axis;
 
-/// No name that is understood is longer (bytes).
+/// Maximum length of a name that can have a kind (bytes).
 pub(super) const LONGEST: usize = 64;
 
-/// What a column is.
+/// Kind of a column: time, gauge or load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Time,
@@ -14,12 +14,12 @@ pub(crate) enum Kind {
     Load(Axis),
 }
 
-/// In small letters without separators.
+/// Returns the name in lower case, without separators.
 pub(super) fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', ' '], "")
 }
 
-/// What a name is by itself.
+/// Returns the kind of a plain name, or `None` if the name has none.
 pub(super) fn plain_kind(name: &str) -> Option<Kind> {
     if name.len() > LONGEST {
         return None;

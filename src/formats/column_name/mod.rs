@@ -1,4 +1,4 @@
-//! What a column's name says: its kind and its unit.
+//! Kind and unit of a column, derived from its name.
 
 mod kind;
 mod path;
@@ -12,10 +12,10 @@ use crate::recording::units::{
     TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius,
 };
 
-/// What may follow a gauge's name without brackets; gauges keep whatever unit they have.
+/// Units that may follow a gauge's name without brackets. Gauges keep any unit.
 const GAUGE_UNITS: [&str; 13] =
     ["v", "mv", "uv", "µv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms", "strain", "pf"];
-/// Units that nothing but a gauge has, whatever it is called.
+/// Units that only a gauge has, so that the name of the column does not matter.
 const OF_GAUGES_ALONE: [&str; 13] = [
     "mv/v",
     "uv/v",
@@ -31,19 +31,19 @@ const OF_GAUGES_ALONE: [&str; 13] = [
     "με",
     "microstrain",
 ];
-/// What a time is only called in a header that gives its unit.
+/// Names of a time that only count if the header gives a unit of time.
 const TIMES_WITH_UNIT: [&str; 1] = ["temps"];
 
-/// A column's name, understood.
+/// Name of a column with its kind and unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ColumnName {
-    /// As written, without the bracketed unit.
+    /// Name as written, without the bracketed unit.
     pub name: String,
-    /// `None` for a column that is not used.
+    /// Kind of the column; `None` if it is not used.
     pub kind: Option<Kind>,
-    /// As written; a bracketed one may be anything, one after a separator is known for the kind.
+    /// Unit as written. In brackets it may be any text; after a separator it is a known unit of the kind.
     pub unit: Option<String>,
-    /// Of a path, what stands before the part that says the kind: the topic or the struct. Empty otherwise.
+    /// Topic or struct before the part of a path that gives the kind; empty if the name is not a path.
     pub source: String,
 }
 
@@ -57,7 +57,7 @@ impl ColumnName {
             let kind = kind_of(start)?;
             is_unit_of(kind, suffix).then_some((kind, Some(suffix)))
         });
-        // The suffix first: time_s is not times.
+        // The suffix is tried first: `time_s` is not the plural `times`.
         let understood = with_suffix.or_else(|| {
             let kind = kind_of(name)?;
             let is_unit = kind == Kind::Time && TimeUnit::from_name(name).is_some();
@@ -87,8 +87,8 @@ impl ColumnName {
         }
     }
 
-    /// The unit of a column that is an auxiliary channel by its name or its unit, empty where it says none; `None` for any other. Only
-    /// of columns that are nothing else: no gauge is taken for one.
+    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column. A column with a
+    /// kind, such as a gauge, is never an auxiliary channel.
     pub fn auxiliary_unit(&self, unit: Option<&str>) -> Option<String> {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST || unit.is_some_and(is_load_unit) {
@@ -104,7 +104,7 @@ impl ColumnName {
         if words.iter().any(is_of_load) {
             return None;
         }
-        // One letter may be many things, but not beside a T.
+        // A unit of one letter is ambiguous, so the name must also have a word that starts with T.
         let is_temperature = |unit: &str| {
             temperature_in_celsius(unit).is_some()
                 && (unit.len() > 1 || words.iter().any(|word| word.starts_with('t')))
@@ -119,7 +119,7 @@ impl ColumnName {
         Some(unit.unwrap_or_default().to_owned())
     }
 
-    /// Returns true if the name or the unit is that of a load, and the name says no axis that is understood.
+    /// Returns true if the name or the unit belongs to a load, but the name gives no axis.
     pub fn is_unnamed_load(&self, unit: Option<&str>) -> bool {
         let unit = unit.or(self.unit.as_deref());
         if self.kind.is_some() || self.name.len() > LONGEST {
@@ -131,7 +131,7 @@ impl ColumnName {
             || (words::is_load(&words) && unit.is_none_or(|own| !is_of_gauges_alone(own)))
     }
 
-    /// Whether this counts the nanoseconds of a stamp whose whole seconds `self` counts.
+    /// Returns true if `other` counts the nanoseconds of the stamp whose whole seconds this column counts.
     pub fn is_completed_by(&self, other: &Self) -> bool {
         let stamp = path::stamp_of_part(&self.name, false);
         stamp.is_some() && stamp == path::stamp_of_part(&other.name, true)
@@ -139,8 +139,8 @@ impl ColumnName {
 }
 
 impl Kind {
-    /// What a column is whose name is of this kind and whose unit is this: a name of a load with a unit of gauges is a
-    /// gauge, and a gauge's name with the unit of a load is neither, as it says no axis; a T in degrees is no time.
+    /// Returns the kind of a column, given the kind of its name and its unit. A load's name with a gauge unit is a gauge.
+    /// A gauge's name with a load unit has no kind, since its axis is unknown. A `T` in degrees is not a time.
     pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {
@@ -152,7 +152,7 @@ impl Kind {
     }
 }
 
-/// `name [unit]` or `name (unit)` in two, whatever the unit; empty brackets hold none, and an index is part of the name.
+/// Splits `name [unit]` or `name (unit)`, with any unit. Empty brackets give no unit; an index stays in the name.
 fn split_brackets(cell: &str) -> (&str, Option<&str>) {
     for (open, close) in [('[', ']'), ('(', ')')] {
         if let Some(inside) = cell.strip_suffix(close)
@@ -164,14 +164,14 @@ fn split_brackets(cell: &str) -> (&str, Option<&str>) {
             return (name.trim_end(), (!unit.is_empty()).then_some(unit));
         }
     }
-    // "Fx in kN", as spreadsheets have it.
+    // "Fx in kN", as some spreadsheets write it.
     match cell.rsplit_once(" in ") {
         Some((name, unit)) if is_known_unit(unit.trim()) => (name.trim_end(), Some(unit.trim())),
         _ => (cell, None),
     }
 }
 
-/// Whether this is where an element stands in an array, or which copy of a name this is: `0`, `1,2`, `0:3`.
+/// Returns true if the text in brackets is an index or the number of a repeated name: `0`, `1,2`, `0:3`.
 fn is_index(inside: &str) -> bool {
     let is_part = |c: char| c.is_ascii_digit() || [',', ':', ' '].contains(&c);
     inside.contains(|c: char| c.is_ascii_digit()) && inside.chars().all(is_part)
@@ -185,17 +185,17 @@ fn kind_of(name: &str) -> Option<Kind> {
     plain_kind(name)
 }
 
-/// Whether a column with this name is a gauge.
+/// Returns true if a column with this name is a gauge.
 pub(crate) fn is_gauge_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Gauge)
 }
 
-/// Whether a column with this name is the time.
+/// Returns true if a column with this name is the time.
 pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
-/// Whether a column with this name is a time, or a part of a stamp.
+/// Returns true if a column with this name is a time, or part of a time stamp.
 pub(crate) fn is_clock_name(name: &str) -> bool {
     let is_part = |is_rest| path::stamp_of_part(name, is_rest).is_some();
     is_time_name(name) || is_part(false) || is_part(true)
@@ -205,14 +205,14 @@ fn is_of_gauges_alone(unit: &str) -> bool {
     OF_GAUGES_ALONE.contains(&unit.trim().to_lowercase().as_str())
 }
 
-/// Whether this is a unit of any kind of column.
+/// Returns true if any kind of column can have this unit.
 pub(crate) fn is_known_unit(unit: &str) -> bool {
     [Kind::Time, Kind::Gauge, Kind::Load(Axis::Fx), Kind::Load(Axis::Mx)]
         .into_iter()
         .any(|kind| is_unit_of(kind, unit))
 }
 
-/// Whether this is a unit of a force or a moment, which no gauge has.
+/// Returns true for a unit of force or moment, which no gauge has.
 pub(crate) fn is_load_unit(unit: &str) -> bool {
     [Axis::Fx, Axis::Mx].into_iter().any(|axis| is_unit_of(Kind::Load(axis), unit))
 }
@@ -234,7 +234,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_without_end_is_none_that_is_known() {
+    fn a_very_long_name_has_no_kind_or_unit() {
         let name = "a_".repeat(500_000);
         assert_eq!(ColumnName::parse(&name).kind, None);
         let name = format!("S{}", " ".repeat(1_000_000) + "V");
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn names_tell_the_kind() {
+    fn names_give_the_kind() {
         let times = "t|Time|TIMESTAMP|times|stamp|elapsed|sec|secs|seconds|ms|epoch|time_stamp|\
             elapsed_time|Elapsed Time|t_ms|time [s]|timestamp_ns|t/s|Time (µs)|time_stamp_us| t ";
         assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));
@@ -267,13 +267,13 @@ mod tests {
     }
 
     #[test]
-    fn other_names_tell_nothing() {
+    fn other_names_have_no_kind() {
         let others = "|s|S|x|label|temperature|S1a|S1_N|ch|Fx_std|Fx_Nm|F|fxx|t1|1|min|S1234567890|time-s|[N]";
         assert_all(&others.split('|').collect::<Vec<_>>(), None);
     }
 
     #[test]
-    fn what_the_tools_of_ros_write_is_understood() {
+    fn names_written_by_ros_tools_are_understood() {
         let times = "%time|__time|Time|header.stamp|field.header.stamp|/ft/header/stamp|header.stamp.sec|\
             header.stamp.nanosec|/ft/header/stamp/nsecs|run.t|log.time [ms]";
         assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));
@@ -309,7 +309,7 @@ mod tests {
         assert_all(&times.split('|').collect::<Vec<_>>(), Some(Kind::Time));
     }
 
-    /// A load that is taken for a gauge makes the calibration perfect, a gauge for a load makes it nonsense.
+    /// A load taken for a gauge would make the calibration look perfect; a gauge taken for a load would make it useless.
     #[test]
     fn a_load_is_no_gauge_and_a_gauge_is_no_load() {
         let none = "/wrench/data[0]|/ft/data[2]|/ft_raw/data[0]|/force_sensor/data[1]|/force_gauge/data[0]|data[0]|\

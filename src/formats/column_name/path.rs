@@ -1,12 +1,12 @@
-//! Names that are paths: what ROS's tools make of a message's fields (`/ft/wrench/force/x`, `field.wrench.force.x`,
-//! `/gauges/data[0]`), and of a struct's (`run.S1`).
+//! Names that are paths: fields of a message as ROS tools write them (`/ft/wrench/force/x`, `field.wrench.force.x`,
+//! `/gauges/data[0]`), and fields of a struct (`run.S1`).
 //!
-//! Guarantees: a part that is neither plainly a gauge's nor plainly a load's is neither.
+//! Guarantees: an ambiguous path is neither a gauge nor a load.
 
 use super::kind::{Kind, plain, plain_kind};
 use super::words;
 
-/// Words of a path whose numbers are no load but something about one, or one that was only wished for.
+/// Words in the path of a quantity that describes a load, such as its deviation or its setpoint, but is not one.
 const NO_LOADS: [&str; 16] = [
     "std",
     "stddev",
@@ -25,7 +25,7 @@ const NO_LOADS: [&str; 16] = [
     "target",
     "goal",
 ];
-/// Words of a path that speak of loads.
+/// Words in the path of a load.
 const LOADS: [&str; 16] = [
     "force",
     "forces",
@@ -44,7 +44,7 @@ const LOADS: [&str; 16] = [
     "effort",
     "weight",
 ];
-/// Words of a path that only gauges have.
+/// Words that occur only in the path of a gauge.
 const GAUGES: [&str; 12] = [
     "gauge",
     "gauges",
@@ -59,24 +59,25 @@ const GAUGES: [&str; 12] = [
     "straingauges",
     "coinft",
 ];
-/// Words that gauges have, and other signals too: they are not enough beside one of a load.
+/// Words that occur in the paths of gauges and of other signals. Beside a word for a load they do not make a gauge.
 const CHANNELS: [&str; 8] = ["raw", "adc", "channel", "channels", "ch", "ai", "volts", "voltages"];
-/// Parts that say nothing.
+/// Parts of a path without meaning.
 const NEUTRAL: [&str; 4] = ["data", "value", "values", "field"];
 const SECONDS: [&str; 2] = ["sec", "secs"];
 const NANOSECONDS: [&str; 4] = ["nanosec", "nanosecs", "nsec", "nsecs"];
 
-/// What a path is.
+/// Kind, source and unit of a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Path {
     pub kind: Kind,
-    /// What stands before the part that says it, in small letters.
+    /// Parts before the one that gives the kind, in lower case.
     pub source: String,
-    /// What the path itself says.
+    /// Unit that the path itself implies.
     pub unit: Option<&'static str>,
 }
 
-/// The stamp that this is a part of: its whole seconds, or what is left over. Empty where a name is nothing but the part.
+/// Returns the stamp that a name is part of, empty if the name is only the part. The part is the nanoseconds if
+/// `is_rest`, else the whole seconds.
 pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
     let name = name.trim();
     let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
@@ -84,7 +85,7 @@ pub(super) fn stamp_of_part(name: &str, is_rest: bool) -> Option<&str> {
     words.contains(&last.to_lowercase().as_str()).then_some(stamp)
 }
 
-/// Understands a name that is a path; `None` if it is none, or says nothing.
+/// Parses a path; returns `None` if the name is not a path or has no kind.
 pub(super) fn understood(name: &str) -> Option<Path> {
     let (stem, is_element) = without_index(name);
     if !is_element && !name.contains(['/', '.']) {
@@ -95,7 +96,7 @@ pub(super) fn understood(name: &str) -> Option<Path> {
     let has_word = |words: &[&str]| all.iter().any(|segment| has_one_of(segment, words));
     let path = |kind, n_before: usize, unit| Path { kind, source: all[..n_before].join("/"), unit };
     if is_element {
-        // A message that is nothing but an array, as `rostopic echo -p` writes it: gauges are published so.
+        // `rostopic echo -p` writes a message that is only an array like this; gauges are published so.
         let is_bare = all == ["field", "data"];
         let is_gauge = (is_bare || is_gauges(&all)) && !has_word(&NO_LOADS);
         return is_gauge.then(|| path(Kind::Gauge, all.len(), None));
@@ -133,7 +134,7 @@ pub(super) fn understood(name: &str) -> Option<Path> {
     is_one.then(|| path(kind, before.len(), None))
 }
 
-/// The name of an array, and whether this is one of its elements: `data[0]`, `data.0`, `data0`.
+/// Returns the name of an array, and true if the name is one of its elements: `data[0]`, `data.0`, `data0`.
 fn without_index(name: &str) -> (&str, bool) {
     let bracketed = || name.strip_suffix(']')?.rsplit_once('[');
     if let Some((stem, index)) = bracketed()
@@ -157,7 +158,7 @@ fn has_one_of(segment: &str, words: &[&str]) -> bool {
     parts.any(|part| words.contains(&part))
 }
 
-/// Whether an array is one of gauges, by the last part that says something.
+/// Returns true if the last part with a meaning makes the path an array of gauges.
 fn is_gauges(segments: &[&str]) -> bool {
     let mut telling = segments.iter().rev().filter(|s| !NEUTRAL.contains(s));
     let Some(segment) = telling.next() else {

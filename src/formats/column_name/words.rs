@@ -1,8 +1,8 @@
-//! What times, gauges and loads are called in the languages of those who write headers.
+//! Names of times, gauges and loads in the languages of the people who write headers.
 
 use crate::recording::Axis;
 
-/// Names of a time column, in small letters without separators. A time unit alone, but for the bare `s`, is one too.
+/// Names of a time column, in lower case without separators. A unit of time alone, except the bare `s`, counts too.
 const TIMES: [&str; 18] = [
     "t",
     "time",
@@ -23,7 +23,7 @@ const TIMES: [&str; 18] = [
     "時間",
     "時刻",
 ];
-/// What stands before a gauge's number, in small letters.
+/// Stems before a gauge's number, in lower case.
 const GAUGES: [&str; 43] = [
     "s",
     "sg",
@@ -69,12 +69,12 @@ const GAUGES: [&str; 43] = [
     "voltage",
     "strain gauge",
 ];
-/// What may stand before an axis of the reference.
+/// Words for a reference, which may stand before an axis.
 const REFERENCES: [&str; 6] = ["ati", "reference", "referenz", "ref", "applied", "true"];
-/// What a force is called, in small letters.
+/// Names of a force, in lower case.
 const FORCES: [&str; 9] =
     ["f", "force", "kraft", "fuerza", "forza", "força", "forca", "力", "荷重"];
-/// What a moment is called, in small letters.
+/// Names of a moment, in lower case.
 const MOMENTS: [&str; 14] = [
     "m",
     "t",
@@ -91,16 +91,16 @@ const MOMENTS: [&str; 14] = [
     "トルク",
     "モーメント",
 ];
-/// What may stand before the letter of a direction.
+/// Words that may stand before the letter of a direction.
 const BEFORE_DIRECTION: [&str; 8] = ["", "in", "en", "axe", "eje", "asse", "eixo", "axis"];
-/// What may stand after the letter of a direction.
+/// Words that may stand after the letter of a direction.
 const AFTER_DIRECTION: [&str; 9] =
     ["", "axis", "achse", "richtung", "direction", "轴", "軸", "方向", "向"];
 
-/// Words for a load that name no axis, in small letters, beside those for forces and moments.
+/// Words for a load that give no axis, in lower case. The words for forces and moments count too.
 const LOADS: [&str; 6] = ["load", "last", "weight", "effort", "carico", "carga"];
 
-/// Returns true if one of these words names a load, whichever axis it is of.
+/// Returns true if one of these words names a load of any axis.
 pub(super) fn is_load(words: &[&str]) -> bool {
     let of_axis =
         |word: &str| matches!(word, "fx" | "fy" | "fz" | "mx" | "my" | "mz" | "tx" | "ty" | "tz");
@@ -112,13 +112,13 @@ pub(super) fn is_load(words: &[&str]) -> bool {
     if words.contains(&"cell") {
         return false;
     }
-    // "F_ref" and "ref_F": a letter alone says it beside a word for the reference.
+    // "F_ref" and "ref_F": a single letter names a load beside a word for the reference.
     let has_reference = words.iter().any(|word| REFERENCES.contains(word));
     words.iter().any(is_word)
         || (has_reference && words.iter().any(|word| ["f", "m"].contains(word)))
 }
 
-/// What a channel is called that is no gauge but moves them, in small letters: temperature, humidity, supply.
+/// Names of auxiliary channels, in lower case: temperature, humidity, supply voltage.
 const AUXILIARIES: [&str; 38] = [
     "temperature",
     "temp",
@@ -159,7 +159,7 @@ const AUXILIARIES: [&str; 38] = [
     "電源",
     "電源電圧",
 ];
-/// What makes of such a channel something else: a load that was corrected by it, what it should be, when it was measured.
+/// Words beside the name of an auxiliary channel that make it something else: a corrected load, a setpoint, a time of day.
 const NOT_MEASURED: [&str; 10] = [
     "compensated",
     "comp",
@@ -173,18 +173,18 @@ const NOT_MEASURED: [&str; 10] = [
     "soll",
 ];
 
-/// Whether one of a name's words, in small letters and without the numbers behind them, calls it an auxiliary channel.
+/// Returns true if one of the words of a name, in lower case and without numbers, names an auxiliary channel.
 pub(super) fn is_auxiliary(words: &[&str]) -> bool {
     let has = |list: &[&str]| words.iter().any(|word| list.contains(word));
     has(&AUXILIARIES) && !has(&NOT_MEASURED)
 }
 
-/// Whether a name in small letters without separators is that of a time.
+/// Returns true if a name, in lower case without separators, is a time.
 pub(super) fn is_time(plain: &str) -> bool {
     TIMES.contains(&plain)
 }
 
-/// What stands before the number of a gauge, in small letters; `None` if this is no gauge's name.
+/// Returns the stem before a gauge's number, in lower case; `None` if the name is not a gauge.
 pub(super) fn gauge_stem(name: &str) -> Option<String> {
     let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let n_digits = name.len() - start.len();
@@ -193,7 +193,7 @@ pub(super) fn gauge_stem(name: &str) -> Option<String> {
     ((1..=9).contains(&n_digits) && GAUGES.contains(&stem.as_str())).then_some(stem)
 }
 
-/// Whether a word is that of a force (the first three axes) or of a moment (the last three).
+/// Returns the first three axes for the name of a force, the last three for the name of a moment.
 pub(super) fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
     if FORCES.contains(&word) {
         Some(&Axis::ALL[..3])
@@ -204,7 +204,7 @@ pub(super) fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
     }
 }
 
-/// The axis that a name in small letters without separators is of: `fx`, `momentx`, `xkraft`, `x方向力`.
+/// Returns the axis of a name in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
 pub(super) fn axis_of(plain: &str) -> Option<Axis> {
     let without_reference = REFERENCES.iter().find_map(|reference| plain.strip_prefix(reference));
     let bare = without_reference.unwrap_or(plain);
@@ -232,7 +232,7 @@ fn letter(text: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|letter| *letter == text)
 }
 
-/// Which direction a text in small letters without separators names.
+/// Returns the direction (0 to 2) of a text in lower case without separators.
 pub(super) fn direction(text: &str) -> Option<usize> {
     let of = |before: &str, after: &str| letter(text.strip_prefix(before)?.strip_suffix(after)?);
     let mut found = BEFORE_DIRECTION.iter().flat_map(|before| {

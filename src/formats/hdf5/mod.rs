@@ -1,4 +1,4 @@
-//! HDF5: groups of arrays and tables of records, read with the feature `hdf5`; MATLAB's `-v7.3` is such a file.
+//! HDF5 files: groups of arrays and tables of records, read with the feature `hdf5`. MATLAB's `-v7.3` files are HDF5.
 
 #[cfg(feature = "hdf5")]
 mod read;
@@ -17,7 +17,7 @@ pub(super) const FORMAT: Format = Format {
     read: |_| Err(FileError::NotBuilt { what: "an HDF5 file", feature: "hdf5" }),
 };
 
-/// What MATLAB's `save -v7.3` wrote.
+/// Reads a file written by MATLAB's `save -v7.3`.
 #[cfg(feature = "hdf5")]
 pub(super) fn matlab(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     match read::columns(source) {
@@ -26,7 +26,7 @@ pub(super) fn matlab(source: &Source<'_>) -> Result<Option<Columns>, FileError> 
     }
 }
 
-/// What MATLAB's `save -v7.3` wrote.
+/// Refuses a file written by MATLAB's `save -v7.3`.
 #[cfg(not(feature = "hdf5"))]
 pub(super) fn matlab(_: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let why = "this program was built without the feature `hdf5`".to_owned();

@@ -1,6 +1,7 @@
-//! Datasets of numbers as arrays, records as columns; a group is a table of its own where they are not all one.
+//! Datasets of numbers as arrays, records as columns. Each group is a table of its own unless all form one table.
 //!
-//! Guarantees: what all datasets together take is bounded before memory is taken for one; what was never written is no number.
+//! Guarantees: the total size of all datasets is checked before memory is allocated for any of them. Values that were
+//! never written become NaN.
 
 use std::collections::{BTreeMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -18,16 +19,16 @@ use super::super::number::{Field, Number};
 use super::super::parts::{self, Group};
 use crate::recording::Day;
 
-/// Groups may hold each other in a circle.
+/// Maximum depth of groups, which may contain each other in a circle.
 const DEPTH_LIMIT: usize = 6;
-/// More members are no recording.
+/// Maximum number of members that are read.
 const MEMBER_LIMIT: usize = 10_000;
-/// Maximum length of the names of an array's columns together (bytes).
+/// Maximum total length of the column names of an array (bytes).
 const LABELS_LIMIT_BYTES: u64 = 1 << 20;
 const NOT_READABLE: Content = Content::Other("not readable");
 const NEVER_WRITTEN: Content = Content::Other("never written");
 
-/// The datasets of a file as a table.
+/// Reads the datasets of a file as a table.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let file = File::open(source.path).map_err(damaged)?;
     let mut reading = Reading {
@@ -45,7 +46,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     Ok(Some(Columns { day, ..columns }))
 }
 
-/// The day that an attribute of the file names.
+/// Returns the day in the attributes of the file.
 fn day_of(root: &Node) -> Option<Day> {
     let attributes = root.attrs().unwrap_or_default();
     attributes.iter().find_map(|(name, value)| match value {
@@ -64,13 +65,13 @@ struct Reading<'a> {
     source: &'a Source<'a>,
     budget: Budget,
     groups: Vec<Group>,
-    /// Hashes of the arrays of `groups`.
+    /// Hashes of the arrays of each group in `groups`.
     group_hashes: HashSet<u64>,
     left_out: Vec<String>,
     n_members: usize,
 }
 
-/// What a dataset is.
+/// Contents of a dataset.
 enum Content {
     Array(Array),
     Records(Vec<Array>),
@@ -84,13 +85,13 @@ impl Reading<'_> {
             path => format!("{path}/{name}"),
         };
         let mut group = Group { name: path.to_owned(), ..Group::default() };
-        // Opened in one walk: opening each by its name would go through all of them again.
+        // One walk opens all members; opening each by name would search all of them again.
         let (datasets, mut inner) = match (node.iter_datasets(), node.iter_groups()) {
             (Ok(datasets), Ok(groups)) => {
                 (datasets.collect::<BTreeMap<_, _>>(), groups.collect::<BTreeMap<_, _>>())
             }
             (Err(error), _) | (_, Err(error)) if path.is_empty() => return Err(damaged(error)),
-            // Below the root a group that cannot be listed is left out alone.
+            // A group below the root that cannot be listed is skipped; the others are read.
             _ => {
                 self.left_out.push(format!("{path} (not readable)"));
                 return Ok(());
@@ -114,7 +115,7 @@ impl Reading<'_> {
                 Content::Other(what) => self.left_out.push(format!("{} ({what})", path_of(name))),
             }
         }
-        // A link leads to what is there already.
+        // A group with the same arrays is a link to one that was read before.
         if !group.arrays.is_empty() && !self.group_hashes.insert(hash_of(&group.arrays)) {
             return Ok(());
         }
@@ -122,7 +123,7 @@ impl Reading<'_> {
         if depth == DEPTH_LIMIT {
             return Ok(());
         }
-        // Where MATLAB keeps what cells and objects refer to.
+        // MATLAB keeps the contents of cells and objects in these groups.
         inner.retain(|name, _| !["#refs#", "#subsystem#"].contains(&name.as_str()));
         for (name, node) in inner {
             self.n_members += 1;
@@ -159,7 +160,7 @@ impl Reading<'_> {
             (Datatype::Compound { members, .. }, _) if is_complex(members) => {
                 return Ok(Content::Other("complex numbers"));
             }
-            // Each byte may be a number.
+            // In the worst case each byte of a record is a number.
             (Datatype::Compound { size, .. }, _) => u64::from(*size) * size_of::<f64>() as u64,
             (_, Some(_)) => size_of::<f64>() as u64,
             (Datatype::String { .. } | Datatype::VariableLength { is_string: true, .. }, _) => {
@@ -213,18 +214,18 @@ impl Reading<'_> {
         gaps.iter().for_each(|gaps| gaps.mark(&mut values.0, 1));
         let mut shape: Vec<usize> = shape.iter().map(|length| *length as usize).collect();
         if class.is_some() {
-            // MATLAB's columns are rows here.
+            // MATLAB stores arrays column by column.
             shape.reverse();
         }
         Ok(Content::Array(Array { is_by_column: class.is_some(), ..field.array(&shape, values) }))
     }
 }
 
-/// Where the chunks of a dataset are that were never written.
+/// Chunks of a dataset that were never written.
 struct Gaps {
-    /// Length, and length of a chunk, along each dimension.
+    /// Length of the dataset and of one chunk, for each dimension.
     shape: Vec<(u64, u64)>,
-    /// Whether each chunk of the grid was written.
+    /// True for each chunk of the grid that was written.
     is_written: Vec<bool>,
 }
 
@@ -239,7 +240,7 @@ impl Gaps {
         for chunk in chunks {
             let mut at = Some(0);
             for ((length, _), offset) in gaps.shape.iter().zip(&chunk.offset) {
-                // A dataset that was cut back may keep chunks beyond its end.
+                // A dataset that was shortened may keep chunks beyond its end.
                 at = at.filter(|_| offset < length).map(|at| at * length + offset);
             }
             if let Some(at) = at {
@@ -250,7 +251,7 @@ impl Gaps {
         gaps.is_written.contains(&false).then_some(gaps)
     }
 
-    /// Returns the place in the grid of the chunk that holds a value, given the value's place in the dataset.
+    /// Returns the index in the grid of the chunk that holds a value, given the index of the value.
     fn chunk(&self, at: usize) -> usize {
         let (mut rest, mut place, mut stride) = (at as u64, 0, 1);
         for (length, chunk) in self.shape.iter().rev() {
@@ -266,7 +267,7 @@ impl Gaps {
         !self.is_written[self.chunk(at)]
     }
 
-    /// Puts NaN in the place of what was never written, where each element of the dataset has a number of values.
+    /// Replaces values that were never written by NaN; each element of the dataset has `n_each` values.
     fn mark(&self, values: &mut [f64], n_each: usize) {
         for (at, own) in values.chunks_mut(n_each.max(1)).enumerate() {
             if self.has(at) {
@@ -281,7 +282,7 @@ fn is_complex(members: &[CompoundMember]) -> bool {
     members.len() == 2 && members.iter().all(is_part)
 }
 
-/// How many values a dataset of this shape has; as many as can be counted where they are more.
+/// Returns the number of values of a dataset with this shape; saturates if the product overflows.
 fn n_values(shape: &[u64]) -> u64 {
     shape.iter().fold(1, |n: u64, length| n.saturating_mul(*length))
 }
@@ -295,7 +296,7 @@ fn hash_of(arrays: &[Array]) -> u64 {
     hasher.finish()
 }
 
-/// Where pandas keeps the names of the columns of an array: `block0_values` has those in `block0_items`.
+/// Returns the column names that pandas stores for an array: those of `block0_values` are in `block0_items`.
 fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
     let items = name.strip_suffix("_values");
     let items = items.and_then(|block| datasets.get(&format!("{block}_items")));
@@ -309,7 +310,7 @@ fn labels(datasets: &BTreeMap<String, Dataset>, name: &str) -> Vec<String> {
     names.unwrap_or_default()
 }
 
-/// The fields of records that hold numbers.
+/// Returns the numeric fields of records.
 fn records(
     members: &[CompoundMember],
     record_bytes: usize,
@@ -329,7 +330,7 @@ fn records(
     members.iter().filter_map(array).take(COLUMN_LIMIT).collect()
 }
 
-/// How the numbers of a dataset, or of one field of its records, are stored; `None` if they are no numbers.
+/// Returns the storage of a numeric dataset, or of a field of its records; `None` if it is not numeric.
 fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
     let (number, order) = match datatype {
         Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), byte_order, layout } => {
@@ -342,7 +343,7 @@ fn field_of(name: &str, offset: usize, datatype: &Datatype) -> Option<Field> {
         Datatype::FloatingPoint { size: size @ (2 | 4 | 8), byte_order, .. } => {
             (Number::Float(*size as usize), byte_order)
         }
-        // What is true or false.
+        // Booleans are stored as enumerations.
         Datatype::Enumeration { base_type, .. } => return field_of(name, offset, base_type),
         Datatype::Array { base_type, dimensions } => {
             let one = field_of(name, offset, base_type).filter(|field| field.n_each == 1)?;

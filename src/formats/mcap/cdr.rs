@@ -1,11 +1,11 @@
-//! Messages of ROS 2 in their common serialisation: plain CDR, the low byte first.
+//! Messages of ROS 2 in their usual serialisation: plain CDR, little-endian.
 //!
-//! **Source** OMG DDSI-RTPS, plain CDR: four bytes of encapsulation; then each value at a multiple of its size, counted
-//! from there; texts and sequences with their length before them.
+//! **Source** OMG DDSI-RTPS, plain CDR: four bytes of encapsulation, then the values. Each value is aligned to its size,
+//! counted from the end of the encapsulation. Texts and sequences start with their length.
 
 use super::super::number::Number;
 
-/// Reads one message from its start to its end; `None` wherever it ends too early.
+/// Reader of one message from start to end. Each method returns `None` if the message ends too early.
 pub(super) struct Cdr<'a> {
     body: &'a [u8],
     at: usize,
@@ -30,7 +30,7 @@ impl<'a> Cdr<'a> {
         Some(number.value(self.bytes(number.n_bytes())?, false))
     }
 
-    /// How many parts follow.
+    /// Reads the number of elements that follow.
     pub fn length(&mut self) -> Option<usize> {
         Some(self.number(Number::Uint(4))? as usize)
     }
@@ -40,7 +40,7 @@ impl<'a> Cdr<'a> {
         self.bytes(n_bytes).map(drop)
     }
 
-    /// Seconds and nanoseconds as nanoseconds, then the name of a frame.
+    /// Reads a header: its time (ns), and the name of a frame, which is skipped.
     pub fn header_nanosecs(&mut self) -> Option<i64> {
         let secs = self.number(Number::Int(4))? as i64;
         let nanosecs = self.number(Number::Uint(4))? as i64;
@@ -48,7 +48,7 @@ impl<'a> Cdr<'a> {
         Some(secs * 1_000_000_000 + nanosecs)
     }
 
-    /// Every number of a sequence.
+    /// Reads all numbers of a sequence.
     pub fn sequence(&mut self, number: Number) -> Option<Vec<f64>> {
         let n_numbers = self.length()?;
         if n_numbers == 0 {
@@ -59,7 +59,7 @@ impl<'a> Cdr<'a> {
         Some(number.all(bytes, false))
     }
 
-    /// Passes over the texts of a sequence.
+    /// Skips a sequence of texts.
     pub fn skip_texts(&mut self) -> Option<()> {
         let n_texts = self.length()?;
         (0..n_texts).try_for_each(|_| self.skip_text())
@@ -70,7 +70,7 @@ impl<'a> Cdr<'a> {
 mod tests {
     use super::*;
 
-    /// Header, one text of 2 bytes with its end, a number of 8 bytes: it stands at 8 + 4 + 3 = 15, so at 16.
+    /// Header, one text of 2 bytes with its end, a number of 8 bytes: the text ends at 15, so the number is aligned to 16.
     #[test]
     fn values_stand_at_multiples_of_their_size() {
         let mut message = vec![0, 1, 0, 0];
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_that_cannot_be_is_no_sequence() {
+    fn an_impossible_length_is_not_a_sequence() {
         let message = [&[0, 1, 0, 0][..], &u32::MAX.to_le_bytes(), &[0; 16]].concat();
         let sequence = Cdr::new(&message).unwrap().sequence(Number::Float(8));
         assert_eq!(sequence, None);

@@ -1,8 +1,8 @@
-//! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock;
-//! where there are several of a kind, whichever is wanted.
+//! MCAP recordings of ROS 2: a topic of arrays is the gauges, a topic of wrenches the reference, each on its own clock.
+//! If several topics qualify, the user chooses.
 //!
-//! Guarantees: one chunk at a time is in memory; a recording whose end is missing, as a killed recorder leaves it, gives
-//! what it holds.
+//! Guarantees: only one chunk is in memory at a time. A recording without its end, as left by a killed recorder, is
+//! read up to where it stops.
 
 use std::collections::BTreeMap;
 use std::io::{BufReader, Read};
@@ -23,7 +23,7 @@ use crate::recording::Axis;
 const FILE: &str = "the recording";
 const NANOS: i64 = 1_000_000_000;
 const DOUBLE: Number = Number::Float(8);
-/// Chunks are some megabytes; what declares more is damaged.
+/// Maximum declared size of a chunk (bytes). Real chunks have a few megabytes.
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Reads all topics, and makes a table of one or two of them.
@@ -70,7 +70,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
     Ok(Some(Columns { ends_early, ..topics.columns(source.parts)? }))
 }
 
-/// Returns the kind and the content of the first record, and what follows it; `None` if it is cut short.
+/// Returns the kind and the content of the first record, and the bytes after it; `None` if the record is cut short.
 fn first_record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (kind, rest) = records.split_first()?;
     let (n_bytes, rest) = rest.split_first_chunk()?;
@@ -79,14 +79,14 @@ fn first_record(records: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     Some((*kind, content, rest))
 }
 
-/// Returns what follows a text; `None` if the text is longer than what is there.
+/// Returns the bytes after a text; `None` if the text is longer than the rest.
 fn after_text(bytes: &[u8]) -> Option<&[u8]> {
     let (n_bytes, rest) = bytes.split_first_chunk()?;
     rest.get(u32::from_le_bytes(*n_bytes) as usize..)
 }
 
-/// Reads a record, or returns `None` for one of a kind that says nothing of samples. How long its texts are said to be is checked
-/// first, since the crate takes memory by it.
+/// Parses a record; returns `None` if its kind does not concern samples. The declared lengths of its texts are checked
+/// first, since the crate allocates memory by them.
 fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
     let (start, n_texts) = match kind {
         op::MESSAGE => (0, 0),
@@ -101,7 +101,7 @@ fn parsed(kind: u8, content: &[u8]) -> Result<Option<Record<'_>>, FileError> {
             rest = after_text(rest)?;
         }
         if kind == op::CHANNEL {
-            // More texts, and before them how long they are together.
+            // A map of texts with its total length in front.
             let (n_bytes, metadata) = rest.split_first_chunk()?;
             rest = metadata.get(..u32::from_le_bytes(*n_bytes) as usize)?;
             while !rest.is_empty() {
@@ -122,7 +122,7 @@ fn damaged(error: McapError) -> FileError {
     }
 }
 
-/// The records of a chunk.
+/// Returns the unpacked records of a chunk.
 fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, FileError> {
     const CHUNK: &str = "a chunk";
     if n_bytes > CHUNK_LIMIT_BYTES {
@@ -135,7 +135,7 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
         "zstd" => {
             let damaged = |error: std::io::Error| match error.kind() {
                 std::io::ErrorKind::UnexpectedEof => of_chunk(error),
-                // The library says what is wrong with its input as `Other`.
+                // The library reports damaged input as `Other`.
                 _ => FileError::damaged(CHUNK, error.to_string()),
             };
             let decoder = zstd::Decoder::new(packed).map_err(damaged)?;
@@ -154,13 +154,13 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
         }
     }
     if records.len() as u64 != n_bytes {
-        let why = "it unpacks to another size than it says";
+        let why = "its unpacked size differs from the declared size";
         return Err(FileError::damaged(CHUNK, why));
     }
     Ok(records)
 }
 
-/// What messages of a kind hold.
+/// Contents of the messages of a topic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     WrenchStamped,
@@ -205,7 +205,7 @@ impl Shape {
         matches!(self, Self::WrenchStamped | Self::Wrench)
     }
 
-    /// The time in the message (ns), if it has one, and its numbers.
+    /// Returns the time in the message (ns), if it has one, and its numbers.
     fn read(self, message: &[u8]) -> Option<(Option<i64>, Vec<f64>)> {
         let mut cdr = Cdr::new(message)?;
         let wrench =
@@ -239,16 +239,15 @@ impl Shape {
     }
 }
 
-/// One message.
+/// One message of a topic.
 #[derive(Debug)]
 struct Sample {
-    /// The time in it.
+    /// Time stamp inside the message (ns), if it has one.
     stamp_nanosecs: Option<i64>,
     logged_nanosecs: i64,
     values: Vec<f64>,
 }
 
-/// One topic's samples.
 #[derive(Debug)]
 struct Topic {
     name: String,
@@ -308,7 +307,7 @@ impl Topics {
         }
     }
 
-    /// The topics that are wanted; where nobody says, one of arrays and one of wrenches. All others are listed.
+    /// Returns the wanted topics as columns; without a choice, one topic of arrays and one of wrenches. Lists the others.
     fn columns(self, wanted: &[String]) -> Result<Columns, FileError> {
         let readable = self.topics.iter().filter(|(_, topic)| !topic.samples.is_empty());
         let readable: Vec<(u16, &Topic)> = readable.map(|(id, topic)| (*id, topic)).collect();
@@ -318,7 +317,7 @@ impl Topics {
         } else {
             of_wanted(&readable, wanted)?
         };
-        // What could have been taken instead of a topic that was.
+        // A rival could have been read in place of a topic that was chosen.
         let is_rival = |topic: &Topic| {
             let is_like = |own: &&u16| {
                 let own = &self.topics[*own];
@@ -328,7 +327,7 @@ impl Topics {
         };
         let is_chosen = |id: u16| chosen.contains(&Some(id));
         let has_rivals = readable.iter().any(|(id, topic)| !is_chosen(*id) && is_rival(topic));
-        let told = readable.iter().map(|(id, topic)| FilePart {
+        let parts = readable.iter().map(|(id, topic)| FilePart {
             name: topic.name.clone(),
             what: format!("{}, {} messages", topic.kind, topic.samples.len()),
             is_used: is_chosen(*id),
@@ -336,7 +335,7 @@ impl Topics {
         let mut table = Columns {
             is_named: true,
             is_guessed_part: wanted.is_empty() && has_rivals,
-            parts: if has_rivals || !wanted.is_empty() { told.collect() } else { Vec::new() },
+            parts: if has_rivals || !wanted.is_empty() { parts.collect() } else { Vec::new() },
             ..Columns::default()
         };
         let mut topics = self.topics;
@@ -352,7 +351,7 @@ impl Topics {
             if topic.is_wrench() && (is_second || wanted.len() < 2) {
                 topic.add_to(&mut table, time, axis);
             } else if is_second || topic.is_wrench() {
-                // Nobody but who chose it knows what it is.
+                // The meaning of this topic is unknown, so its columns keep the names of their elements.
                 topic.add_to(&mut table, time, |column| format!("{path}[{column}]"));
             } else {
                 topic.add_to(&mut table, time, |column| format!("S{}", column + 1));
@@ -364,7 +363,8 @@ impl Topics {
     }
 }
 
-/// The wanted topics, that of the gauges first: of a wrench and another the other, else in the order of the wish.
+/// Returns the wanted topics, the gauges first. Of a wrench and another topic, the other one is the gauges; otherwise
+/// the order of `wanted` counts.
 fn of_wanted(readable: &[(u16, &Topic)], wanted: &[String]) -> Result<[Option<u16>; 2], FileError> {
     let find = |name: &String| readable.iter().find(|(_, topic)| topic.name == *name);
     let mut chosen: Vec<&(u16, &Topic)> = wanted.iter().filter_map(find).collect();
@@ -381,12 +381,12 @@ impl Topic {
         self.shape.is_some_and(Shape::is_wrench)
     }
 
-    /// Whether its messages hold a list of numbers of any length, and nothing else.
+    /// Returns true if the messages hold only a list of numbers of any length.
     fn is_list(&self) -> bool {
         matches!(self.shape, Some(Shape::Array(_)))
     }
 
-    /// The topic that is most likely the reference, or the gauges: by its kind, its name, then its number of samples.
+    /// Returns the topic that is most likely the reference, or the gauges: by its kind, its name, then its number of samples.
     fn most_likely(topics: &[(u16, &Self)], is_wrench: bool) -> Option<u16> {
         const REFERENCES: [&str; 6] = ["ati", "ref", "reference", "truth", "gt", "load"];
         const GAUGES: [&str; 8] =
@@ -398,13 +398,13 @@ impl Topic {
             (topic.is_list(), is_named, topic.samples.len())
         };
         let of_kind = topics.iter().rev().filter(|(_, topic)| topic.is_wrench() == is_wrench);
-        // `max_by_key` takes the last of equals.
+        // `max_by_key` returns the last of equal elements.
         of_kind.max_by_key(rank).map(|(id, _)| *id)
     }
 
-    /// Appends a column of times and one for each number, in the order of the times.
+    /// Appends a column of times and one column for each number, sorted by time.
     fn add_to(mut self, table: &mut Columns, time: &str, name: impl Fn(usize) -> String) {
-        // Drivers that do not know the time leave it at zero.
+        // Drivers that do not know the time leave the stamp at zero.
         let is_stamped = |sample: &Sample| sample.stamp_nanosecs.is_some_and(|stamp| stamp != 0);
         let has_stamps = self.samples.iter().any(is_stamped);
         let nanosecs = |sample: &Sample| match sample.stamp_nanosecs {
@@ -413,7 +413,7 @@ impl Topic {
         };
         self.samples.sort_by_key(nanosecs);
         let n_columns = self.samples.first().map_or(0, |sample| sample.values.len());
-        // Two clocks that agree to the nanosecond must give the same number.
+        // Whole seconds are subtracted first, so that clocks that agree to the nanosecond give the same number.
         let since = self.samples.first().map_or(0, |first| nanosecs(first) / NANOS);
         let secs = |sample: &Sample| (nanosecs(sample) - since * NANOS) as f64 / NANOS as f64;
         table.columns.push(Column {
@@ -423,7 +423,7 @@ impl Topic {
             values: self.samples.iter().map(secs).collect(),
         });
         for column in 0..n_columns {
-            // A shorter message is told as a number that is none.
+            // A number that is missing in a shorter message becomes NaN.
             let value = |sample: &Sample| sample.values.get(column).copied().unwrap_or(f64::NAN);
             let values = self.samples.iter().map(value);
             table.columns.push(Column {
@@ -439,7 +439,7 @@ impl Topic {
 mod tests {
     use super::*;
 
-    /// A message as CDR lays it out: every number stands at a multiple of its size after the four bytes in front.
+    /// Message in CDR: each number is aligned to a multiple of its size, counted after the first four bytes.
     #[derive(Default)]
     struct Writer(Vec<u8>);
 
@@ -476,7 +476,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_give_their_first_list_that_holds_something() {
+    fn joint_states_give_their_first_list_that_is_not_empty() {
         let shape = Shape::of_schema("sensor_msgs/msg/JointState").unwrap();
         let time = Some(3_250_000_000);
         let full = joint_state(&[1.5, -2.5], &[7.0], &[8.0]);

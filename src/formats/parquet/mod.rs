@@ -1,4 +1,4 @@
-//! Parquet: columns of plain numbers, read and written with the feature `parquet`.
+//! Parquet files: numeric columns, read and written with the feature `parquet`.
 
 #[cfg(feature = "parquet")]
 mod read;

@@ -1,4 +1,4 @@
-//! The columns of plain numbers.
+//! Reads the numeric columns of a Parquet file.
 
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
@@ -14,17 +14,16 @@ use crate::progress::Progress;
 use crate::recording::Day;
 
 const FILE: &str = "the file";
-/// Rows read at a time.
 const BATCH_ROWS: usize = 1 << 14;
 
-/// The columns of numbers as a table; other columns are listed.
+/// Reads the numeric columns as a table and lists the others.
 pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
-    let said = reader.metadata().file_metadata().key_value_metadata();
-    let day = said.into_iter().flatten().find_map(|said| {
-        let value = said.value.as_deref()?;
-        Day::in_header(&format!("{}: {value}", said.key))
+    let metadata = reader.metadata().file_metadata().key_value_metadata();
+    let day = metadata.into_iter().flatten().find_map(|entry| {
+        let value = entry.value.as_deref()?;
+        Day::in_header(&format!("{}: {value}", entry.key))
     });
     let mut table = Columns { is_named: true, day, ..Columns::default() };
     let mut indices = Vec::new();
@@ -62,7 +61,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
 
 fn damaged(error: ParquetError) -> FileError {
     let why = error.to_string();
-    // The crate says so in words alone.
+    // The crate names a missing codec only in the text of its error.
     if why.contains("Disabled feature at compile time") {
         return FileError::Compression {
             what: FILE.to_owned(),
@@ -84,7 +83,7 @@ fn holds_numbers(column: &ColumnDescriptor) -> bool {
     )
 }
 
-/// What a column of times counts.
+/// Returns the unit of a column of times.
 fn time_unit(column: &ColumnDescriptor) -> &'static str {
     use ::parquet::basic::Type;
     let logical = column.logical_type_ref();
@@ -101,7 +100,7 @@ fn time_unit(column: &ColumnDescriptor) -> &'static str {
     }
 }
 
-/// What a column's whole numbers are divided by.
+/// Returns the divisor of the whole numbers of a decimal column.
 fn decimal_scale(column: &ColumnDescriptor) -> f64 {
     match column.converted_type() {
         ConvertedType::DECIMAL => 10_f64.powi(column.type_scale()),
@@ -131,7 +130,7 @@ fn append(
     }
 }
 
-/// Appends every value; where there is none, one that is no number.
+/// Appends all values, with NaN for missing ones.
 fn all<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     values: &mut Vec<f64>,

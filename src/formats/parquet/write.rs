@@ -1,4 +1,4 @@
-//! A table as Apache Parquet: one column of names, one of optional doubles for each number of a row.
+//! Writes a table as Apache Parquet: one column of names, and one of optional doubles per number of a row.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,20 +10,20 @@ use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 
-/// Rows that are written at once: few enough for any memory, enough for any reader.
+/// Number of rows written at once: few enough for small memories, many enough for fast readers.
 const GROUP_ROWS: usize = 1 << 16;
 
-/// Takes row after row and writes them in groups.
+/// Writer that collects rows and writes them in groups.
 pub(crate) struct ParquetTable<'a> {
     out: &'a mut dyn Write,
-    /// What the writer has made and `out` has not yet got.
+    /// Bytes that the crate has produced and that are not yet written to `out`.
     made: Made,
     writer: SerializedFileWriter<Made>,
     names: Vec<ByteArray>,
     columns: Vec<Vec<Option<f64>>>,
 }
 
-/// Bytes that are passed on group by group: the writer's own output must be able to move between threads.
+/// Shared buffer of produced bytes. The crate requires an output that can move between threads.
 #[derive(Clone, Default)]
 struct Made(Arc<Mutex<Vec<u8>>>);
 
@@ -46,7 +46,7 @@ impl Write for Made {
 }
 
 impl<'a> ParquetTable<'a> {
-    /// A table whose first column is of names, and whose others are of numbers with these heads.
+    /// Creates a table with a column of names and one column of numbers per head.
     pub fn new(head: &[String], out: &'a mut dyn Write) -> io::Result<Self> {
         let made = Made::default();
         let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
@@ -130,9 +130,9 @@ mod tests {
     use ::parquet::file::reader::{FileReader as _, SerializedFileReader};
     use ::parquet::record::Field;
 
-    /// One row more than a group, so that the file has two.
+    /// One more row than a group, so that the file has two groups.
     #[test]
-    fn every_row_reads_back_and_what_is_not_known_is_null() {
+    fn all_rows_read_back_and_missing_values_are_null() {
         let mut file = tempfile::tempfile().unwrap();
         let head = ["t [s]", "Fz calc [N]"].map(str::to_owned);
         let mut table = ParquetTable::new(&head, &mut file).unwrap();

@@ -1,33 +1,34 @@
-//! Text that arrives piece by piece, as whole lines.
+//! Splits text that arrives in pieces into whole lines.
 //!
-//! Guarantees: the encoding is found as in whole files, by the first line; a line without an end does not fill the memory.
+//! Guarantees: the encoding is detected from the first line, as for whole files. A line without an end does not fill
+//! the memory.
 
 use super::encoding::{Encoding, decoded, encoding_of};
 
-/// No line of a table is longer (bytes).
+/// Maximum length of a line of a table (bytes).
 const LONGEST_LINE: usize = 1 << 20;
-/// What stands for a longer one.
+/// Replacement of a line longer than [`LONGEST_LINE`].
 const TOO_LONG: &str = "(a line of more than 1 MiB)";
-/// Length of a line that is enough to tell the encoding (bytes).
+/// Number of bytes that suffice to detect the encoding, if no line has ended before.
 const ENOUGH: usize = 1 << 10;
 
-/// The lines of a text that is not there as a whole yet.
+/// Buffer of a text that has not arrived completely.
 #[derive(Debug, Default)]
 pub(crate) struct ArrivingLines {
     encoding: Option<Encoding>,
-    /// What is not decoded yet.
+    /// Bytes that are not decoded yet.
     raw: Vec<u8>,
-    /// What is decoded.
+    /// Decoded text.
     text: Vec<u8>,
-    /// Where what is not handed on yet begins in it.
+    /// Start in `text` of the line that is not returned yet.
     start: usize,
-    /// Up to here there is no end of the next line.
+    /// Position in `text` up to which no end of line was found.
     searched: usize,
     is_too_long: bool,
 }
 
 impl ArrivingLines {
-    /// Takes what has come.
+    /// Appends the bytes that have arrived.
     pub fn push(&mut self, bytes: &[u8]) {
         self.raw.extend_from_slice(bytes);
         if self.encoding.is_some() || self.raw.contains(&b'\n') || self.raw.len() >= ENOUGH {
@@ -37,7 +38,7 @@ impl ArrivingLines {
 
     fn decode(&mut self) {
         let encoding = *self.encoding.get_or_insert_with(|| {
-            // What is no text makes no table, and is refused as that.
+            // Bytes that are not text are decoded as UTF-8; they make no table and are refused later.
             let (encoding, mark_bytes) = encoding_of(&self.raw).unwrap_or((Encoding::Utf8, 0));
             self.raw.drain(..mark_bytes);
             encoding
@@ -50,7 +51,7 @@ impl ArrivingLines {
         self.text.append(&mut text);
     }
 
-    /// Returns the next line that is whole, without its end.
+    /// Returns the next complete line, without its line end.
     pub fn next_line(&mut self) -> Option<String> {
         let Some(at) = memchr::memchr(b'\n', &self.text[self.searched..]) else {
             if self.text.len() - self.start > LONGEST_LINE {
@@ -67,7 +68,7 @@ impl ArrivingLines {
         Some(line)
     }
 
-    /// Returns the line that has begun, where nothing more comes.
+    /// Returns the incomplete last line, after the end of the text.
     pub fn last_line(&mut self) -> Option<String> {
         self.decode();
         let end = self.text.len();
@@ -103,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_the_encoding_and_the_pieces_the_lines_are_the_same() {
+    fn lines_do_not_depend_on_the_encoding_or_the_pieces() {
         let text = "\u{feff}t [µs],S1\r\n0,1\n\n5,3";
         let utf16 = |bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
             text.encode_utf16().flat_map(bytes).collect()
@@ -117,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_an_end_is_one_line_and_takes_no_memory() {
+    fn a_line_without_an_end_is_one_line_and_takes_little_memory() {
         let long = [b"a,b\n".to_vec(), vec![b'1'; 5 << 20], b"\n2,3\n".to_vec()].concat();
         assert_eq!(lines(&long, 1 << 16), ["a,b", TOO_LONG, "2,3"]);
         let mut arriving = ArrivingLines::default();

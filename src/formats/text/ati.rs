@@ -1,24 +1,24 @@
-//! What the demonstration program of ATI's Net F/T writes above its rows, and the status in each of them.
+//! Preamble and status words that the demonstration program of ATI's Net F/T writes.
 //!
-//! **Source** the manuals of Net F/T and Ethernet Axia: the values are counts; the status is a 32-bit word whose highest
-//! bit is set whenever any bit is that means an error.
+//! **Source** Manuals of Net F/T and Ethernet Axia: values are counts. The status is a 32-bit word whose highest bit is
+//! set whenever another bit reports an error.
 
 use crate::formats::columns::Cell;
 
-/// In a status word: some error.
+/// Bit of the status word that is set for any error.
 const ANY_ERROR: u32 = 1 << 31;
 
-/// What the lines above the header say.
+/// Values in the lines above the header.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Preamble {
-    /// How many lines there are.
+    /// Number of lines of the preamble.
     pub n_lines: usize,
     pub rate_hz: Option<f64>,
     pub force: CountedUnit,
     pub moment: CountedUnit,
 }
 
-/// A unit, and how many counts make one.
+/// Unit, and the number of counts per unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CountedUnit {
     pub unit: String,
@@ -26,7 +26,7 @@ pub(crate) struct CountedUnit {
 }
 
 impl Preamble {
-    /// Understands the first lines of a file; `None` if they are not such a preamble.
+    /// Parses the first lines of a file; returns `None` if they are not such a preamble.
     pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
         const LINES_AT_MOST: usize = 12;
         let mut values: Vec<(String, String)> = Vec::new();
@@ -58,7 +58,7 @@ impl Preamble {
     }
 }
 
-/// Whether a status word, written in hexadecimal digits or a number, reports an error; `None` if it is no such word.
+/// Returns true if a status word, a number or hexadecimal digits, reports an error; `None` if it is not a status word.
 pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
     let text = match cell {
         Cell::Number(number) => {
@@ -100,7 +100,7 @@ mod tests {
             ("0", Some(false)),
             ("80000001", Some(true)),
             ("0xC0000000", Some(true)),
-            ("00010000", Some(false)), // a latched condition is none
+            ("00010000", Some(false)), // a latched condition is not an error
             ("1x", None),
             ("", None),
             ("+1", None),

@@ -1,4 +1,4 @@
-//! A file in blocks that end at line ends, so that each can be parsed on its own.
+//! Reads a file in blocks that end at line ends, so that each block can be parsed on its own.
 //!
 //! Guarantees: the blocks joined are the file without its byte order mark; no block splits a line.
 
@@ -10,23 +10,23 @@ use super::encoding::Text;
 use super::serial_monitor::Arrows;
 use crate::formats::error::FileError;
 
-/// A longer line is no row of a table; without a limit one would fill the memory.
+/// Maximum length of a line (bytes). Without a limit one line could fill the memory.
 const LINE_LIMIT_BYTES: usize = 4 << 20;
 
-/// Reads a file block by block.
+/// Reader of a file in blocks.
 #[derive(Debug)]
 pub(super) struct Blocks {
     pub text: Text,
     block_bytes: usize,
-    /// The start of a line whose end is not read yet.
+    /// Start of a line whose end is not read yet.
     carry: Vec<u8>,
     is_at_end: bool,
-    /// Of lines with the time of a terminal; unknown until the first are read.
+    /// Times of a terminal at the start of each line, if the file has them. The outer `None` means not checked yet.
     arrows: Option<Option<Arrows>>,
 }
 
 impl Blocks {
-    /// Opens a file and makes sure that it is text. `limit_bytes` is the maximum number of bytes that are read.
+    /// Opens a file and checks that it is text. At most `limit_bytes` are read.
     pub fn open(
         path: &Path,
         block_bytes: usize,
@@ -41,7 +41,7 @@ impl Blocks {
         })
     }
 
-    /// Returns the whole lines among `n_bytes` bytes from byte `at` on, whatever was read before.
+    /// Returns the whole lines among `n_bytes` bytes from byte `at` on. The current position does not matter.
     pub fn lines_at(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut lines = self.text.part(path, at, n_bytes)?;
         if at + (n_bytes as u64) < self.text.whole_file_bytes() {
@@ -55,7 +55,7 @@ impl Blocks {
         Ok(lines)
     }
 
-    /// Returns the first blocks as one, with at least this length (bytes) and a line that is no comment, if the file has them.
+    /// Returns the first blocks joined: at least `at_least` bytes and one line that is not a comment, if the file has them.
     pub fn head(&mut self, at_least: usize) -> Result<Vec<u8>, FileError> {
         let mut head = Vec::new();
         let mut is_comment_only = true;
@@ -68,7 +68,7 @@ impl Blocks {
         Ok(head)
     }
 
-    /// The next block: whole lines, of which only the file's last may lack its end. `None` at the end.
+    /// Returns the next block, or `None` at the end. Only the last line of the file may lack its line end.
     pub fn next(&mut self) -> Result<Option<Vec<u8>>, FileError> {
         let mut block = Vec::with_capacity(self.carry.len() + self.block_bytes);
         block.append(&mut self.carry);
@@ -84,7 +84,7 @@ impl Blocks {
                 return Err(FileError::LineTooLong { limit_bytes: LINE_LIMIT_BYTES });
             }
         }
-        // The last line of a sample may be half of one.
+        // A sample may end in the middle of a line.
         if self.is_at_end && self.text.is_sample() {
             self.carry.clear();
             block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));

@@ -1,9 +1,9 @@
-//! Lines, cells and numbers.
+//! Division of text into lines and cells, and numbers in cells.
 
 use super::written::{Decimal, Delimiter, TextLayout, Thousands};
 use crate::formats::columns::{Cell, Row};
 
-/// The delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
+/// Returns the delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
 pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     let count = |delimiter: Delimiter| {
@@ -14,7 +14,7 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
         };
         line.iter().filter(outside_quotes).count()
     };
-    // `max_by_key` takes the last of equals.
+    // `max_by_key` returns the last of equal elements.
     [Comma, Semicolon, Tab]
         .into_iter()
         .map(|delimiter| (delimiter, count(delimiter)))
@@ -24,13 +24,13 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
 }
 
 impl Delimiter {
-    /// Whether a comma inside a number must be a decimal comma, as it cannot stand between cells.
+    /// Returns true if a comma inside a number must be a decimal comma, since the delimiter is not a comma.
     pub(crate) fn allows_decimal_comma(self) -> bool {
         self != Self::Comma
     }
 
-    /// Blanks stand for tabs, too.
-    pub(super) const fn byte(self) -> u8 {
+    /// Returns the delimiter as a byte; a blank stands for any run of blanks and tabs.
+    pub(crate) const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',
@@ -50,23 +50,23 @@ impl Decimal {
 }
 
 impl TextLayout {
-    /// The cells of a line; `None` if it is blank or a comment.
+    /// Returns the cells of a line; `None` if the line is blank or a comment.
     pub(crate) fn row<'a>(&self, line: &'a [u8]) -> Option<TextRow<'a>> {
         (!is_skipped(line)).then(|| TextRow {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
             point: match (self.decimal, self.delimiter) {
                 (Decimal::Point, _) => b'.',
-                // Within quotes alone, where no number is plain: a byte that is in no text.
+                // A decimal comma is then only possible within quotes, where no number is plain. 0xff occurs in no text.
                 (Decimal::Comma, Delimiter::Comma) => 0xff,
                 (Decimal::Comma, _) => b',',
             },
         })
     }
 
-    /// The number in a cell, and whether its comma had to be read as a decimal point although none is expected.
+    /// Returns the number in a cell, and true if its comma was read as a decimal point although a point is expected.
     pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
-        // Between cells that commas separate, a comma within quotes is no decimal one.
+        // With a comma as delimiter, a comma within quotes separates thousands.
         let is_quoted = self.decimal == Decimal::Point && !self.delimiter.allows_decimal_comma();
         let before_thousands = self.thousands.or(is_quoted.then_some(Thousands::Comma));
         let grouped = before_thousands.and_then(|own| grouped_by(cell, own, point));
@@ -78,7 +78,7 @@ impl TextLayout {
         plain.or_else(|| Some((grouped.or_else(unmistakable)?, false)))
     }
 
-    /// [`Self::number`] less a whole number, without the digits that would be lost by parsing the number first.
+    /// Returns [`Self::number`] minus a whole number, without the loss of digits of subtracting after parsing.
     pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         let text = std::str::from_utf8(cell).ok()?;
@@ -112,7 +112,7 @@ impl TextLayout {
     }
 }
 
-/// The lines of a text, without their `\n`.
+/// Returns the lines of a text, without their `\n`.
 pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = text;
     std::iter::from_fn(move || {
@@ -126,12 +126,12 @@ pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether a line is neither header nor row: blank, or a comment.
+/// Returns true if a line is blank or a comment.
 pub(crate) fn is_skipped(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), None | Some(b'#'))
 }
 
-/// The cells of one line, without surrounding blanks and quotes. Doubled quotes inside quotes stay doubled.
+/// Cells of one line, without surrounding blanks and quotes. Doubled quotes inside quotes stay doubled.
 #[derive(Clone, Debug)]
 pub(crate) struct Cells<'a> {
     rest: Option<&'a [u8]>,
@@ -151,7 +151,7 @@ impl<'a> Cells<'a> {
         byte == self.delimiter || (byte == b'\t' && self.delimiter == b' ')
     }
 
-    /// The next cell if it is a plain number, in one pass; otherwise `None`, and the cell is still the next one.
+    /// Returns the next cell if it is a plain number, parsed in one pass. Otherwise returns `None` and does not advance.
     pub fn next_plain_number(&mut self, point: u8) -> Option<f64> {
         let rest = self.rest?;
         let (value, end) = plain_number(rest, point)?;
@@ -163,7 +163,7 @@ impl<'a> Cells<'a> {
         Some(value)
     }
 
-    /// What follows the delimiter that stands at `end`.
+    /// Returns the text after the delimiter at `end`.
     fn after(&self, rest: &'a [u8], end: usize) -> &'a [u8] {
         match self.delimiter {
             b' ' => rest[end + 1..].trim_ascii_start(),
@@ -195,11 +195,11 @@ impl<'a> Iterator for Cells<'a> {
     }
 }
 
-/// The cells of one line, plain numbers as numbers.
+/// Cells of one line, with plain numbers parsed.
 #[derive(Clone, Debug)]
 pub(crate) struct TextRow<'a> {
     cells: Cells<'a>,
-    /// What stands before decimals.
+    /// Decimal mark.
     point: u8,
 }
 
@@ -219,7 +219,7 @@ impl<'a> Row<'a> for TextRow<'a> {
     }
 }
 
-/// Where the quotes that open a cell close; `None` for a cell that is not quoted, or whose quotes stay open.
+/// Returns the position of the closing quote of a cell; `None` if the cell has no quotes or they are not closed.
 fn closing_quote(rest: &[u8]) -> Option<usize> {
     let start = match rest.first() {
         Some(b'"') => 0,
@@ -239,11 +239,11 @@ fn closing_quote(rest: &[u8]) -> Option<usize> {
     }
 }
 
-/// The number at the start of `text` and where it ends, if it is one of those that loggers write: a sign, digits, a
-/// `point`, at most 18 digits in all. Same as [`number`], only faster.
+/// Returns the number at the start of `text` and the position of its end, or `None` if it is not of the usual form: a
+/// sign, digits, a `point`, at most 18 digits in all. Same result as [`number`], but faster.
 ///
-/// Both the digits as a whole number (up to 2^53) and the power of ten are exact, so their quotient is the nearest
-/// number there is.
+/// The digits as a whole number (up to 2^53) and the power of ten are both exact, so their quotient is the nearest
+/// floating-point number.
 fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     const POWERS: [f64; 19] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
@@ -278,12 +278,12 @@ fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
     Some((if is_negative { -value } else { value }, at))
 }
 
-/// The number that a cell holds, with a decimal point; also NaN and infinity.
+/// Returns the number in a cell with a decimal point, also NaN and infinity.
 pub(crate) fn number(cell: &[u8]) -> Option<f64> {
     std::str::from_utf8(cell).ok()?.parse().ok()
 }
 
-/// Returns the number in a cell whose digits stand in groups of three behind this separator, with decimals behind `point`.
+/// Returns a number whose digits are grouped in threes by `thousands`, with decimals after `point`.
 fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
     let text = std::str::from_utf8(cell).ok()?;
     let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
@@ -312,7 +312,7 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
     (n_groups > 0).then(|| number.parse().ok()).flatten()
 }
 
-/// Returns the number in a cell whose groups of digits can mean nothing else, and what stands between them: `1'234`, `1,234.5`,
+/// Returns a number whose grouping of digits has only one meaning, and its separator of thousands: `1'234`, `1,234.5`,
 /// `1.234,5`, `1,234,567`.
 pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     let of = |thousands: Thousands, point| Some((grouped_by(cell, thousands, point)?, thousands));
@@ -326,7 +326,7 @@ pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     }
 }
 
-/// The number that a cell holds if its only comma is read as a decimal point.
+/// Returns the number in a cell if its only comma is read as a decimal point.
 pub(crate) fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
     let (whole, part) = std::str::from_utf8(cell).ok()?.split_once(',')?;
     let is_point_elsewhere = whole.contains('.') || part.contains('.');
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn the_header_tells_the_delimiter() {
+    fn the_header_gives_the_delimiter() {
         use super::Delimiter::{Comma, Semicolon, Spaces, Tab};
         for (line, delimiter) in [
             ("t,S1;x,Fx", Comma),
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_numbers_are_the_nearest_there_are() {
+    fn plain_numbers_are_the_nearest_floating_point_numbers() {
         let mut random = 1_u64;
         for n_decimals in 0..17 {
             for _ in 0..200 {

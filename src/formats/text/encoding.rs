@@ -1,7 +1,7 @@
-//! A file as UTF-8 text, whatever it was written in.
+//! Converts a file of any supported encoding to UTF-8 text.
 //!
-//! Guarantees: what comes out has no byte order mark and ends its lines with `\n` or `\r\n`; what is no text is refused
-//! with its kind named.
+//! Guarantees: the text has no byte order mark, and its lines end with `\n` or `\r\n`. A file that is not text is
+//! refused with its kind.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -11,41 +11,41 @@ use serde::Serialize;
 
 use crate::formats::error::FileError;
 
-/// How much of a file is looked at to tell what it is.
+/// Number of first bytes from which the kind of a file is detected.
 const HEAD_BYTES: usize = 8 << 10;
-/// With more control characters than one byte in so many a file is no text. A few are a logger's accidents, and cost
-/// only their rows.
+/// Number of bytes per control character below which a file is not text. A few control characters are accidents of a
+/// logger and cost only their rows.
 const BYTES_PER_CONTROL_CHARACTER: usize = 20;
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// How a file writes its characters.
+/// Character encoding of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(into = "&'static str")]
 pub enum Encoding {
     /// UTF-8, or ASCII.
     #[strum(serialize = "UTF-8")]
     Utf8,
-    /// Two bytes a character, the low one first.
+    /// UTF-16, low byte first.
     #[strum(serialize = "UTF-16 (little-endian)")]
     Utf16LittleEndian,
-    /// Two bytes a character, the high one first.
+    /// UTF-16, high byte first.
     #[strum(serialize = "UTF-16 (big-endian)")]
     Utf16BigEndian,
-    /// One byte a character, not UTF-8: taken for Latin-1, as far as names go.
+    /// One byte per character and not UTF-8; names are decoded as Latin-1.
     #[strum(serialize = "Latin-1")]
     Latin1,
-    /// Not in characters: a file of arrays.
+    /// File of arrays instead of text.
     #[strum(serialize = "arrays")]
     Arrays,
 }
 
 impl Encoding {
-    /// What people call it.
+    /// Returns the name for people.
     pub fn name(self) -> &'static str {
         self.into()
     }
 
-    /// How many bytes of the file one byte of plain text stands for.
+    /// Returns the number of bytes in the file per character of plain text.
     pub(super) const fn bytes_per_character(self) -> u64 {
         match self {
             Self::Utf8 | Self::Latin1 | Self::Arrays => 1,
@@ -54,25 +54,25 @@ impl Encoding {
     }
 }
 
-/// A text that is read from its start to its end.
+/// Reader of a text from start to end.
 #[derive(Debug)]
 pub(super) struct Text {
     file: File,
-    /// How many bytes may still be read.
+    /// Number of bytes that may still be read.
     left_bytes: u64,
     file_bytes: u64,
     limit_bytes: u64,
     encoding: Encoding,
-    /// Whether some lines end with `\r` alone.
+    /// True if some lines end with `\r` alone.
     has_bare_returns: bool,
-    /// The bytes of a character that is not read whole yet.
+    /// Bytes of a character that is not read completely.
     half_character: Vec<u8>,
-    /// Whether a `\r` was read whose `\n` may still come.
+    /// True if the last `\r` that was read may still be followed by `\n`.
     waiting_return: bool,
 }
 
 impl Text {
-    /// Opens a file and makes sure that it is text. `limit_bytes` is the maximum number of bytes that are read.
+    /// Opens a file and checks that it is text. At most `limit_bytes` are read.
     pub fn open(path: &Path, limit_bytes: Option<u64>) -> Result<Self, FileError> {
         let mut file = File::open(path)?;
         let mut head = Vec::with_capacity(HEAD_BYTES);
@@ -97,17 +97,17 @@ impl Text {
         })
     }
 
-    /// How many bytes are read in all.
+    /// Returns the number of bytes that are read in all.
     pub fn file_bytes(&self) -> u64 {
         self.file_bytes.min(self.limit_bytes)
     }
 
-    /// How long the file was when it was opened.
+    /// Returns the length of the file when it was opened (bytes).
     pub fn whole_file_bytes(&self) -> u64 {
         self.file_bytes
     }
 
-    /// Whether the file goes on after what is read.
+    /// Returns true if the file continues after the part that is read.
     pub fn is_sample(&self) -> bool {
         self.file_bytes > self.limit_bytes
     }
@@ -116,7 +116,7 @@ impl Text {
         self.encoding
     }
 
-    /// Appends the text of the next `wanted_bytes` of the file, and says whether there may be more.
+    /// Appends the text of the next `wanted_bytes` of the file; returns true if there may be more.
     pub fn read_into(&mut self, text: &mut Vec<u8>, wanted_bytes: usize) -> io::Result<bool> {
         let wanted_bytes = self.left_bytes.min(wanted_bytes as u64);
         let mut next = (&mut self.file).take(wanted_bytes);
@@ -138,7 +138,8 @@ impl Text {
         Ok(has_more)
     }
 
-    /// Returns the text of `n_bytes` bytes from byte `at` on, whatever was read before. The characters at its ends may be cut.
+    /// Returns the text of `n_bytes` bytes from byte `at` on. The current position does not matter. Characters at both ends
+    /// may be cut.
     pub fn part(&self, path: &Path, at: u64, n_bytes: usize) -> io::Result<Vec<u8>> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(at - at % self.encoding.bytes_per_character()))?;
@@ -151,7 +152,7 @@ impl Text {
         Ok(text)
     }
 
-    /// Ends every line with `\n`; a `\r` at the end waits for what follows.
+    /// Converts line ends to `\n`; a `\r` at the end of the text is kept back until the next text is read.
     fn mend_line_ends(&mut self, text: &mut Vec<u8>, has_more: bool) {
         if std::mem::take(&mut self.waiting_return) {
             text.insert(0, b'\r');
@@ -172,7 +173,7 @@ fn mend_line_ends(text: &mut [u8]) {
     }
 }
 
-/// UTF-8 from what a file holds, and the bytes of a last character that is not whole.
+/// Returns UTF-8 text, and the bytes of an incomplete last character.
 pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
     let unit = match encoding {
         Encoding::Utf8 | Encoding::Latin1 | Encoding::Arrays => return (raw, Vec::new()),
@@ -197,7 +198,7 @@ fn has_bare_returns(text: &[u8]) -> bool {
     memchr::memchr_iter(b'\r', text).any(|at| follows(at).is_some_and(|&next| next != b'\n'))
 }
 
-/// The encoding of a file that starts so and the length of its byte order mark, or what the file is instead of text.
+/// Returns the encoding and the length of the byte order mark, or an error that names the kind of a file without text.
 pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if let Some(other) = other_kind(head) {
         return Err(other);
@@ -211,7 +212,7 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if head.starts_with(b"\xfe\xff") {
         return Ok((Encoding::Utf16BigEndian, 2));
     }
-    // Tables are digits, and every other byte of those is zero in UTF-16.
+    // Tables are mostly digits, and every other byte of a digit in UTF-16 is zero.
     let zeros_from = |start: usize| head.iter().skip(start).step_by(2).filter(|b| **b == 0).count();
     let (even, odd) = (zeros_from(0), zeros_from(1));
     let is_most_of_half = |zeros: usize| zeros > 4 && zeros * 20 > head.len() * 9;
@@ -231,14 +232,14 @@ pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     }
     let is_utf8 = match std::str::from_utf8(head) {
         Ok(_) => true,
-        // The head may end in the middle of a character.
+        // The first bytes may end in the middle of a character.
         Err(error) => error.error_len().is_none(),
     };
     let encoding = if is_utf8 { Encoding::Utf8 } else { Encoding::Latin1 };
     Ok((encoding, 0))
 }
 
-/// What a file that starts so is, if its first bytes name another kind of file, and the way out.
+/// Returns the error for a file whose first bytes show another kind of file, with a way to convert it.
 fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
     const TO_XLSX: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
@@ -313,7 +314,7 @@ mod tests {
         text.encode_utf16().flat_map(bytes).collect()
     }
 
-    /// The text of a file with this content, and its encoding, read in steps of this many bytes.
+    /// Returns the text of a file with this content, read in steps of `step` bytes, and its encoding.
     fn read(content: &[u8], step: usize) -> (String, Encoding) {
         let mut text = Text::open(file(content).path(), None).unwrap();
         let mut all = Vec::new();
@@ -348,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_limit_is_kept() {
+    fn no_more_than_the_limit_is_read() {
         let mut text = Text::open(file(b"t,S1\n0,1\n").path(), Some(6)).unwrap();
         let mut all = Vec::new();
         while text.read_into(&mut all, 4).unwrap() {}
@@ -356,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_text_is_named() {
+    fn the_kind_of_a_file_without_text_is_named() {
         for (content, what) in [
             (&b"\x1f\x8b\x08rest"[..], "a gzip archive"),
             (b"PK\x03\x04rest", "a zip archive or a spreadsheet"),
@@ -365,7 +366,7 @@ mod tests {
             (b"\x7fELF\x02\x01\x01", "binary data"),
         ] {
             let error = Text::open(file(content).path(), None).unwrap_err();
-            assert!(matches!(error, FileError::NotText { what: told, .. } if told == what));
+            assert!(matches!(error, FileError::NotText { what: expected, .. } if expected == what));
         }
         let few_zeros = [&b"t,S1\n0,\0\n"[..], b"0.1,1.25\n".repeat(20).as_slice()].concat();
         assert_eq!(encoding_of(&few_zeros).unwrap(), (Encoding::Utf8, 0));

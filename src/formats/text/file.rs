@@ -1,6 +1,6 @@
-//! A text that is looked at and read: one block after the other, many parsed at a time.
+//! Text file that is inspected and read in blocks, several of which are parsed at the same time.
 //!
-//! Guarantees: results come in file order whatever the number of threads; only a few blocks are in memory at a time.
+//! Guarantees: results come in file order for any number of threads. Only a few blocks are in memory at a time.
 
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use crate::formats::format::Format;
 use crate::progress::{Cancelled, Progress};
 use crate::recording::Day;
 
-/// What starts like no other format.
+/// Format of every file without the signature of another format.
 pub(in crate::formats) const FORMAT: Format = Format {
     name: "delimited text",
     endings: &["csv", "txt", "tsv", "dat"],
@@ -26,27 +26,27 @@ pub(in crate::formats) const FORMAT: Format = Format {
     read: |_| Ok(None),
 };
 
-/// Minimum length of the start of a file in which its table is looked for (bytes).
+/// Minimum length of the start of a file in which its table is searched (bytes).
 const HEAD_BYTES: usize = 1 << 16;
-/// Minimum and maximum length that is read at a place in the midst of a file (bytes).
+/// Range of the length that is read at a place inside a file (bytes).
 const PLACE_BYTES: std::ops::RangeInclusive<usize> = 4 << 10..=128 << 10;
-/// Enough for threads to share them evenly.
+/// Number of blocks per thread, enough for an even share of the work.
 const BLOCKS_PER_THREAD: usize = 8;
-/// Blocks parsed at a time at most, so that many cores do not mean much memory.
+/// Maximum number of blocks that are parsed at a time. It limits memory on machines with many cores.
 const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
 
-/// A text that was opened, and its start.
+/// Opened text file with its start.
 #[derive(Debug)]
 pub(crate) struct TextFile {
     path: PathBuf,
     blocks: Blocks,
     head: Vec<u8>,
-    /// Whole lines at places all over what follows the first lines, once they were asked for.
+    /// Whole lines at places all over the rest of the file; read on first use.
     places: OnceCell<Vec<Vec<u8>>>,
 }
 
 impl TextFile {
-    /// Opens a file. `limit_bytes` is the maximum number of bytes that are read.
+    /// Opens a file. At most `limit_bytes` are read.
     pub(in crate::formats) fn open(
         path: &Path,
         block_bytes: usize,
@@ -57,23 +57,23 @@ impl TextFile {
         Ok(Self { path: path.to_owned(), blocks, head, places: OnceCell::new() })
     }
 
-    /// How the table is written, found by looking; `None` if there is none.
+    /// Detects the layout of the table; returns `None` if there is no table.
     pub(in crate::formats) fn layout(&self) -> Option<TextLayout> {
         detect(&self.head)
     }
 
-    /// Where the table is by a layout; `None` if it is not there.
+    /// Returns the head of the table under a layout, or `None` if it is not found.
     pub(in crate::formats) fn head(&self, layout: &TextLayout) -> Option<Head> {
         locate(&self.head, layout)
     }
 
-    /// The cells of the first rows, and of some all over the file; it is as quick for gigabytes.
+    /// Returns the cells of the first rows, and of some rows all over the file. The time does not grow with the file.
     pub(in crate::formats) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let places = self.places.get_or_init(|| self.read_places());
         layout::sample(&self.head, layout, head, places)
     }
 
-    /// The day of the recording, where a line above the first row says it.
+    /// Returns the day of the recording, if a line above the first row gives it.
     pub(in crate::formats) fn day(&self, head: &Head) -> Option<Day> {
         let above = &self.head[..head.n_bytes.min(self.head.len())];
         lines(above).find_map(|line| Day::in_header(&String::from_utf8_lossy(line)))
@@ -82,13 +82,13 @@ impl TextFile {
     fn read_places(&self) -> Vec<Vec<u8>> {
         let (n_looked_at, line_bytes) = layout::looked_at(&self.head);
         let bytes_per_character = self.encoding().bytes_per_character();
-        // Lines are whole from the end of the one before on.
+        // Starts before the end of the previous line, so that the first line is whole.
         let start = (n_looked_at as u64 * bytes_per_character).saturating_sub(bytes_per_character);
         let n_more = self.whole_file_bytes().saturating_sub(start);
         let line_bytes = line_bytes * bytes_per_character as usize;
         let place_bytes =
             (line_bytes * (ROWS_AT_A_PLACE + 2)).clamp(*PLACE_BYTES.start(), *PLACE_BYTES.end());
-        // What cannot be read now is told when the file is.
+        // A place that cannot be read is skipped: reading the whole file will report the error.
         let lines = |at, n_bytes| self.blocks.lines_at(&self.path, at, n_bytes).ok();
         if n_more <= (PLACES * place_bytes) as u64 {
             return lines(start, n_more as usize).into_iter().collect();
@@ -98,14 +98,14 @@ impl TextFile {
         (0..PLACES).filter_map(|place| lines(at(place), place_bytes)).collect()
     }
 
-    /// How many rows the file has if all are like those of its head.
+    /// Returns the number of rows, estimated from the length of the first ones.
     pub(in crate::formats) fn about_rows(&self, head: &Head) -> u64 {
         let rows = &self.head[head.n_bytes.min(self.head.len())..];
         let n_rows = lines(rows).filter(|line| !is_skipped(line)).count() as f64;
         let text_bytes = self.whole_file_bytes() / self.encoding().bytes_per_character();
         let share =
             text_bytes.saturating_sub(head.n_bytes as u64) as f64 / rows.len().max(1) as f64;
-        // A file that is here as a whole differs by its byte order mark at most.
+        // A file that was read completely differs at most by its byte order mark.
         let share = if share < 1.001 { 1.0 } else { share };
         (n_rows * share).round() as u64
     }
@@ -114,15 +114,15 @@ impl TextFile {
         self.blocks.text.encoding()
     }
 
-    /// How long the file was when it was opened.
+    /// Returns the length of the file when it was opened (bytes).
     fn whole_file_bytes(&self) -> u64 {
         self.blocks.text.whole_file_bytes()
     }
 }
 
 impl TextFile {
-    /// Hands all lines below a head to `parse`, block by block, and what comes of them to `take`, with the share of the
-    /// file that they are; while some blocks are parsed, the next ones are read.
+    /// Passes all lines below a head to `parse` in blocks, and the results to `take`, with the share of the file that they
+    /// cover. The next blocks are read while some are parsed.
     pub(in crate::formats) fn read<R: Send>(
         self,
         head: &Head,

@@ -1,8 +1,8 @@
-//! LabVIEW's measurement files (`.lvm`): text with a header for the file, then one for each segment of rows.
+//! LabVIEW's measurement files (`.lvm`): text with a header for the file and one for each segment of rows.
 //!
-//! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header names the delimiter and
-//! the decimal sign; `X_Columns` says whether the time stands in a column (`One`), in one for each channel (`Multi`), or
-//! follows from `X0` and `Delta_X` (`No`).
+//! **Source** Specification for the LabVIEW Measurement File (.lvm), National Instruments. The header gives the delimiter
+//! and the decimal mark. `X_Columns` is `One` for one time column, `Multi` for one per channel, and `No` if the times
+//! follow from `X0` and `Delta_X`.
 
 use super::blocks::Blocks;
 use super::cells::{Cells, decimal_comma_number, lines, number};
@@ -23,7 +23,7 @@ pub(in crate::formats) const FORMAT: Format = Format {
 
 const BLOCK_BYTES: usize = 1 << 18;
 
-/// All segments of a file as one table; where the next one starts earlier, time goes back there.
+/// Reads all segments of a file as one table. Where the next segment starts earlier, time goes back.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut blocks = Blocks::open(source.path, BLOCK_BYTES, None)?;
     let mut table = Table { delimiter: Delimiter::Tab, ..Table::default() };
@@ -34,7 +34,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     if table.is_begun { Ok(Some(table.columns())) } else { Err(FileError::cut_short("the header")) }
 }
 
-/// What the header of a segment says of its channels, and of its start.
+/// Values in the header of a segment: its start and the properties of its channels.
 #[derive(Debug, Default)]
 struct Segment {
     day: Option<Day>,
@@ -45,25 +45,25 @@ struct Segment {
     n_rows: usize,
 }
 
-/// What the headers say, and the samples so far.
+/// Values of the headers, and the samples that were read so far.
 #[derive(Debug, Default)]
 struct Table {
     delimiter: Delimiter,
     has_decimal_comma: bool,
-    /// Whether the times follow from the numbers of the rows.
+    /// True if the times follow from the row numbers.
     is_counted: bool,
-    /// Whether the header of the file has ended.
+    /// True after the header of the file.
     is_begun: bool,
     is_special: bool,
-    /// Whether rows of samples are expected, below a line of names.
+    /// True below a line of names, where rows of samples are expected.
     in_rows: bool,
     segment: Segment,
-    /// When the first segment starts.
+    /// Start of the first segment (s).
     start_secs: Option<f64>,
-    /// The day on which the first segment starts.
+    /// Day on which the first segment starts.
     day: Option<Day>,
     file_day: Option<Day>,
-    /// Where each channel stands, and where its time does.
+    /// Position of each channel in a row, and of its time.
     places: Vec<(usize, Option<usize>)>,
     comment_at: Option<usize>,
     channels: Vec<Column>,
@@ -76,7 +76,7 @@ impl Table {
     fn line(&mut self, line: &[u8]) {
         let delimiter = match self.is_begun {
             true => self.delimiter,
-            // What comes first: a comma may be the value.
+            // The delimiter is the first candidate in the line, since the value may be a comma.
             false => match line.iter().find(|byte| b"\t,;".contains(byte)) {
                 Some(b',') => Delimiter::Comma,
                 Some(b';') => Delimiter::Semicolon,
@@ -130,7 +130,7 @@ impl Table {
         with_comma.or_else(|| number(cell))
     }
 
-    /// The line of names, below which the rows stand.
+    /// Takes the line of names above the rows.
     fn names(&mut self, names: Vec<String>) {
         self.in_rows = true;
         self.segment.n_rows = 0;
@@ -200,7 +200,7 @@ impl Table {
             (self.has_comments, "Comment (text)"),
             (
                 self.has_other_clocks,
-                "X_Value of the other channels (taken to be that of the first)",
+                "X_Value of the other channels (assumed to equal that of the first)",
             ),
         ];
         let left_out = left_out.into_iter().filter(|(is_there, _)| *is_there);
@@ -214,7 +214,7 @@ impl Table {
     }
 }
 
-/// A date or a time of day in seconds.
+/// Returns a date or a time of day in seconds.
 fn secs(cell: &[u8]) -> Option<f64> {
     TimeForm::of_all([cell].into_iter())?.secs(cell)
 }
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_header_says_where_the_times_are() {
+    fn the_header_gives_the_source_of_the_times() {
         let file = |x: &str| {
             format!(
                 "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\t{x}\n***End_of_Header***\t\n\t\n"
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_segment_starts_when_its_header_says() {
+    fn a_segment_starts_at_the_time_in_its_header() {
         let segment = |time: &str| {
             format!(
                 "Channels\t1\nDate\t2024/03/05\nTime\t{time}\nX0\t0\nDelta_X\t0.5\n***End_of_Header***\nX_Value\tS1\n\t1\n\t2\n\n"

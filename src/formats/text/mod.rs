@@ -2,15 +2,15 @@
 //!
 //! Guarantees: a file of any size is read in blocks of whole lines and never held in memory; every number keeps its line.
 //!
-//! | room | what |
+//! | module | contents |
 //! |---|---|
-//! | `file` | a text that is looked at and read, many blocks at a time |
-//! | `encoding`, `blocks` | a file as text, in blocks of whole lines |
+//! | `file` | text file that is inspected and read in several blocks at a time |
+//! | `encoding`, `blocks` | conversion to UTF-8, and blocks of whole lines |
 //! | `arriving` | lines of a text that is still being written |
 //! | `cells`, `times` | cells, numbers, dates |
-//! | `written`, `layout` | how a table is written, and where it stands |
-//! | `serial_monitor` | lines with the time of day and an arrow in front |
-//! | `ati` | the lines that ATI's program writes above its rows |
+//! | `written`, `layout` | layout of a table, and its position in the file |
+//! | `serial_monitor` | lines that start with the time of day and an arrow |
+//! | `ati` | preamble written by ATI's program |
 //! | `lvm` | LabVIEW's segments of rows, each with a header |
 
 mod arriving;
@@ -34,4 +34,5 @@ pub(crate) use layout::Head;
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};
 pub(super) use lvm::FORMAT as LABVIEW;
+pub(crate) use serial_monitor::stamped;
 pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};

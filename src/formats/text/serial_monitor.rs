@@ -1,18 +1,18 @@
-//! Lines as terminals for serial ports save them, with the time of day and an arrow in front: `12:03:04.123 -> 801,799`.
+//! Lines that terminals for serial ports save, with the time of day and an arrow in front: `12:03:04.123 -> 801,799`.
 
 use super::cells::{delimiter_of_header, number};
 use super::times::TimeForm;
 
 const ARROW: &[u8] = b" -> ";
 
-/// What is put in the place of the arrows: as long as they are, so that places in the file stay what they are.
+/// Replacement of the arrows. It has the same length, so that positions in the file stay valid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrows {
     put: [u8; ARROW.len()],
 }
 
 impl Arrows {
-    /// Of a text that starts so; `None` if its first line has no time and arrow.
+    /// Returns the replacement for a text, or `None` if its first line does not start with a time and an arrow.
     pub fn of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
         let at = place(line)?;
@@ -21,7 +21,7 @@ impl Arrows {
         Some(Self { put })
     }
 
-    /// Makes the times of whole lines a column; above the names, of the first lines of a file, it is called `time`.
+    /// Turns the times of whole lines into a column. In the first lines of a file, the column above the names is `time`.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
             let Some(at) = place(line) else {
@@ -40,7 +40,12 @@ impl Arrows {
     }
 }
 
-/// Where the arrow stands behind the time of a line.
+/// Returns where the time of a line ends and where its row begins; `None` without a time and an arrow.
+pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
+    place(line).map(|at| (at, at + ARROW.len()))
+}
+
+/// Returns the position of the arrow behind the time of a line.
 fn place(line: &[u8]) -> Option<usize> {
     const LONGEST_TIME: usize = 32;
     let start = &line[..line.len().min(LONGEST_TIME)];

@@ -1,10 +1,10 @@
 //! Times that are written as dates and times of day.
 //!
-//! Guarantees: a text is understood whole or not at all; what is understood is the time that the text names, counted
-//! from 1970-01-01 without leap seconds, as UNIX time is.
+//! Guarantees: a text is understood completely or not at all. Times are counted from 1970-01-01 without leap seconds, as
+//! UNIX time is.
 //!
-//! Loggers write a handful of forms, all of them digits between marks: no names of months, no time zones but an offset in
-//! digits.
+//! Supported are the forms that loggers write: digits between marks, without names of months. A time zone must be an
+//! offset in digits.
 
 use std::ops::RangeInclusive;
 
@@ -13,10 +13,10 @@ use jiff::civil::{self, Date, Time};
 use crate::recording::units::TimeUnit;
 
 const EPOCH: Date = civil::date(1970, 1, 1);
-/// What stands between the parts of a date.
+/// Marks between the parts of a date.
 const MARKS: [char; 3] = ['-', '/', '.'];
 
-/// In which order a date names its parts.
+/// Order of the parts of a date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DateOrder {
     YearMonthDay,
@@ -24,23 +24,23 @@ pub(crate) enum DateOrder {
     MonthDayYear,
 }
 
-/// How a cell names a time.
+/// Form of a time in a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeForm {
-    /// A date, and if it is there a time of day after `T` or a blank.
+    /// Date, optionally with a time of day after `T` or a blank.
     Date(DateOrder),
-    /// A time of day alone, `h:m` to `h:m:s.s`.
+    /// Time of day alone, `h:m` to `h:m:s.s`.
     TimeOfDay,
 }
 
-/// The unit of a time column.
+/// Spelling of a time column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeSpelling {
-    /// A number of these.
+    /// Number in this unit.
     Number(TimeUnit),
-    /// A number of samples.
+    /// Number of samples.
     Samples,
-    /// No number.
+    /// Date or time of day.
     Text(TimeForm),
 }
 
@@ -49,7 +49,7 @@ pub(crate) const TIME_SPELLINGS: &str =
     "s, ms, us, ns, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
 impl TimeSpelling {
-    /// The spelling that a unit names; `None` for an unknown one.
+    /// Returns the spelling for a unit; `None` if the unit is unknown.
     pub fn from_name(unit: &str) -> Option<Self> {
         Some(match unit.trim().to_lowercase().as_str() {
             "samples" | "sample" => Self::Samples,
@@ -64,7 +64,7 @@ impl TimeSpelling {
 }
 
 impl TimeForm {
-    /// The name that [`TimeSpelling::from_name`] reads.
+    /// Returns the name that [`TimeSpelling::from_name`] reads.
     pub fn name(self) -> &'static str {
         match self {
             Self::Date(DateOrder::YearMonthDay) => "iso8601",
@@ -74,10 +74,10 @@ impl TimeForm {
         }
     }
 
-    /// The first form in which all of these cells are times; `None` if there is none, or no cell.
+    /// Returns the first form that fits all of these cells; `None` if no form fits or there are no cells.
     pub fn of_all<'a>(cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
-        // Month and day first: where both orders fit, files of the one kind come from programs that offer no other. With
-        // points between them nobody writes the month first.
+        // Month first is tried first: where both orders fit, the file comes from a program that offers no other order.
+        // With points as marks, the day always comes first.
         let has_points =
             |cell: &[u8]| cell.iter().find(|byte| !byte.is_ascii_digit()) == Some(&b'.');
         let either = if cells.clone().next().is_some_and(|cell| has_points(cell.trim_ascii())) {
@@ -100,7 +100,7 @@ impl TimeForm {
         cells.all(|cell| self.secs(cell).is_some())
     }
 
-    /// The other order of day and month, where these cells are dates in it too, and other times apart.
+    /// Returns the other order of day and month, if it fits these cells too and gives other intervals between them.
     pub fn other_order<'a>(self, cells: impl Iterator<Item = &'a [u8]> + Clone) -> Option<Self> {
         let other = Self::Date(match self {
             Self::Date(DateOrder::MonthDayYear) => DateOrder::DayMonthYear,
@@ -113,12 +113,12 @@ impl TimeForm {
         (differs && other.fits(cells)).then_some(other)
     }
 
-    /// The time in seconds that a cell names, since 1970 or since midnight.
+    /// Returns the time in a cell, in seconds since 1970 or since midnight.
     pub fn secs(self, cell: &[u8]) -> Option<f64> {
         self.secs_since(0, cell)
     }
 
-    /// [`Self::secs`] after these seconds since 1970.
+    /// Returns [`Self::secs`] minus `since` (s since 1970).
     pub fn secs_since(self, since: i64, cell: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok()?.trim_ascii();
         let Self::Date(order) = self else {
@@ -154,7 +154,7 @@ fn date(text: &str, order: DateOrder) -> Option<Date> {
         _ => return None,
     };
     let (month, day) = (digits(month, 1..=2)?, digits(day, 1..=2)?);
-    // Two digits are a year from 1970 to 2069.
+    // Years of two digits mean 1970 to 2069.
     let year = match (year.len(), digits(year, 2..=4)?) {
         (4, year) => year,
         (2, year @ 70..) => 1900 + year,
@@ -164,7 +164,8 @@ fn date(text: &str, order: DateOrder) -> Option<Date> {
     Date::new(year as i16, month as i8, day as i8).ok()
 }
 
-/// `h:m`, `h:m:s` or `h:m:s.s` (also with a comma or a colon), with or without AM or PM.
+/// Returns the seconds since midnight of `h:m`, `h:m:s` or `h:m:s.s` (also with a comma or a colon), with or without AM
+/// or PM.
 fn time_of_day(text: &str) -> Option<f64> {
     let (clock, half) = match text.split_at_checked(text.len().saturating_sub(2)) {
         Some((clock, half)) if half.eq_ignore_ascii_case("am") => (clock, Some(0)),
@@ -187,13 +188,13 @@ fn time_of_day(text: &str) -> Option<f64> {
         (1..=12).contains(&hour).then_some(())?;
         hour = hour % 12 + hours;
     }
-    // A leap second is the first second of the next minute, as UNIX time has it; a day may end at 24:00.
+    // A leap second counts as the first second of the next minute, as in UNIX time. A day may end at 24:00.
     let is_time = secs <= 60 && Time::new(hour as i8, minute as i8, secs.min(59) as i8, 0).is_ok();
     let is_end = (hour, minute, secs) == (24, 0, 0) && share == 0.0;
     (is_time || is_end).then_some((hour * 3600 + minute * 60) as f64 + (secs as f64 + share))
 }
 
-/// The offset from UTC in seconds: `Z`, `+h`, `+hh:mm`, `-hhmm`; none is UTC.
+/// Returns the offset from UTC in seconds: `Z`, `+h`, `+hh:mm`, `-hhmm`, or empty for UTC.
 fn zone_secs(text: &str) -> Option<f64> {
     if text.is_empty() || text == "Z" {
         return Some(0.0);
@@ -218,7 +219,7 @@ mod tests {
     const DAY_FIRST: TimeForm = TimeForm::Date(DateOrder::DayMonthYear);
 
     #[test]
-    fn points_put_the_day_first_and_what_fits_both_ways_is_known() {
+    fn points_put_the_day_first_and_an_ambiguous_order_is_known() {
         let form = |cells: &[&'static str]| {
             let cells = cells.iter().map(|cell| cell.as_bytes());
             let form = TimeForm::of_all(cells.clone()).unwrap();
@@ -236,7 +237,7 @@ mod tests {
 
     /// 2001-09-09 01:46:40 UTC is the UNIX time 1e9, 1969-12-31 23:59:59 is -1.
     #[test]
-    fn all_ways_to_write_a_time_give_the_same() {
+    fn all_spellings_of_a_time_give_the_same_seconds() {
         for (form, text) in [
             (ISO, "2001-09-09T01:46:40Z"),
             (ISO, "2001-09-09 01:46:40.000"),
@@ -261,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_time_is_none() {
+    fn a_text_that_is_not_a_time_is_refused() {
         for text in [
             "",
             "x",
@@ -289,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_settle_their_form_together() {
+    fn all_cells_together_determine_the_form() {
         let form = |cells: &[&str]| TimeForm::of_all(cells.iter().map(|cell| cell.as_bytes()));
         assert_eq!(form(&["1/2/2001", "3/4/2001"]), Some(MONTH_FIRST));
         assert_eq!(form(&["1/2/2001", "13/4/2001"]), Some(DAY_FIRST));

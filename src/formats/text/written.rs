@@ -1,36 +1,35 @@
-//! How a table of text is written, as far as a person may have to say it.
+//! Layout of a text table, as far as a user may have to specify it.
 
 use serde::{Deserialize, Serialize};
 
-/// How the text of a table is cut into cells and numbers.
+/// Division of the text of a table into cells and numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TextLayout {
-    /// What stands between two cells.
+    /// Separator of cells.
     pub delimiter: Delimiter,
-    /// What stands between the whole part of a number and its decimals.
+    /// Decimal mark.
     pub decimal: Decimal,
-    /// What stands before each three digits of large numbers. Absent: nothing, but for numbers that can mean nothing else, such as
-    /// `1,234.5` and `1'234`.
+    /// Separator of thousands. If absent, only numbers with a single meaning, such as `1,234.5` and `1'234`, may have one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thousands: Option<Thousands>,
-    /// How many lines at the start are no part of the table. Blank lines and comments (`#`) need not be counted.
+    /// Number of lines before the table, not counting blank lines and comments (`#`).
     pub skip_rows: usize,
-    /// Whether the next line names the columns.
+    /// True if the next line names the columns.
     pub header: bool,
-    /// Whether the line after the header holds units.
+    /// True if the line after the header holds units.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub units_row: bool,
-    /// A preamble that says more than nothing; `skip_rows` does not matter with one.
+    /// Preamble with known values. It replaces `skip_rows`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preamble: Option<Preamble>,
-    /// Of a file that holds several tables, which are read: topics, sheets, groups, structs. Without any one is chosen,
-    /// and that is told.
+    /// Names of the tables to read from a file with several: topics, sheets, groups, structs. If empty, the program chooses
+    /// one and reports it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<String>,
 }
 
-/// What stands between two cells.
+/// Separator of cells.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
 )]
@@ -46,31 +45,31 @@ pub enum Delimiter {
 }
 
 impl Delimiter {
-    /// All of them, the ones that say most first.
+    /// All delimiters, in the order in which they are preferred.
     pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Spaces];
 
-    /// As in the file of a map.
+    /// Returns the name in the file of a map.
     pub fn name(self) -> &'static str {
         self.into()
     }
 }
 
-/// What stands between the whole part of a number and its decimals.
+/// Decimal mark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Decimal {
-    /// A point. Where a comma cannot stand between cells, a single one is read as a decimal point too, and told.
+    /// Point. A single comma is read as a decimal point too, and reported, unless the comma separates cells.
     #[default]
     Point,
-    /// A comma only: `1.5` is then no number, since it may mean fifteen hundred.
+    /// Comma only: `1.5` is then not a number, since it may mean fifteen hundred.
     Comma,
 }
 
-/// A preamble that is understood: units, counts per unit and sample rate are read from it in each file anew.
+/// Preamble whose units, counts per unit and sample rate are read anew from each file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preamble {
-    /// What the demonstration program of ATI's Net F/T writes.
+    /// Preamble that the demonstration program of ATI's Net F/T writes.
     AtiNetFt,
 }
 
@@ -85,12 +84,12 @@ pub enum Thousands {
     Point,
     /// As in `1'234.5`, straight or typographic.
     Apostrophe,
-    /// As in `1 234,5`: a blank, also one that does not break or is narrow.
+    /// As in `1 234,5`: a blank, also a non-breaking or narrow one.
     Space,
 }
 
 impl Thousands {
-    /// All of them.
+    /// All separators.
     pub const ALL: [Self; 4] = [Self::Comma, Self::Point, Self::Apostrophe, Self::Space];
 
     /// Returns the name in the file of a map.

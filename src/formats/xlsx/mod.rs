@@ -18,7 +18,7 @@ pub(super) const FORMAT: Format = Format {
     read: columns,
 };
 
-/// The sheets of a workbook; `None` for an archive of something else.
+/// Reads the sheets of a workbook; returns `None` for another kind of archive.
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     const INSTEAD: &str = "open it in a spreadsheet program, and save it as .xlsx or CSV";
     let Ok(archive) = ZipArchive::new(BufReader::new(source.open()?)) else {

@@ -1,7 +1,7 @@
-//! Each sheet as a table: its header is what stands above the first row of numbers; dates are times.
+//! Each sheet as a table: its header is the row above the first row of numbers; dates become times.
 //!
-//! Guarantees: memory is taken for cells that hold something, never for the rectangle that they span, and no more than the file's
-//! budget; a text that many cells share is there once.
+//! Guarantees: memory is allocated only for cells that are filled, not for the rectangle that they span, and within the
+//! budget of the file. A text shared by several cells is stored once.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -20,22 +20,22 @@ use super::super::text::times::TimeForm;
 use crate::recording::Day;
 
 const FILE: &str = "the workbook";
-/// Number of rows among which the first row of numbers stands.
+/// Number of first rows that are searched for a row of numbers.
 const HEADER_LIMIT: u32 = 100;
-/// Maximum length of a cell's text that is kept (bytes): no name and no value is longer.
+/// Maximum length of a cell's text that is kept (bytes). Names and values are shorter.
 const TEXT_LIMIT_BYTES: usize = 1 << 10;
-/// The day from which a workbook counts, before the first of 1970 (days).
+/// Days from the origin of a workbook's dates to 1970-01-01.
 const DAYS_BEFORE_1970: f64 = 25_569.0;
 const DAY_SECS: f64 = 86_400.0;
 
-/// A cell that holds something.
+/// Filled cell.
 struct Cell<'a> {
     row: u32,
     column: u32,
     value: DataRef<'a>,
 }
 
-/// Checks what the members are said to unpack to, since calamine believes it.
+/// Checks the declared unpacked size of the members, since calamine allocates memory by it.
 fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
@@ -51,7 +51,7 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
         return Ok(());
     };
     let (n_bytes, mut start) = (strings.size(), Vec::new());
-    // What cannot be unpacked is an error of calamine.
+    // A member that cannot be unpacked is reported later, by calamine.
     let _ = strings.take(1 << 10).read_to_end(&mut start);
     let start = String::from_utf8_lossy(&start);
     let count = start.split_once("uniqueCount=\"");
@@ -64,7 +64,7 @@ fn check_sizes(archive: &mut ZipArchive<BufReader<File>>) -> Result<(), FileErro
     }
 }
 
-/// The sheets of a workbook as a table.
+/// Reads the sheets of a workbook as a table.
 pub(super) fn columns(
     source: &Source<'_>,
     mut archive: ZipArchive<BufReader<File>>,
@@ -82,7 +82,7 @@ pub(super) fn columns(
         };
         match table(&cells, &name, &mut budget)? {
             Some(columns) => parts.push(Part { name, columns }),
-            None => left_out.push(format!("{name} (no numbers in rows)")),
+            None => left_out.push(format!("{name} (no table of numbers)")),
         }
     }
     let mut columns = parts::choose(parts, source.parts)?;
@@ -90,7 +90,7 @@ pub(super) fn columns(
     Ok(columns)
 }
 
-/// The cells of a sheet that hold something, row by row from left to right.
+/// Returns the filled cells of a sheet, row by row from left to right.
 fn cells<'a, R: Read + Seek>(
     mut reader: XlsxCellReader<'a, R>,
     sheet: &str,
@@ -110,14 +110,14 @@ fn cells<'a, R: Read + Seek>(
             cells.push(Cell { row, column, value });
         }
     }
-    // A cell that is there twice is the one that comes last.
+    // If a cell occurs twice, the last one counts.
     cells.reverse();
     cells.sort_by_key(|cell| (cell.row, cell.column));
     cells.dedup_by_key(|cell| (cell.row, cell.column));
     Ok(cells)
 }
 
-/// Returns the start of a cell's text, or `None` if nothing is written.
+/// Returns the start of a cell's text, or `None` if it is blank.
 fn start(text: &str) -> Option<&str> {
     let text = text.trim();
     let text = &text[..text.floor_char_boundary(TEXT_LIMIT_BYTES)];
@@ -132,7 +132,7 @@ fn is_text(cell: &Cell) -> bool {
     matches!(cell.value, DataRef::String(_) | DataRef::SharedString(_))
 }
 
-/// Whether a row holds samples: more values than texts.
+/// Returns true if a row holds samples: more values than texts.
 fn is_row(row: &[Cell]) -> bool {
     let n_texts = row.iter().filter(|cell| is_text(cell) && time(&cell.value).is_none()).count();
     let n_values = row
@@ -142,7 +142,7 @@ fn is_row(row: &[Cell]) -> bool {
     n_values > n_texts
 }
 
-/// The number in a cell.
+/// Returns the number in a cell.
 fn number(value: &DataRef) -> Option<f64> {
     match value {
         DataRef::Int(value) => Some(*value as f64),
@@ -153,15 +153,15 @@ fn number(value: &DataRef) -> Option<f64> {
     }
 }
 
-/// The time in a cell (s).
+/// Returns the time in a cell (s).
 fn time(value: &DataRef) -> Option<f64> {
     match value {
         DataRef::DateTime(when) => {
             let days = when.as_f64();
-            // A time of day, or a duration, has no day.
+            // Small values are a time of day or a duration, which have no day.
             let is_day = days >= 366.0 && !when.is_duration();
             let days = if is_day { days - DAYS_BEFORE_1970 } else { days };
-            // What is stored has no more digits than this.
+            // Stored dates are accurate to 0.1 ms.
             Some((days * DAY_SECS * 1e4).round() / 1e4)
         }
         DataRef::DateTimeIso(_) | DataRef::String(_) | DataRef::SharedString(_) => {
@@ -183,7 +183,7 @@ fn text<'a>(value: &'a DataRef) -> Cow<'a, str> {
     }
 }
 
-/// The day that a row above the table says: what it is called in one cell, itself in the next.
+/// Returns the day in a row above the table: a label in one cell, the date in the next.
 fn day(row: &[Cell]) -> Option<Day> {
     let written = |cell: &Cell| match cell.value {
         DataRef::DateTime(when) if when.as_f64() >= 366.0 && !when.is_duration() => {
@@ -195,7 +195,7 @@ fn day(row: &[Cell]) -> Option<Day> {
     Day::in_header(&cells.join(": "))
 }
 
-/// How many cells of a column hold something, and what.
+/// Numbers of filled cells of a column, by their contents.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     filled: usize,
@@ -203,7 +203,7 @@ struct Counts {
     times: usize,
 }
 
-/// What a sheet holds; `None` if there is no row of numbers.
+/// Reads the table of a sheet; returns `None` if it has no row of numbers.
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
     let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
     let row_number = |at: usize| rows[at][0].row;
@@ -230,7 +230,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         }
         (header, _) => (header, None),
     };
-    let said = |row: Option<&[Cell]>, column: u32| {
+    let cell_text = |row: Option<&[Cell]>, column: u32| {
         let row = row.unwrap_or_default();
         let at = row.binary_search_by_key(&column, |cell| cell.column);
         at.map_or(String::new(), |at| text(&row[at].value).into_owned())
@@ -252,10 +252,10 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         ..Columns::default()
     };
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
-    // Where the values of a sheet's column go, and what of its cells they are.
+    // Target column of each sheet column, and the kind of cells that are read from it.
     let mut places = BTreeMap::new();
     for (column, own) in counts {
-        let name = match (table.is_named, said(header, column)) {
+        let name = match (table.is_named, cell_text(header, column)) {
             (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
             (_, name) => name,
         };
@@ -266,7 +266,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         {
             table.left_out.push(format!("{name} (text)"));
         } else {
-            let unit = said(units, column);
+            let unit = cell_text(units, column);
             let unit = unit.trim_matches(['[', ']', '(', ')']).to_owned();
             let of: fn(&DataRef) -> Option<f64> = if is_time { time } else { number };
             places.insert(column, (table.columns.len(), of));

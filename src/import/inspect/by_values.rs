@@ -1,4 +1,4 @@
-//! What columns may be where their names do not say it: a proposal for a person to look through.
+//! Proposes roles of columns from their values, if the names do not give them. The user reviews the proposal.
 
 use super::super::names::{Guess, form_of_column};
 use super::super::plan::{AUXILIARY_LIMIT, GAUGE_LIMIT};
@@ -10,7 +10,7 @@ use crate::formats::text::Head;
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{ColumnRole, ColumnRule, Header};
 
-/// Adds a time, and gauges, to a map that has none, and says what a person has to decide.
+/// Adds a time and gauges to a map without them, and returns the questions that the user has to decide.
 pub(super) fn fill_in(
     guess: &mut Guess,
     head: &Head,
@@ -76,7 +76,7 @@ pub(super) fn fill_in(
             .filter(|number| auxiliary(number).is_some())
             .take(AUXILIARY_LIMIT)
             .collect();
-        // A sensor that measures nothing else may well be a gauge.
+        // If all proposed columns are temperatures or voltages, they may be the gauges themselves.
         if named.len() < proposed.len() {
             proposed.retain(|number| !named.contains(number));
             for number in &named {
@@ -105,7 +105,7 @@ fn may_be_gauge(report: &ColumnReport) -> bool {
     report.content == Content::Numbers && changes && !report.runs_like_clock && !is_load
 }
 
-/// The rules that make column `index` the time, and a date beside a time of day part of it.
+/// Returns the rules that make a column the time, with the date column beside a time of day.
 fn times(keys: &Header<'_>, rows: &[Vec<Cell<'_>>], index: usize) -> Vec<(usize, ColumnRule)> {
     let form = form_of_column(rows, index);
     let rule = |index, is, form: Option<TimeForm>| {

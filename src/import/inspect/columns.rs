@@ -1,4 +1,4 @@
-//! What stands in each column.
+//! Contents of each column.
 
 use serde::Serialize;
 
@@ -8,45 +8,45 @@ use crate::formats::text::Head;
 use crate::formats::{Cell, Opened, Sample};
 use crate::import::map::{ColumnRole, ColumnRule, Header, TableMap};
 
-/// How many values are shown.
+/// Number of cells shown for each column.
 const SHOWN_VALUES: usize = 3;
-/// Minimum share of steps up, with hardly any down, of numbers that run like a clock (%).
+/// Minimum share of increasing steps in a clock column (%).
 const CLOCK_STEPS_PERCENT: usize = 60;
-/// Maximum share of steps back of a clock: where one recording of a file ends and the next begins (%).
+/// Maximum share of decreasing steps in a clock column (%). Time may go back between the recordings of a file.
 const RESTARTS_PERCENT: usize = 1;
-/// Fewer rows tell nothing about a clock.
+/// Minimum number of rows for recognising a clock.
 const FEWEST_CLOCK_ROWS: usize = 3;
 
-/// One column as it was found, by its file's first rows and some all over it.
+/// Properties of a column, found from rows at the start and all over the file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnReport {
-    /// Counted from 1.
+    /// Number of the column, counted from 1.
     pub number: usize,
-    /// As the header writes it, which is how a map names it; empty without a header.
+    /// Cell of the header as written, which is the key in a map; empty without a header.
     pub header: String,
-    /// As the header writes it, without a bracketed unit; empty without a header.
+    /// Name in the header, without a bracketed unit; empty without a header.
     pub name: String,
-    /// As the header or the row of units says it.
+    /// Unit in the header or the units row.
     pub unit: Option<String>,
-    /// What stands in it.
+    /// Kind of the cells.
     pub content: Content,
-    /// The first cells.
+    /// First cells.
     pub first: Vec<String>,
-    /// Numbers at even places of the rows that were looked at, to draw.
+    /// Numbers at even places of the rows that were read, to draw.
     #[serde(skip)]
     pub outline: Vec<f32>,
-    /// The smallest number.
+    /// Minimum.
     pub min: Option<f64>,
-    /// The largest number.
+    /// Maximum.
     pub max: Option<f64>,
-    /// Whether the numbers, or the dates, hardly ever go back and mostly go on.
+    /// True if the numbers or dates increase at most steps and hardly ever decrease.
     pub runs_like_clock: bool,
-    /// What the map says that it is.
+    /// Role in the map.
     pub is: ColumnRole,
 }
 
 impl ColumnReport {
-    /// Whether it only numbers the rows, or the poses or repeats that they are of.
+    /// Returns true if the column only counts rows, poses or repetitions.
     pub(super) fn counts_rows(&self) -> bool {
         let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
@@ -56,13 +56,13 @@ impl ColumnReport {
             && first.windows(2).all(is_step)
     }
 
-    /// Whether what the map takes from the column stands in it.
+    /// Returns true if the cells fit the role of the column.
     pub(super) fn can_be_what_it_is(&self) -> bool {
         match self.is {
             ColumnRole::Ignore | ColumnRole::Status | ColumnRole::Mount => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
-            // Beside faster gauges it stands still for most rows.
+            // Beside faster gauges, the clock of the reference repeats its value in most rows.
             ColumnRole::TimeReference => {
                 matches!(self.content, Content::Numbers | Content::Times)
             }
@@ -75,7 +75,7 @@ impl ColumnReport {
     }
 }
 
-/// What most cells of a column are.
+/// Kind of most cells in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
@@ -87,7 +87,7 @@ pub enum Content {
 }
 
 impl Content {
-    /// What people call it.
+    /// Returns the name for people.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -96,7 +96,7 @@ impl Content {
 /// Maximum number of values in the drawing of a column.
 const OUTLINE_VALUES: usize = 90;
 
-/// A report on each column.
+/// Returns a report on each column.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);
@@ -159,7 +159,7 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
         .collect()
 }
 
-/// By the times at each place.
+/// Returns true if the times at each place run like a clock.
 fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
     let (mut n_up, mut n_back, mut n_steps) = (0, 0, 0);
     for times in places {
@@ -174,7 +174,7 @@ fn runs_like_clock(places: impl Iterator<Item = Vec<f64>>) -> bool {
         && n_up * 100 >= n_steps * CLOCK_STEPS_PERCENT
 }
 
-/// Whether a column that a map ignores runs like a clock, and does more than count the rows.
+/// Returns true if a column that the map ignores runs like a clock and does not only count rows.
 pub(in crate::import) fn has_clock(opened: &Opened, table: &TableMap, head: &Head) -> bool {
     let reports = reports(table, head, &opened.sample(&table.text, head));
     let is_clock = |report: &ColumnReport| {
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clocks_go_on_and_hardly_ever_back() {
+    fn clocks_increase_and_hardly_ever_decrease() {
         let is_clock = |times: &[f64]| runs_like_clock([times.to_vec()].into_iter());
         assert!(is_clock(&[0.0, 0.1, 0.1, 0.2, 0.3]));
         assert!(!is_clock(&[0.0, 0.1, 0.05, 0.2, 0.3]));

@@ -1,7 +1,7 @@
-//! What a file holds, before it is loaded: for whoever makes a map, on a screen or by hand.
+//! Inspection of a file before it is loaded, for making a column map in the window or by hand.
 //!
-//! Guarantees: only the start of a large file is read; what would be loaded and what is wrong come from the same code
-//! that loads, so that nothing is promised here that fails there; a file that can be opened as text is always described.
+//! Guarantees: only the start of a large file is read. The preview uses the same code as loading, so it never promises
+//! more than loading gives. A file that can be opened as text is always described.
 
 mod by_values;
 pub(super) mod columns;
@@ -30,64 +30,64 @@ use crate::import::warning::Cause;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// Maximum length of a file that is read to see what would be loaded (bytes): thousands of rows, read at once.
+/// Maximum length of a file that is read for the preview (bytes): thousands of rows, read without delay.
 const SAMPLE_BYTES: u64 = 8 << 20;
-/// How many rows are shown.
+/// Number of rows shown.
 const PREVIEW_ROWS: usize = 12;
 
-/// What is known already when a file is looked at.
+/// Known properties of a file that is inspected.
 #[derive(Clone, Copy, Debug)]
 pub enum Known<'a> {
-    /// Nothing: everything is found by looking.
+    /// Everything is detected.
     Nothing,
-    /// How the text is cut; what the columns are is found by looking.
+    /// The layout of the text is known; the columns are detected.
     Layout(&'a TextLayout),
-    /// Everything: the map is only tried out.
+    /// The map is known and only tried out.
     Map(&'a ColumnMap),
 }
 
-/// What a file holds, a map for it, and what reading it by that map would give.
+/// Description of a file, a map for it, and the result of reading it with that map.
 #[derive(Clone, Debug, Serialize)]
 pub struct Inspection {
-    /// The file.
+    /// Description of the file.
     pub table: TableReport,
-    /// The file of the reference, if the map names one that can be opened.
+    /// Description of the reference's file, if the map names one that can be opened.
     pub reference: Option<TableReport>,
-    /// The map that was given, or a proposal.
+    /// Given map, or a proposal.
     pub map: ColumnMap,
-    /// What a person should decide about a proposal.
+    /// Open decisions about a proposal.
     pub questions: Vec<Question>,
-    /// What would be loaded.
+    /// Result of loading the file.
     pub check: Check,
 }
 
-/// One file as it was found.
+/// Description of one file.
 #[derive(Clone, Debug, Serialize)]
 pub struct TableReport {
-    /// Where it is.
+    /// Path of the file.
     pub path: PathBuf,
-    /// How long it is.
+    /// Length of the file (bytes).
     pub file_bytes: u64,
-    /// How it writes its characters.
+    /// Character encoding.
     pub encoding: Encoding,
-    /// What it is called if it is a file of arrays.
+    /// Name of the format; `None` for text.
     pub kind: Option<&'static str>,
-    /// How its text is cut.
+    /// Division of the text into cells.
     pub text: TextLayout,
-    /// The line of its header, or of its first row; `None` if the layout finds neither.
+    /// Line of the header, or of the first row; `None` if neither is found.
     pub line: Option<u64>,
-    /// How many rows there are, by the length of the first ones.
+    /// Estimated number of rows.
     pub about_rows: u64,
-    /// Where it holds several tables, all of them.
+    /// All tables of the file; empty if there is only one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<FilePart>,
-    /// Its columns.
+    /// Columns of the table.
     pub columns: Vec<ColumnReport>,
-    /// The cells of its first rows.
+    /// Cells of the first rows.
     pub preview: Vec<Vec<String>>,
 }
 
-/// How long the file is, what it is, and how many rows it has.
+/// Length, format and number of rows.
 impl fmt::Display for TableReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (n_bytes, n_rows) = (self.file_bytes, self.about_rows);
@@ -101,28 +101,28 @@ impl fmt::Display for TableReport {
     }
 }
 
-/// What reading a file, or the start of a large one, gives.
+/// Result of reading a file, or the start of a large one.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Check {
-    /// Whether only the start was read.
+    /// True if only the start was read.
     pub is_sample: bool,
-    /// Why nothing would be loaded.
+    /// Error that prevents loading.
     pub error: Option<String>,
-    /// What would be said besides.
+    /// Warnings of loading.
     pub warnings: Vec<String>,
-    /// What would be loaded.
+    /// Recordings that would be loaded.
     pub recordings: Vec<RecordingReport>,
-    /// The gauges' names.
+    /// Names of the gauges.
     pub gauges: Vec<String>,
-    /// The axes of the reference.
+    /// Axes of the reference.
     pub axes: Vec<Axis>,
-    /// Where rows come in bursts and the map says nothing about it, how long a pause must be to end a recording.
+    /// Gap that ends a recording (s), if it was derived because rows come in bursts and the map sets none.
     pub assumed_gap_secs: Option<f64>,
-    /// Of two clocks, how far they seem to be apart. Nothing is done about it unless the map says so.
+    /// Estimated offset between two clocks. It is applied only if the map contains it.
     pub clock_offset: Option<ClockOffset>,
 }
 
-/// One recording that would be loaded.
+/// Recording that would be loaded.
 #[derive(Clone, Debug, Serialize)]
 #[expect(missing_docs, reason = "the names are the documentation")]
 pub struct RecordingReport {
@@ -130,15 +130,15 @@ pub struct RecordingReport {
     pub n_samples: usize,
     pub duration_secs: f64,
     pub rate_hz: Option<f64>,
-    /// Its auxiliary channels with their ranges.
+    /// Auxiliary channels with their ranges.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub auxiliary: Vec<String>,
 }
 
-/// Looks at a file.
+/// Inspects a file.
 ///
 /// # Errors
-/// [`ReadError`] if it cannot be opened or is no text, or if `progress` is cancelled. Whatever is wrong besides stands in
+/// [`ReadError`] if the file cannot be opened or is not text, or if `progress` is cancelled. Any other error is in
 /// [`Check::error`].
 pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
     let reading = Reading::start(progress, SAMPLE_BYTES);
@@ -167,7 +167,7 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
     Ok(Inspection { table, reference, map, questions, check })
 }
 
-/// A map by the names of a table, and where they leave something open by its values.
+/// Proposes a map from the names of a table, and from its values where the names are not sufficient.
 fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Question>) {
     let Some(head) = opened.head(text) else {
         let table = TableMap { text: text.clone(), ..TableMap::default() };
@@ -184,7 +184,7 @@ fn propose(path: &Path, opened: &Opened, text: &TextLayout) -> (ColumnMap, Vec<Q
     (guess.map(text, &head, path, &sample.rows), questions)
 }
 
-/// The first of the maps that is for files like this one, if any is.
+/// Returns the first of the maps that fits the file.
 ///
 /// # Errors
 /// [`ReadError`] if the file cannot be opened, or if `progress` is cancelled.
@@ -202,8 +202,8 @@ pub(super) fn map_for<'a>(
     Ok(maps.iter().find(is_for_it))
 }
 
-/// Whether a map was made for files like this one: the header is the same, name by name. Without a header there are as
-/// many columns, looking finds that they are cut as the map says, and in each stands what the map takes from it.
+/// Returns true if a map fits a file: each name in the header is the same. Without a header, the number of columns and
+/// the detected layout must be the same, and the values must fit the roles.
 fn is_for(opened: &Opened, table: &TableMap) -> bool {
     let Some(head) = opened.head(&table.text) else {
         return false;

@@ -1,4 +1,4 @@
-//! What a person has to decide about a proposal, and when it is decided.
+//! Open decisions about a proposed column map, and the test of whether each is settled.
 
 use std::fmt;
 
@@ -8,29 +8,29 @@ use super::columns::ColumnReport;
 use crate::import::map::{ColumnMap, ColumnRole};
 use crate::shown::listed;
 
-/// What the file does not say; its text says what to do about it.
+/// Fact that the file does not give and the user has to decide. Its text names the choices.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(into = "String")]
 pub enum Question {
-    /// The file holds a reference alone: it belongs to another file's map.
+    /// The file holds only a reference, so it belongs in the map of another file.
     ReferenceAlone,
     /// Which column is the time.
     Time,
-    /// Whether the reference has a clock of its own: these columns (from 1 on) could be one.
+    /// Whether one of these columns (counted from 1) is a separate clock of the reference.
     ReferenceClock(Vec<usize>),
-    /// Which axes these columns (from 1 on) are of; they look like loads.
+    /// Load axis of each of these columns (counted from 1), which look like loads.
     LoadAxis(Vec<usize>),
-    /// Which columns are gauges; these (from 1 on) are proposed.
+    /// Which columns are gauges.
     Gauges {
-        /// The proposed ones.
+        /// Columns proposed as gauges, counted from 1.
         proposed: Vec<usize>,
-        /// Whether the reference is known by its names.
+        /// True if the names of the columns show which are the reference.
         has_loads: bool,
     },
 }
 
 impl Question {
-    /// As it stands by a map, after which the columns are these; `None` once that answers it.
+    /// Returns the question if it is still open under a map with these columns, else `None`.
     pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
         let role_of = |number: usize| columns.get(number - 1).map(|report| report.is);
         let has_loads = || {
@@ -64,28 +64,28 @@ impl fmt::Display for Question {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::ReferenceAlone => f.write_str(
-                "this log of ATI's Net F/T holds the reference alone: put this table under \"reference\" in the map of the file with the gauges",
+                "This log of ATI's Net F/T holds only the reference. Name it as the reference file in the column map of the file with the gauges.",
             ),
             Self::Time => f.write_str(
-                "no column runs like a clock: say which is the time, or give \"sample_rate_hz\"; without either, rows with gauges and loads are load cases",
+                "No column increases steadily like a time. Choose the time column or set the sample rate; without either, rows with gauges and loads are read as load cases.",
             ),
             Self::ReferenceClock(columns) => write!(
                 f,
-                "other columns that run like a clock: {}; if the reference has its own clock, one of them is \"time_reference\"",
+                "Other columns that increase steadily: {}. Is one of them the clock of the reference?",
                 numbers(columns)
             ),
             Self::LoadAxis(columns) => write!(
                 f,
-                "columns that look like a load: {}; say which axis each is, Fx to Mz",
+                "Columns that look like a load: {}. Choose the axis of each, Fx to Mz.",
                 numbers(columns)
             ),
             Self::Gauges {
                 has_loads: false, ..
             } => f.write_str(
-                "which columns are gauges and which the reference is not written in the file: all numbers that change are proposed as gauges, but for those with a unit of load; make the reference's columns \"Fx\" to \"Mz\" with their unit, and \"ignore\" the others",
+                "The file does not show which columns are gauges and which are the reference. All numeric columns that change, except those with a unit of load, are proposed as gauges. Choose axis and unit of the reference's columns, and ignore the columns that are neither.",
             ),
             Self::Gauges { .. } => f.write_str(
-                "which columns are gauges is not written in the file: all other numbers that change are proposed; \"ignore\" those that are none",
+                "The file does not show which columns are gauges. All other numeric columns that change are proposed; ignore those that are not gauges.",
             ),
         }
     }

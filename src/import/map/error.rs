@@ -1,4 +1,4 @@
-//! Why a column map is of no use, in one sentence each.
+//! Reasons why a column map cannot be used, one sentence each.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,62 +8,65 @@ use crate::import::map::role::ColumnRole;
 use crate::import::map::table::ColumnKey;
 use crate::import::map::weight::Attitude;
 
-/// Why a column map is of no use, whatever the recording.
+/// Reason why a column map cannot be used for any recording.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
-    #[error("no JSON of a column map; write one for a recording")]
+    #[error(
+        "this is not JSON, so not a column map; write one from a recording with `inspect --write-map`"
+    )]
     NotAMap,
-    #[error("no JSON of a column map: {0}")]
+    #[error("the JSON of the column map is not valid: {0}")]
     Json(#[from] serde_json::Error),
     #[error(
-        "not a column map: its \"format\" is {found} where \"{expected}\" is needed; write one for a recording"
+        "not a column map: its \"format\" is {found} instead of \"{expected}\"; write one from a recording with `inspect --write-map`"
     )]
     Format { found: String, expected: &'static str },
-    #[error("a column map of version {found}, this program reads version {known}; get a newer one")]
-    Version { found: u64, known: u32 },
-    #[error("a column cannot be \"{name}\"; known: {known}")]
-    UnknownRole { name: String, known: String },
     #[error(
-        "the pose has a position, but not how the sensor is turned; add {}",
-        Attitude::listed()
+        "the column map has version {found}, but this program reads version {known}; update the program"
     )]
+    Version { found: u64, known: u32 },
+    #[error("a column cannot be \"{name}\"; use one of: {known}")]
+    UnknownRole { name: String, known: String },
+    #[error("the pose has a position but no orientation; add the columns {}", Attitude::listed())]
     NoAttitude,
-    #[error("the pose has no column \"{missing}\"; list all of its parts")]
+    #[error("the pose has no column \"{missing}\"; list all columns of the pose")]
     PoseIncomplete { missing: ColumnRole },
     #[error(
-        "\"{first}\" and \"{second}\" both say how the sensor is turned; keep one of the two, and \"ignore\" the other's columns"
+        "\"{first}\" and \"{second}\" both give the orientation of the sensor; keep one of them, and make the columns of the other \"ignore\""
     )]
     TwoPoses { first: ColumnRole, second: ColumnRole },
     #[error(
-        "\"weight\" needs the pose of the sensor, and no column is a part of it; make columns pose_qw, pose_qx and so on"
+        "\"weight\" needs the pose of the sensor, but no column is part of a pose; give columns the roles pose_qw, pose_qx and so on"
     )]
     WeightWithoutPose,
     #[error(
-        "with \"weight\" the load is computed from the pose, but a column is {role}, too; take out one of the two"
+        "with \"weight\" the load is computed from the pose, but a column is {role} as well; remove \"weight\" or that column"
     )]
     WeightAndLoad { role: ColumnRole },
     #[error(
-        "{mount}: mass_kg and centre_m must both be said, for the weight or for each mount, and each mount needs a name of its own"
+        "{mount}: mass_kg or centre_m is missing, or the name is empty or used twice; give both values, for the weight or for each mount, and a name to each mount"
     )]
     WeightUnknown { mount: String },
-    #[error("a column is \"mount\", but \"weight\" has no \"mounts\" to choose from")]
+    #[error(
+        "a column is \"mount\", but \"weight\" has no list \"mounts\"; add the list, or make the column \"ignore\""
+    )]
     NoMounts,
-    #[error("column {number} does not exist: \"shape\" says {columns} columns, counted from 1")]
+    #[error("column {number} does not exist: \"shape\" declares {columns} columns, counted from 1")]
     NoSuchColumn { number: usize, columns: usize },
     #[error(
-        "{columns} columns in \"shape\", but {names} names; give each column its name, or none"
+        "\"shape\" declares {columns} columns but {names} names; give one name per column, or none"
     )]
     ShapeNames { columns: usize, names: usize },
-    #[error("column {number} is listed twice, as {first} and as {second}; say once what it is")]
+    #[error("column {number} is listed twice, as {first} and as {second}; list it once")]
     ListedTwice { number: usize, first: ColumnKey, second: ColumnKey },
     #[error(
-        "column \"{name}\" is listed by its name, but \"text\" says that there is no header; use its number"
+        "column \"{name}\" is listed by its name, but \"text\" declares that there is no header; use its number"
     )]
     NameWithoutHeader { name: String },
     #[error("{what} is {value}; it must be {must}")]
     Number { what: String, value: f64, must: &'static str },
     #[error(
-        "the reference's file is \"{file}\"; name a file as seen from the recording's folder, e.g. \"states.csv\" or \"{{stem}}_ref.csv\""
+        "the file of the reference is \"{file}\"; give a file name relative to the folder of the recording, e.g. \"states.csv\" or \"{{stem}}_ref.csv\""
     )]
     ReferenceName { file: String },
 }
@@ -77,7 +80,7 @@ impl Advice for MapError {
     }
 }
 
-/// Why a file gives no column map.
+/// Reason why a file gives no column map.
 #[derive(Debug, thiserror::Error)]
 pub enum MapFileError {
     #[error("{}: cannot be read: {source}", path.display())]

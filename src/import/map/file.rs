@@ -1,7 +1,7 @@
-//! Column maps as JSON: short enough to be read and changed by hand.
+//! Column maps as JSON, short enough to be edited by hand.
 //!
-//! Guarantees: what is written reads back the same; a map that was read can be used, or there is an error that names
-//! the part to change.
+//! Guarantees: a map that is written reads back the same. A map that is read can be used, or the error names the part
+//! to change.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,10 +19,10 @@ use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope column map";
 const VERSION: u32 = 1;
-/// A map is short; whatever is longer is something else, and would only fill the memory.
+/// Maximum length of a map file (bytes). A longer file is not a map and would only fill the memory.
 const MAP_BYTES_LIMIT: u64 = 4 << 20;
 
-/// What any version of the format starts with.
+/// Fields at the start of every version of the format.
 #[derive(Deserialize)]
 struct Start {
     #[serde(default)]
@@ -31,7 +31,7 @@ struct Start {
     version: u64,
 }
 
-/// A map as it stands in its file.
+/// Column map as stored in its file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MapFile {
@@ -101,10 +101,10 @@ impl ColumnMap {
         Self::from_json(&text).map_err(|source| MapFileError::Map { path: path.to_owned(), source })
     }
 
-    /// Understands and checks a map.
+    /// Parses and checks a map.
     ///
     /// # Errors
-    /// [`MapError`] if this is no map of a known version, or one that cannot be used.
+    /// [`MapError`] if the text is not a map of a known version, or the map cannot be used.
     pub fn from_json(text: &[u8]) -> Result<Self, MapError> {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(MapError::NotAMap);
@@ -120,10 +120,10 @@ impl ColumnMap {
         Self::try_from(file)
     }
 
-    /// Writes the map as JSON, one line a column.
+    /// Writes the map as JSON, one line per column.
     ///
     /// # Errors
-    /// What the writer returns.
+    /// Errors of the writer.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
         let file = MapFile::from(self.clone());
         let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
@@ -131,10 +131,10 @@ impl ColumnMap {
         writeln!(out)
     }
 
-    /// Whether the map's numbers and columns make sense on their own.
+    /// Checks the numbers and columns of the map, without a file.
     ///
     /// # Errors
-    /// [`MapError`] naming the first part that does not.
+    /// [`MapError`] for the first part that is not valid.
     pub fn check(&self) -> Result<(), MapError> {
         self.table.check()?;
         if let Some(reference) = &self.reference {
@@ -158,7 +158,7 @@ impl ColumnMap {
             must(
                 "the end of \"tare\"",
                 to,
-                "no less than its start, and that 0 or more",
+                "at least its start, and the start 0 or more",
                 is_after,
             )?;
         }
@@ -185,7 +185,7 @@ impl TableMap {
         for rule in &self.columns {
             self.check_rule(rule)?;
         }
-        // As far as the map itself knows the header: what its names mean in a file is seen there.
+        // Only the names in the map are checked here; the names in a file are checked when it is read.
         let header = Header::new(self.shape.names.iter().map(String::as_str));
         match header.rules(self) {
             Err(KeyError::ListedTwice { column, first, second }) => {
@@ -275,13 +275,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_reads_back_the_same() {
+    fn a_written_map_reads_back_the_same() {
         let map = two_files();
         assert_eq!(ColumnMap::from_json(json(&map).as_bytes()).unwrap(), map);
     }
 
     #[test]
-    fn what_cannot_be_used_is_named() {
+    fn the_part_that_cannot_be_used_is_named() {
         let whole = json(&two_files());
         for (from, to, word) in [
             (FORMAT, "something", "its \"format\" is \"something\""),
@@ -291,7 +291,7 @@ mod tests {
             ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),
             ("\"column\": 2", "\"column\": \"S1\"", "there is no header"),
             ("\"gauge\"", "\"gage\"", "a column cannot be \"gage\""),
-            ("\"Fz\"", "\"pose_x\"", "not how the sensor is turned"),
+            ("\"Fz\"", "\"pose_x\"", "no orientation"),
             ("\"Fz\"", "\"pose_qx\"", "no column \"pose_qw\""),
             ("\"semicolon\"", "\"colon\"", "`colon`"),
             ("\"scale\": -1.0", "\"scale\": 0", "\"scale\" of column 5 is 0"),
@@ -301,28 +301,28 @@ mod tests {
             ("0.001", "-1", "average_bursts_secs is -1"),
             ("2.25", "0", "gap_secs is 0"),
             ("{folder}", "{folder", "the group is \"{folder\""),
-            ("states.csv", "", "the reference's file is \"\""),
-            ("states.csv", "..", "the reference's file is \"..\""),
+            ("states.csv", "", "the file of the reference is \"\""),
+            ("states.csv", "..", "the file of the reference is \"..\""),
             ("\"columns\": 4", "\"columns\": 4, \"names\": [\"t\"]", "1 names"),
             ("}", "", "JSON"),
         ] {
             assert!(whole.contains(from), "{from}: {whole}");
             let edited = whole.replacen(from, to, 1);
             let error = ColumnMap::from_json(edited.as_bytes()).unwrap_err();
-            let told = error.to_string();
-            assert!(told.contains(word), "{to}: {told}");
+            let message = error.to_string();
+            assert!(message.contains(word), "{to}: {message}");
         }
     }
 
     #[test]
-    fn a_map_that_is_no_file_or_no_map_is_named() {
+    fn a_file_without_a_map_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let of = |path: &Path| ColumnMap::read(path).unwrap_err().to_string();
         assert!(of(folder.path()).contains("not a file"));
         assert!(of(&folder.path().join("gone.json")).contains("gone.json: cannot be read"));
         let path = folder.path().join("a.json");
         std::fs::write(&path, "t,S1\n").unwrap();
-        assert!(of(&path).contains("a.json: no JSON"));
+        assert!(of(&path).contains("a.json: this is not JSON"));
         std::fs::write(&path, "{}").unwrap();
         assert!(of(&path).contains("not a column map"));
     }

@@ -1,6 +1,7 @@
-//! From what a map calls a column to where it stands in a file.
+//! The index in a file of each column that a map names.
 //!
-//! Guarantees: a key becomes an index here and nowhere else, and no two rules speak of one column, whatever each calls it.
+//! Guarantees: a key is turned into an index only here. No two rules are for the same column, even if one uses the
+//! column's name and the other its number.
 
 use std::collections::HashMap;
 
@@ -9,36 +10,34 @@ use crate::import::map::role::ColumnRole;
 use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
 use crate::shown::{listed, shown};
 
-/// What the columns of a file are called; without a header it knows no name.
+/// Names of a file's columns; without a header there are none.
 #[derive(Clone, Debug)]
 pub struct Header<'a> {
     names: Vec<&'a str>,
-    /// Where each name stands, and where it stands again.
+    /// Index of the first column with each name, and of the second one if the name is repeated.
     places: HashMap<&'a str, (usize, Option<usize>)>,
 }
 
-/// Why a map's keys are not the columns of a file, each once. Columns are counted from 1.
+/// Reason why a map's keys cannot be matched to the columns of a file. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     #[error(
-        "the column map needs a column {}, here are {}; take another map, or none",
+        "the column map needs a column {}, but this file has {}; use another map, or none",
         shown(name),
         listed(names)
     )]
     Missing { name: String, names: Vec<String> },
     #[error(
-        "columns {first} and {second} are both called {}; list them in the column map by their numbers",
+        "columns {first} and {second} are both named {}; list them in the column map by their numbers",
         shown(name)
     )]
     SameNames { name: String, first: usize, second: usize },
-    #[error(
-        "the column map speaks of column {column} twice, as {first} and as {second}; say once what it is"
-    )]
+    #[error("the column map lists column {column} twice, as {first} and as {second}; list it once")]
     ListedTwice { column: usize, first: ColumnKey, second: ColumnKey },
 }
 
 impl<'a> Header<'a> {
-    /// The columns with these names, in file order; one without a name is known by its number alone.
+    /// Creates the header from names in file order; a column without a name has only its number.
     pub fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
         let names: Vec<&str> = names.into_iter().collect();
         let mut places = HashMap::new();
@@ -55,12 +54,12 @@ impl<'a> Header<'a> {
         Self { names, places }
     }
 
-    /// The columns of a table in a file.
+    /// Returns the header of a table in a file.
     pub(in crate::import) fn of(head: &'a Head) -> Self {
         Self::new(head.names.iter().map(String::as_str))
     }
 
-    /// How a rule names column `index`, from 0 on: as the header does, if that name is the only one.
+    /// Returns the key of a column, given its index: its name if no other column has that name, else its number.
     pub fn key(&self, index: usize) -> ColumnKey {
         match self.names.get(index).map(|name| (*name, self.places.get(name))) {
             Some((name, Some((_, None)))) => ColumnKey::Name(name.to_owned()),
@@ -68,10 +67,10 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Which column a key means, from 0 on.
+    /// Returns the index of the column that a key names.
     ///
     /// # Errors
-    /// [`KeyError`] if it is a name that no column has, or more than one.
+    /// [`KeyError`] if the key is a name that no column or more than one column has.
     pub fn index(&self, key: &ColumnKey) -> Result<usize, KeyError> {
         match key {
             ColumnKey::Number(number) => Ok(number.saturating_sub(1)),
@@ -89,10 +88,10 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// The rules of a table with the columns that they speak of, in file order.
+    /// Returns the rules of a table with the indices of their columns, in file order.
     ///
     /// # Errors
-    /// [`KeyError`] if a rule's column is not there, or another rule speaks of it, too.
+    /// [`KeyError`] if a rule's column does not exist, or another rule is for the same column.
     pub fn rules<'t>(&self, table: &'t TableMap) -> Result<Vec<(usize, &'t ColumnRule)>, KeyError> {
         let with_index = |rule: &'t ColumnRule| Ok((self.index(&rule.column)?, rule));
         let rules: Result<Vec<_>, _> = table.columns.iter().map(with_index).collect();
@@ -111,14 +110,14 @@ impl<'a> Header<'a> {
 }
 
 impl TableMap {
-    /// The rule of column `index`, from 0 on; without one it is ignored.
+    /// Returns the rule of a column, given its index; a column without a rule is ignored.
     pub fn rule(&self, header: &Header<'_>, index: usize) -> ColumnRule {
         let is_it = |rule: &&ColumnRule| header.index(&rule.column) == Ok(index);
         let rule = self.columns.iter().find(is_it).cloned();
         rule.unwrap_or_else(|| ColumnRule::new(header.key(index), ColumnRole::Ignore))
     }
 
-    /// Makes this the only rule of column `index`, in its place or in the order of the columns.
+    /// Replaces the rule of a column, given its index; a new rule is inserted in the order of the columns.
     pub fn set_rule(&mut self, header: &Header<'_>, index: usize, rule: ColumnRule) {
         let is_it = |rule: &ColumnRule| header.index(&rule.column) == Ok(index);
         let is_after = |rule: &ColumnRule| header.index(&rule.column).is_ok_and(|at| at > index);
@@ -137,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_is_one_column_or_an_error_that_says_why() {
+    fn a_key_is_one_column_or_an_error_that_names_the_reason() {
         let header = Header::new(["t", "x", "", "x", "Fx [N]"]);
         let named = |name: &str| header.index(&ColumnKey::Name(name.to_owned()));
         assert_eq!(named("Fx [N]"), Ok(4));
@@ -154,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn two_names_of_one_column_are_two_claims_on_it() {
+    fn a_name_and_a_number_of_the_same_column_are_refused() {
         let name = ColumnKey::Name("Fx [N]".to_owned());
         let rule = |key: &ColumnKey| ColumnRule::new(key.clone(), ColumnRole::Ignore);
         let mut table = TableMap {

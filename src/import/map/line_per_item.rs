@@ -1,10 +1,10 @@
-//! JSON for people: objects are indented, but every item of a list stands on one line.
+//! Readable JSON: objects are indented, and each item of a list is on one line.
 
 use std::io::{self, Write};
 
 use serde_json::ser::Formatter;
 
-/// Indents what is outside of lists, and keeps what is inside one together.
+/// Formatter that breaks lines outside lists and after each item of a list.
 #[derive(Debug, Default)]
 pub(super) struct LinePerItem {
     depth: usize,

@@ -1,8 +1,8 @@
-//! What the columns of a table are: the choice that a person makes once for a kind of file, and keeps.
+//! Column maps: the roles of a table's columns, chosen once by the user for all files of a kind.
 //!
-//! Guarantees: a [`ColumnMap`] says everything that reading needs and nothing about one single file, so that one map
-//! serves every file of the same [`Shape`]. Header rules and people's choices both end here: there is one way from a
-//! map to recordings.
+//! Guarantees: a [`ColumnMap`] holds everything that reading needs and nothing about a single file. So one map serves
+//! all files of the same [`Shape`]. Names of columns and choices of the user both become such a map, and only maps
+//! lead to recordings.
 
 mod column_map;
 mod error;

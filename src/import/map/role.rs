@@ -1,4 +1,4 @@
-//! What a column can be, and how that is spelled.
+//! Roles of columns, and their names in the file of a map.
 
 use std::fmt;
 
@@ -8,35 +8,35 @@ use strum::VariantArray as _;
 use crate::import::map::error::MapError;
 use crate::recording::Axis;
 
-/// What a column is.
+/// Role of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "&'static str", try_from = "String")]
 pub enum ColumnRole {
-    /// Looked at by nobody.
+    /// Column that is not used.
     Ignore,
-    /// When the sample was taken.
+    /// Time of the sample.
     Time,
-    /// When the reference of this row was taken, where that is another time.
+    /// Time of the reference in this row, if it differs from `time`.
     TimeReference,
-    /// The day that belongs to a time of day in the `time` column.
+    /// Day that belongs to the time of day in the `time` column.
     Date,
-    /// What is added to the `time` column: the nanoseconds, or milliseconds, of a stamp that has its seconds there.
+    /// Fraction that is added to the `time` column: nanoseconds or milliseconds of a stamp with whole seconds.
     TimeFraction,
-    /// A gauge channel.
+    /// Gauge channel.
     Gauge,
-    /// A channel that is no gauge but moves them: temperature, supply voltage, humidity.
+    /// Channel that influences the gauges but is not one: temperature, supply voltage, humidity.
     Auxiliary,
-    /// One axis of the reference load.
+    /// Axis of the reference load.
     Load(Axis),
-    /// A status word in hexadecimal digits; rows in which it reports an error are left out.
+    /// Status word in hexadecimal digits. Rows in which it reports an error are skipped.
     Status,
-    /// A part of the sensor's pose, from which the load of a known weight is computed.
+    /// Part of the sensor's pose, from which the load of a known weight is computed.
     Pose(PosePart),
-    /// Which of several weights the sensor carries, by name.
+    /// Name of the weight that the sensor carries, one of several.
     Mount,
 }
 
-/// One number of a pose: of the sensor's position in the world, or of how it is turned (sensor to world).
+/// One number of a pose: position of the sensor in the world, or its orientation (sensor to world).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(prefix = "pose_", serialize_all = "snake_case")]
 pub enum PosePart {
@@ -50,11 +50,11 @@ pub enum PosePart {
     Roll,
     Pitch,
     Yaw,
-    /// Of a rotation vector.
+    /// Rotation vector.
     Rx,
     Ry,
     Rz,
-    /// Of a rotation matrix: row, column.
+    /// Rotation matrix: row, column.
     R11,
     R12,
     R13,
@@ -67,17 +67,17 @@ pub enum PosePart {
 }
 
 impl PosePart {
-    /// The position, which is only needed for the acceleration.
+    /// Position, which is needed only for the acceleration.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Whether this is an angle or a length along an axis of one.
+    /// Returns true for an angle or a component of a rotation vector.
     pub const fn is_angle(self) -> bool {
         matches!(self, Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz)
     }
 }
 
 impl ColumnRole {
-    /// Everything that a column can be.
+    /// Returns all roles.
     pub fn all() -> impl Iterator<Item = Self> {
         let first = [
             Self::Ignore,
@@ -97,7 +97,7 @@ impl ColumnRole {
             .chain([Self::Mount])
     }
 
-    /// As in the file of a map.
+    /// Returns the name in the file of a map.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ignore => "ignore",

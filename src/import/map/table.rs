@@ -1,4 +1,4 @@
-//! What the columns of one file are.
+//! Roles, units and layout of the columns of one file.
 
 use std::fmt;
 
@@ -8,47 +8,47 @@ use crate::formats::text::TextLayout;
 use crate::import::map::role::ColumnRole;
 use crate::shown::shown;
 
-/// One file as a table.
+/// Description of one file as a table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableMap {
-    /// Which files this is for.
+    /// Number and names of the columns that a file must have for this map.
     pub shape: Shape,
-    /// How the text is cut into cells.
+    /// Division of the text into cells.
     #[serde(default)]
     pub text: TextLayout,
-    /// Samples a second (Hz): times come from it where no column is the time, or where the time counts samples.
+    /// Sample rate (Hz), used where no column is the time, or where the time column counts samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_rate_hz: Option<f64>,
-    /// What is done about stamps that are out of order, or shared by several rows.
+    /// Treatment of time stamps that are out of order, or shared by several rows.
     #[serde(default, skip_serializing_if = "Stamps::is_as_written")]
     pub stamps: Stamps,
-    /// What the columns are; those that are not listed are ignored.
+    /// Rules of the columns. A column that is not listed is ignored.
     pub columns: Vec<ColumnRule>,
 }
 
-/// What is done about stamps that are out of order, or shared by several rows.
+/// Treatment of time stamps that are out of order, or shared by several rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stamps {
-    /// Nothing.
+    /// Stamps stay as they are.
     #[default]
     AsWritten,
-    /// Rows are sorted by their time.
+    /// Rows are sorted by time.
     Sorted,
-    /// Rows with one stamp are spread evenly until the next.
+    /// Rows with the same stamp are spread evenly up to the next stamp.
     Spread,
 }
 
 impl Stamps {
-    /// Each with its name for people, and what it does.
+    /// All treatments, each with its label and its explanation.
     pub const ALL: [(Self, &'static str, &'static str); 3] = [
         (Self::AsWritten, "as written", "Where time goes back, a new recording starts"),
         (Self::Sorted, "sort rows by time", "For loggers that write some rows late"),
         (
             Self::Spread,
-            "spread rows of one stamp evenly",
-            "For stamps of whole seconds, or of a clock that is coarser than the samples",
+            "spread rows with the same stamp",
+            "For stamps in whole seconds, or of a clock that is coarser than the samples",
         ),
     ];
 
@@ -58,47 +58,46 @@ impl Stamps {
     }
 }
 
-/// What files must have in common to be read by one map.
+/// Number and names of columns that all files of one map have in common.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
-    /// How many columns there are.
+    /// Number of columns.
     pub columns: usize,
-    /// The header's cells as written; none without a header.
+    /// Cells of the header as written; empty without a header.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
 }
 
-/// What one column is.
+/// Role, name, unit and scale of one column.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnRule {
-    /// Which column.
+    /// Name or number of the column.
     pub column: ColumnKey,
-    /// What it is.
+    /// Role of the column.
     pub is: ColumnRole,
-    /// What a gauge or an auxiliary channel is called; by default as in the header, or `S1`, `S2` and so on.
+    /// Name of a gauge or an auxiliary channel; by default the name in the header, or `S1`, `S2` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Its unit: of a load one that is understood; of a gauge a label; of an auxiliary channel `degC`, `K`, `degF`, `V`, `mV`, `%` or
-    /// any label; of a time `s`, `ms`, `us`, `ns`, `samples`,
-    /// `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`. By default what the header says, then what the values look
-    /// like (times) or SI (loads, positions); of an angle `rad` or `deg`.
+    /// Unit of the values. A gauge may have any label, an auxiliary channel `degC`, `K`, `degF`, `V`, `mV`, `%` or any label.
+    /// A time has `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`, an angle `rad` or `deg`.
+    /// By default the unit in the header counts; without one it is derived from the values (times) or SI (loads, positions).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// Values are multiplied with this; -1 turns the sign.
+    /// Factor of the values; -1 reverses the sign.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub scale: f64,
-    /// Values are divided by this before they have their unit.
+    /// Number of counts per unit, by which the values are divided.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub counts_per_unit: f64,
-    /// Values (as written) that mean that there is none.
+    /// Values, as written in the file, that mark a missing value.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dropouts: Vec<f64>,
 }
 
 impl ColumnRule {
-    /// A column that is this and has no unit, no other scale and no dropouts.
+    /// Creates a rule with scale 1 and without a unit or dropouts.
     pub fn new(column: ColumnKey, is: ColumnRole) -> Self {
         Self {
             column,
@@ -121,8 +120,8 @@ fn is_one(value: &f64) -> bool {
     *value == 1.0
 }
 
-/// Which column of a file: its number from 1 on, or its name as the header writes it. In a file it becomes an index, by
-/// [`Header`](crate::import::map::Header).
+/// Key of a column: its number, counted from 1, or its name in the header.
+/// [`Header`](crate::import::map::Header) turns a key into an index.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]
@@ -141,7 +140,7 @@ impl fmt::Display for ColumnKey {
 }
 
 impl TableMap {
-    /// Whether a column is this.
+    /// Returns true if a column has this role.
     pub fn has_role(&self, role: ColumnRole) -> bool {
         self.columns.iter().any(|rule| rule.is == role)
     }

@@ -1,4 +1,4 @@
-//! The weight whose load is computed from a pose, as a map says it.
+//! Weight in a column map, whose load is computed from a pose.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,35 +8,35 @@ use crate::import::map::role::{ColumnRole, PosePart};
 use crate::import::map::table::{ColumnRule, TableMap};
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
-/// A weight on a sensor whose pose is known: the reference is computed, not measured.
+/// Weight on a sensor whose pose is known. The reference load is computed from it, not measured.
 ///
 /// | part | meaning |
 /// |---|---|
-/// | `mass_kg`, `centre_m` | the weight; not needed where `mounts` say it |
-/// | `mounts` | several weights, or places for one |
-/// | `gravity` | its pull in the world frame (m/s²); by default `[0, 0, -9.80665]`: z is up |
-/// | `angles` | what roll, pitch and yaw mean, if the pose is given by them |
-/// | `smoothing_secs` | the pose is smoothed over so long before its acceleration is taken |
-/// | `inertia` | whether the weight's own acceleration is part of its load |
+/// | `mass_kg`, `centre_m` | the weight; not needed if each of the `mounts` gives them |
+/// | `mounts` | several weights, or several places for one |
+/// | `gravity` | acceleration of gravity in the world frame (m/s²), by default `[0, 0, -9.80665]`: z points up |
+/// | `angles` | convention of roll, pitch and yaw, if the pose has them |
+/// | `smoothing_secs` | time over which the pose is smoothed before its acceleration is computed |
+/// | `inertia` | true if the weight's own acceleration is part of its load |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeightMap {
-    /// How heavy it is (kg).
+    /// Mass (kg).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Where its centre of mass is, in the sensor's frame (m).
+    /// Centre of mass in the sensor's frame (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
-    /// Weights to choose from, by the `mount` column if there is one, else by the file's name.
+    /// Weights that are selected by the `mount` column, or by the name of the file without one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mounts: Vec<Mount>,
-    /// How gravity pulls, in the world frame (m/s²).
+    /// Acceleration of gravity in the world frame (m/s²).
     pub gravity: [f64; 3],
-    /// What roll, pitch and yaw mean.
+    /// Convention of roll, pitch and yaw.
     pub angles: Angles,
-    /// Over how long the pose is smoothed before its acceleration is taken (s).
+    /// Time over which the pose is smoothed before its acceleration is computed (s).
     pub smoothing_secs: f64,
-    /// Whether the weight's own acceleration is part of its load.
+    /// True if the weight's own acceleration is part of its load.
     pub inertia: bool,
 }
 
@@ -54,41 +54,38 @@ impl Default for WeightMap {
     }
 }
 
-/// One weight, or one place for it.
+/// One of several weights, or one of several places for a weight.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mount {
-    /// As the `mount` column says it, or as it stands in the names of files.
+    /// Name in the `mount` column or in the names of files.
     pub name: String,
-    /// How heavy it is (kg); by default as without mounts.
+    /// Mass (kg); by default that of [`WeightMap`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Where its centre of mass is, in the sensor's frame (m); by default as without mounts.
+    /// Centre of mass in the sensor's frame (m); by default that of [`WeightMap`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
 }
 
-/// What roll, pitch and yaw mean.
+/// Convention of roll, pitch and yaw.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Angles {
     /// Roll about the world's x, then pitch about its y, then yaw about its z: `Rz(yaw) Ry(pitch) Rx(roll)`, as in ROS.
     #[default]
     FixedXyz,
-    /// Each about an axis that the ones before have turned: `Rx(roll) Ry(pitch) Rz(yaw)`.
+    /// Each angle about an axis that the previous ones have turned: `Rx(roll) Ry(pitch) Rz(yaw)`.
     IntrinsicXyz,
 }
 
-/// How a pose says how the sensor is turned.
+/// Representation of the orientation in a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Attitude {
-    /// A quaternion.
     Quaternion,
-    /// Roll, pitch and yaw.
     RollPitchYaw,
-    /// A rotation vector: an axis, as long as the angle.
+    /// Axis of rotation whose length is the angle (rad).
     RotationVector,
-    /// A rotation matrix.
     Matrix,
 }
 
@@ -96,7 +93,7 @@ impl Attitude {
     const ALL: [Self; 4] =
         [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
 
-    /// Its columns, in the order of their numbers.
+    /// Returns the roles of the columns, in the order of the numbers.
     pub const fn parts(self) -> &'static [PosePart] {
         use PosePart::{
             Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
@@ -110,7 +107,7 @@ impl Attitude {
         }
     }
 
-    /// The columns of each, for messages.
+    /// Returns the columns of each representation, for messages.
     pub fn listed() -> String {
         let of_attitude = |attitude: Self| {
             let parts = attitude.parts();
@@ -121,10 +118,10 @@ impl Attitude {
         format!("{} or {last}", first.join(", "))
     }
 
-    /// The one whose columns a table has; `None` if it has no pose.
+    /// Returns the representation that a table uses; `None` if the table has no pose.
     ///
     /// # Errors
-    /// [`MapError`] if columns are missing, or there are more than one pose needs.
+    /// [`MapError`] if columns are missing, or the table has two representations.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
         let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
@@ -147,12 +144,12 @@ impl Attitude {
 }
 
 impl WeightMap {
-    /// The weight without mounts, if it is said.
+    /// Returns the weight without mounts, if it is complete.
     fn own(&self) -> Option<Weight> {
         Some(Weight { mass_kg: self.mass_kg?, centre_m: self.centre_m? })
     }
 
-    /// The weights to choose from, with their names; a single one has none.
+    /// Returns the weights with the names of their mounts; a single weight has an empty name.
     pub fn weights(&self) -> Vec<(String, Weight)> {
         let of_mount = |mount: &Mount| {
             let weight = Weight {
@@ -167,11 +164,11 @@ impl WeightMap {
         }
     }
 
-    /// Whether loads can be computed by this: the weight is known, and nothing else says what the load is. To find the
-    /// weight in a recording, neither is needed.
+    /// Checks that loads can be computed: the weight is known, and no column is a load. Neither is required for finding
+    /// the weight from a recording.
     ///
     /// # Errors
-    /// [`MapError`] naming what is missing, or too much.
+    /// [`MapError`] for the part that is missing or redundant.
     pub fn check_complete(&self, table: &TableMap) -> Result<(), MapError> {
         let is_load = |rule: &&ColumnRule| matches!(rule.is, ColumnRole::Load(_));
         if let Some(rule) = table.columns.iter().find(is_load) {

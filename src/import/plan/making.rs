@@ -1,4 +1,4 @@
-//! How a map becomes a plan, part by part, and what is refused on the way.
+//! Turns a column map into a plan, part by part, and refuses what is not valid.
 
 use super::super::named_column::NamedColumn;
 use super::parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
@@ -13,7 +13,7 @@ use crate::recording::Axis;
 use crate::recording::units;
 use crate::recording::units::TimeUnit;
 
-/// The columns that rules speak of, in file order.
+/// Returns the rules with the indices of their columns, in file order.
 fn resolved<'a>(
     table: &'a TableMap,
     head: &Head,
@@ -41,12 +41,12 @@ fn resolved<'a>(
     }
 }
 
-/// What a plan is made from.
+/// Input of a plan.
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,
-    /// Those that this side reads, each with its index in the file, in file order.
+    /// Rules that this side reads, with the indices of their columns, in file order.
     columns: Vec<(usize, &'a ColumnRule)>,
 }
 
@@ -65,7 +65,7 @@ impl Making<'_> {
         columns.filter(move |(_, rule)| rule.is == role)
     }
 
-    /// The only column with this role, if there is one.
+    /// Returns the only column with this role, if there is one.
     fn single(&self, role: ColumnRole) -> Result<Option<(usize, &ColumnRule)>, TableError> {
         let mut columns = self.with_role(role);
         let first = columns.next();
@@ -77,7 +77,7 @@ impl Making<'_> {
         }
     }
 
-    /// What columns are called where one was looked for.
+    /// Returns the names of all columns, for a message about a missing one.
     fn all_names(&self) -> Vec<String> {
         if self.head.names.is_empty() {
             return vec![format!("{} columns without names", self.head.n_columns)];
@@ -85,12 +85,12 @@ impl Making<'_> {
         self.head.names.clone()
     }
 
-    /// The header's name of a column, without its unit.
+    /// Returns the name of a column in the header, without its unit.
     fn bare_name(&self, index: usize) -> Option<String> {
         self.head.name(index).map(|name| name.name)
     }
 
-    /// A column's unit: that of the rule, else that of the header or the units row.
+    /// Returns the unit of a column: that of the rule, else that of the header or the units row.
     fn unit(&self, index: usize, rule: &ColumnRule) -> Option<String> {
         rule.unit.clone().or_else(|| self.head.unit(index))
     }
@@ -114,7 +114,7 @@ impl Making<'_> {
         TableError::NoTime { names: self.all_names() }
     }
 
-    /// What the columns are used for that do not belong to time, gauges or loads.
+    /// Returns the uses of columns other than time, gauges and loads.
     fn uses(&self) -> Result<Vec<Use>, TableError> {
         let mut uses = vec![Use::Ignored; self.head.n_columns];
         if let Some((index, _)) = self.single(ColumnRole::Status)? {
@@ -123,7 +123,7 @@ impl Making<'_> {
         Ok(uses)
     }
 
-    /// As [`Self::times`], of a table that has none.
+    /// Returns the times as [`Self::times`] does, for a table that has none.
     pub fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
         Ok((None, TimeScale::PerSecond(1.0), self.uses()?))
     }
@@ -166,7 +166,7 @@ impl Making<'_> {
         Ok((Some(index), scale, uses))
     }
 
-    /// The column with the rest of times that are whole seconds, or as the map says.
+    /// Returns the time scale, and marks the column with the fraction of times in whole seconds.
     fn time_fraction(&self, scale: TimeScale, uses: &mut [Use]) -> Result<TimeScale, TableError> {
         let Some((index, rule)) = self.single(ColumnRole::TimeFraction)? else {
             return Ok(scale);
@@ -182,7 +182,7 @@ impl Making<'_> {
         Ok(TimeScale::PerSecond(per_second))
     }
 
-    /// The column with the day, which adds to a time of day.
+    /// Marks the column with the day, which is added to a time of day.
     fn date(&self, uses: &mut [Use]) -> Result<(), TableError> {
         if let Some((index, rule)) = self.single(ColumnRole::Date)? {
             let form = match self.unit(index, rule) {
@@ -199,7 +199,7 @@ impl Making<'_> {
         Ok(())
     }
 
-    /// What a gauge or an auxiliary channel is called: by its rule, by the header, or by its number.
+    /// Returns the name of a gauge or an auxiliary channel: from its rule, from the header, or from its number.
     fn channel_name(&self, index: usize, rule: &ColumnRule, stem: &str, n_before: usize) -> String {
         let in_header = || self.bare_name(index).filter(|name| !name.is_empty());
         let name = rule.name.clone().or_else(in_header);
@@ -239,7 +239,7 @@ impl Making<'_> {
         }
     }
 
-    /// The names and units of the auxiliary channels, which belong to the gauges.
+    /// Returns the names and units of the auxiliary channels, which are read with the gauges.
     pub fn auxiliary(&self, uses: &mut [Use]) -> Result<(Vec<String>, Vec<String>), TableError> {
         let (mut names, mut labels) = (Vec::new(), Vec::new());
         for (index, rule) in self.with_role(ColumnRole::Auxiliary) {
@@ -260,7 +260,7 @@ impl Making<'_> {
         Ok((names, labels))
     }
 
-    /// The columns of a pose, if the load is computed from it.
+    /// Returns the columns of a pose, if the load is computed from it.
     pub fn pose(
         &self,
         weight: Option<&WeightMap>,
@@ -269,7 +269,7 @@ impl Making<'_> {
         let (Some(weight), true) = (weight, self.side != Side::Gauges) else {
             return Ok(None);
         };
-        // Whether it is whole was checked with the map.
+        // The map was checked for a complete pose before.
         let Ok(Some(attitude)) = Attitude::of_table(self.table) else {
             return Ok(None);
         };
@@ -303,7 +303,7 @@ impl Making<'_> {
         }))
     }
 
-    /// What one of a column's numbers is in rad or m.
+    /// Returns the factor from a column's numbers to rad or m.
     fn pose_factor(
         &self,
         part: PosePart,
@@ -347,7 +347,7 @@ impl Making<'_> {
         Ok(axes)
     }
 
-    /// What one of a column's numbers is in SI.
+    /// Returns the factor from a column's numbers to SI units.
     fn load_factor(&self, axis: Axis, index: usize, rule: &ColumnRule) -> Result<f64, TableError> {
         let counted = self.counted_unit(axis);
         let in_preamble = || counted.map(|counted| counted.unit.clone());
@@ -360,7 +360,7 @@ impl Making<'_> {
         Ok(in_si * rule.scale / (counts * rule.counts_per_unit))
     }
 
-    /// What the preamble says about an axis.
+    /// Returns the unit of an axis in the preamble.
     fn counted_unit(&self, axis: Axis) -> Option<&CountedUnit> {
         let ati = self.head.ati.as_ref()?;
         Some(if axis.is_force() { &ati.force } else { &ati.moment })
@@ -395,7 +395,7 @@ impl Making<'_> {
     }
 }
 
-/// What one `unit` on `axis` is in SI, or the units that would be understood.
+/// Returns the factor from `unit` to SI units, or the list of known units.
 fn axis_factor(axis: Axis, unit: &str) -> Result<f64, &'static str> {
     if axis.is_force() {
         units::force_in_newtons(unit).ok_or(units::FORCE_UNITS)

@@ -1,7 +1,7 @@
-//! What reading does with each column: a map, brought to one file and checked against it.
+//! Plan for reading the columns of one file: a column map that was applied to the file and checked.
 //!
-//! Guarantees: exactly one source of time; where gauges are wanted 1 to 64 of them, where a reference is wanted one axis
-//! or more; each axis at most once; every unit known.
+//! Guarantees: there is exactly one source of time. A side with gauges has 1 to 64 of them; a side with a reference has
+//! at least one axis, each at most once. Every unit is known.
 
 mod making;
 mod parts;
@@ -15,72 +15,72 @@ use crate::recording::Axis;
 use making::Making;
 pub(super) use parts::{AUXILIARY_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
 
-/// What is done with each column of a file.
+/// Use of each column of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    /// The header's line, or that of the first row.
+    /// Line of the header, or of the first row.
     pub line: u64,
     pub text: TextLayout,
-    /// One per column, in file order.
+    /// Uses of all columns, in file order.
     pub uses: Vec<Use>,
-    /// One per column, as a message calls it.
+    /// Names of all columns for messages.
     pub names: Vec<String>,
-    /// Per column, which values mean that there is none; empty if no column has any.
+    /// Values that mark a missing value, for each column; empty if no column has any.
     pub dropouts: Vec<Vec<f64>>,
     pub time_scale: TimeScale,
-    /// What is taken off the times before they become numbers of 64 bits, in the unit of the file: stamps of today lose digits there.
+    /// Offset subtracted from the times, in the unit of the file. Without it, present-day stamps would lose digits as floats.
     pub since: i64,
-    /// Without one, rows are counted.
+    /// Index of the time column; without one, rows are counted.
     pub time_column: Option<usize>,
-    /// In file order.
+    /// Names of the gauges, in file order.
     pub gauge_names: Vec<String>,
-    /// Labels; empty where there is none.
+    /// Units of the gauges, which may be any label; empty where there is none.
     pub gauge_units: Vec<String>,
-    /// The auxiliary channels, in file order.
+    /// Names of the auxiliary channels, in file order.
     pub auxiliary_names: Vec<String>,
-    /// Their units; empty where none is known.
+    /// Units of the auxiliary channels; empty where none is known.
     pub auxiliary_units: Vec<String>,
-    /// In [`Axis`] order.
+    /// Load axes, in the order of [`Axis`].
     pub axes: Vec<Axis>,
-    /// Where the load is computed.
+    /// Pose, if the load is computed from it.
     pub pose: Option<PosePlan>,
-    /// Whether a row may hold nothing for this side.
+    /// True if a row may have no values for this side.
     pub may_be_blank: bool,
-    /// Whether there are no times at all: rows are load cases.
+    /// True if there are no times, so that rows are load cases.
     pub is_static: bool,
 }
 
 impl Plan {
-    /// Whether times say when in a day, but not on which.
+    /// Returns true if times are times of day without a date.
     pub fn is_time_of_day(&self) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let is_clock = |usage: &Use| *usage == Use::TimeText(TimeForm::TimeOfDay);
         self.uses.iter().any(is_clock) && !self.uses.iter().any(is_date)
     }
 
-    /// The column from which [`Self::since`] is taken off.
+    /// Returns true if [`Self::since`] is subtracted from this column.
     pub fn is_since_off(&self, index: usize) -> bool {
         let is_date = |usage: &Use| matches!(usage, Use::TimeText(TimeForm::Date(_)));
         let date = self.uses.iter().position(is_date);
         self.since != 0 && date.or(self.time_column) == Some(index)
     }
 
-    /// What is taken off the times in a column.
+    /// Returns the offset that is subtracted from the times in a column.
     pub fn since_of(&self, index: usize) -> i64 {
         i64::from(self.is_since_off(index)) * self.since
     }
 
-    /// What a message calls a column.
+    /// Returns the name of a column for messages.
     pub fn column(&self, index: usize) -> NamedColumn {
         NamedColumn::new(index, &self.names[index])
     }
 
-    /// How many numbers of a pose are kept of each row.
+    /// Returns the number of pose values per row.
     pub fn pose_width(&self) -> usize {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
 
-    /// Brings a map to the file whose table starts so.
+    /// Applies a map to the file with this head.
     pub fn new(
         table: &TableMap,
         head: &Head,
@@ -91,7 +91,7 @@ impl Plan {
         Self::made(&making, making.times()?, weight, false)
     }
 
-    /// Brings a map without a time to the file whose table starts so: rows are load cases, so there must be loads.
+    /// Applies a map without a time to the file with this head. Rows are load cases, so loads are required.
     pub fn of_load_cases(
         table: &TableMap,
         head: &Head,
@@ -115,7 +115,7 @@ impl Plan {
         let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
         let mut pose = making.pose(weight, &mut uses)?;
         if let Some(pose) = pose.as_mut().filter(|_| is_static) {
-            // What stands still is not accelerated.
+            // The weight does not move in load cases, so its position is not needed.
             pose.position = None;
         }
         let axes = making.loads(pose.is_some(), &mut uses)?;
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_used_is_an_error_that_says_where() {
+    fn an_error_gives_the_line_and_the_column() {
         let message = |text: &str| plan_and_notes(text).unwrap_err().to_string();
         assert!(
             message("0,1.5,\"2\"").starts_with("a.csv:1: no header: the first line holds only")

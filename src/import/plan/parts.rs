@@ -1,63 +1,63 @@
-//! What a column is used for, and what is said of times and poses.
+//! Uses of columns, sides of a table, and the plans for times and poses.
 
 use crate::formats::text::times::TimeForm;
 use crate::import::map::{Attitude, ColumnMap, ColumnRole};
 
-/// More channels than any force/torque sensor has, few enough for normal equations to stay small.
+/// Maximum number of gauges: more than any force/torque sensor has, and small enough for normal equations.
 pub(crate) const GAUGE_LIMIT: usize = 64;
-/// As many products with gauges as one would ever fit.
+/// Maximum number of auxiliary channels; each may give products with all gauges.
 pub(crate) const AUXILIARY_LIMIT: usize = 8;
 
-/// What a column is used for.
+/// Use of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Use {
     Ignored,
-    /// A number, part of the time.
+    /// Number, part of the time.
     Time,
-    /// A date or a time of day, part of the time.
+    /// Date or time of day, part of the time.
     TimeText(TimeForm),
-    /// Times `factor` it is in the unit of the time, and part of it.
+    /// Fraction of the time; `factor` converts it to the unit of the time.
     TimeFraction {
         factor: f64,
     },
-    /// Times `factor` it is as the map wants it.
+    /// Gauge; `factor` scales it as the map requires.
     Gauge {
         factor: f64,
     },
-    /// Times `factor` and with `shift` added it is in the channel's unit; a cell without a number leaves the last one standing.
+    /// Auxiliary channel; `factor`, then `shift`, converts to its unit. A cell without a number keeps the previous value.
     Auxiliary {
         factor: f64,
         shift: f64,
     },
-    /// The reference load number `slot` in [`Axis`](crate::recording::Axis) order; times `factor` it is SI.
+    /// Reference load with index `slot` in the order of [`Axis`](crate::recording::Axis); `factor` converts it to SI.
     Load {
         slot: usize,
         factor: f64,
     },
     Status,
-    /// Number `slot` of a pose; times `factor` it is in SI.
+    /// Pose value with index `slot`; `factor` converts it to SI.
     Pose {
         slot: usize,
         factor: f64,
     },
-    /// The name of a mount, whose place in the list becomes number `slot` of a pose.
+    /// Name of a mount; its index in the list of mounts becomes pose value `slot`.
     Mount {
         slot: usize,
     },
 }
 
 impl Use {
-    /// Whether it is read as a number.
+    /// Returns true if the cells are read as numbers.
     pub const fn is_number(self) -> bool {
         !matches!(self, Self::TimeText(_) | Self::Status | Self::Mount { .. })
     }
 
-    /// Whether it is a part of the time.
+    /// Returns true for a part of the time.
     pub const fn is_time(self) -> bool {
         matches!(self, Self::Time | Self::TimeText(_) | Self::TimeFraction { .. })
     }
 
-    /// What one of its numbers is as the map wants it.
+    /// Returns the factor by which numbers are multiplied.
     #[inline(always)]
     pub const fn factor(self) -> f64 {
         match self {
@@ -70,7 +70,7 @@ impl Use {
         }
     }
 
-    /// What a message calls such a column.
+    /// Returns the noun for the column in messages.
     pub fn noun(self) -> &'static str {
         match self {
             Self::Ignored | Self::Status | Self::Mount { .. } => "column",
@@ -83,21 +83,21 @@ impl Use {
     }
 }
 
-/// Which part of a table is read.
+/// Part of a table that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// Everything: gauges and reference have one clock.
+    /// Gauges and reference, on one clock.
     Both,
-    /// The gauges alone.
+    /// Gauges alone.
     Gauges,
-    /// The reference, whose time is a second one in the file of the gauges.
+    /// Reference alone, with a second time in the file of the gauges.
     SecondClock,
-    /// The reference, in a file of its own.
+    /// Reference alone, in a file of its own.
     ReferenceFile,
 }
 
 impl Side {
-    /// The part of a file that is read for its gauges.
+    /// Returns the side that is read from the file with the gauges.
     pub fn of_gauges(map: &ColumnMap) -> Self {
         if map.has_two_clocks() { Self::Gauges } else { Self::Both }
     }
@@ -106,7 +106,7 @@ impl Side {
         matches!(self, Self::Both | Self::Gauges)
     }
 
-    /// Whether columns with this role are read.
+    /// Returns true if columns with this role are read.
     pub(super) fn reads(self, role: ColumnRole) -> bool {
         use ColumnRole::{
             Auxiliary, Date, Gauge, Ignore, Load, Mount, Pose, Status, Time, TimeFraction,
@@ -126,29 +126,29 @@ impl Side {
     }
 }
 
-/// Where times come from and what they count.
+/// Conversion of times to seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TimeScale {
-    /// This number makes one second.
+    /// Number of time units per second.
     PerSecond(f64),
-    /// By their values.
+    /// Unit derived from the values.
     ByValues,
 }
 
-/// The numbers of a pose, as they stand beside each other: how the sensor is turned, where it is, what it carries.
+/// Values of a pose, in this order: orientation, position, mount.
 #[derive(Clone, Debug)]
 pub(crate) struct PosePlan {
     pub attitude: Attitude,
-    /// Where the three numbers of the position stand, if they are there.
+    /// Index of the first of three position values, if there are any.
     pub position: Option<usize>,
-    /// Where the number of the mount stands, if it is there.
+    /// Index of the mount value, if there is one.
     pub mount: Option<usize>,
-    /// The mounts' names.
+    /// Names of the mounts.
     pub mounts: Vec<String>,
     pub width: usize,
 }
 
 impl PosePlan {
-    /// No pose has more numbers: a matrix, a position, a mount.
+    /// Maximum number of pose values: a matrix, a position and a mount.
     pub const WIDTH_LIMIT: usize = 13;
 }

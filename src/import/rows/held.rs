@@ -1,10 +1,10 @@
-//! Auxiliary channels that are written now and then.
+//! Auxiliary channels whose values are not in every row.
 
 use super::*;
 
 impl Rows {
-    /// Gives auxiliary channels the last value where a row has none, and the first where no row before it has one. A channel without
-    /// any is gone, and told.
+    /// Fills missing auxiliary values with the previous value of the channel, or the first one. A channel without any value
+    /// is removed, and this is reported.
     pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
         let n = plan.auxiliary_names.len();
         let known = |channel: usize| {
@@ -31,7 +31,8 @@ impl Rows {
         }
     }
 
-    /// Notes where a channel has no number, and for how long. What is written now and then has none in between, as it must.
+    /// Reports the intervals in which a channel has no value. For a slow channel only intervals longer than a gap count,
+    /// since it has no value in every other row.
     fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
         let n_channels = plan.auxiliary_names.len();
         let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
@@ -46,7 +47,7 @@ impl Rows {
         let gap = gap_of_rows.max(steps_of_a_pause(&at));
         let [step, own] = [&self.times, &at].map(|times| median_step(times).unwrap_or(0.0));
         let is_now_and_then = own > 1.5 * step;
-        // A pause of the whole file is no part of it.
+        // A pause of the whole file does not count.
         let within = |row: usize| Some(self.times[row] - self.times[row.checked_sub(1)?]);
         let secs_of = |rows: &Range<usize>| {
             let steps = (rows.start..(rows.end + 1).min(self.times.len())).filter_map(within);
@@ -58,20 +59,20 @@ impl Rows {
             (rows, secs)
         });
         let runs: Vec<(Range<usize>, f64)> = runs.collect();
-        let told: Vec<&(Range<usize>, f64)> = (runs.iter())
+        let reported: Vec<&(Range<usize>, f64)> = (runs.iter())
             .filter(|(_, secs)| plan.is_static || !is_now_and_then || *secs > gap)
             .collect();
-        let (Some((first, _)), Some((last, _))) = (told.first(), told.last()) else {
+        let (Some((first, _)), Some((last, _))) = (reported.first(), reported.last()) else {
             return;
         };
-        let secs = told.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
+        let secs = reported.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
         let is_auxiliary = |index: &usize| matches!(plan.uses[*index], Use::Auxiliary { .. });
         let named = |index: &usize| plan.names[*index] == plan.auxiliary_names[channel];
         let mut columns = (0..plan.uses.len()).filter(is_auxiliary);
         let cause = Cause::HeldAuxiliary {
             column: columns.find(named).map(|index| index + 1),
             name: plan.auxiliary_names[channel].clone(),
-            n_rows: told.iter().map(|(rows, _)| rows.len()).sum(),
+            n_rows: reported.iter().map(|(rows, _)| rows.len()).sum(),
             longest_secs: (!plan.is_static).then_some(secs),
         };
         let (first, last) = (first.start, last.end - 1);
@@ -82,7 +83,7 @@ impl Rows {
     }
 }
 
-/// Keeps the values of these columns of a row-major table.
+/// Keeps these columns of a row-major table.
 fn keep<T>(table: &mut Vec<T>, is_kept: &[bool]) {
     let mut columns = is_kept.iter().cycle();
     table.retain(|_| columns.next() == Some(&true));

@@ -1,8 +1,8 @@
-//! The number that a cell stands for.
+//! Numbers from cells.
 
 use super::*;
 
-/// The number that the next cell stands for; the first cell whose comma had to be read as a decimal point is kept.
+/// Returns the number in the next cell. The first cell whose comma was read as a decimal point is stored.
 #[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
 pub(super) fn next_value<'a>(
     row: &mut impl Row<'a>,
@@ -22,7 +22,7 @@ pub(super) fn next_value<'a>(
     }
 }
 
-/// See [`next_value`]; for every cell that is no plain number.
+/// Returns the number as [`next_value`] does, for cells that are not plain numbers.
 #[inline(never)]
 fn other_value<'a>(
     cell: Cell<'a>,
@@ -38,7 +38,7 @@ fn other_value<'a>(
     Ok(value)
 }
 
-/// The number that a cell stands for, and whether its comma had to be read as a decimal point; or why it stands for none.
+/// Returns the number in a cell, and true if its comma was read as a decimal point; or the reason why there is none.
 pub(super) fn value_of(
     cell: Cell<'_>,
     usage: Use,
@@ -48,7 +48,7 @@ pub(super) fn value_of(
     match usage {
         Use::Ignored => Ok((0.0, false)),
         _ if cell.is_empty() => Err(Trouble::Empty),
-        // A number is no date.
+        // A number is not a date.
         Use::TimeText(form) => {
             let since = plan.since_of(index);
             let secs = cell.written().and_then(|text| form.secs_since(since, text));
@@ -86,7 +86,7 @@ pub(super) fn value_of(
     }
 }
 
-/// Returns the magnitude of the number that an unreadable text stands for, by its digits alone; infinite without digits.
+/// Returns the magnitude that the digits of an unreadable text would have; infinite without digits.
 pub(super) fn magnitude(text: &[u8]) -> f64 {
     let is_digit = |byte: &u8| byte.is_ascii_digit();
     let decimals = match text.iter().rposition(|byte| [b'.', b','].contains(byte)) {
@@ -98,7 +98,7 @@ pub(super) fn magnitude(text: &[u8]) -> f64 {
     number.unwrap_or(f64::INFINITY)
 }
 
-/// Which mount a cell names.
+/// Returns the index of the mount that a cell names.
 fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     let mounts = &plan.pose.as_ref()?.mounts;
     let is_it = |name: &String| match cell {
@@ -108,12 +108,12 @@ fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
     Some(mounts.iter().position(is_it)? as f64)
 }
 
-/// Whether this is what meters answer where a value is out of range (9.9E+37) or there is none (9.91E+37).
+/// Returns true for the code of meters for an overload (9.9E+37) or a missing value (9.91E+37).
 pub(in crate::import) fn is_overload(number: f64) -> bool {
     (9.9e37..=1e38).contains(&number.abs())
 }
 
-/// A number in SI (times as they are), if it is one.
+/// Returns a number in SI units; times are not converted.
 #[inline(always)]
 fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
     if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {

@@ -9,9 +9,9 @@ use crate::recording::Axis;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 
-/// A left-out error so many times that of the fit is said ...
-const RATIO_SAID: f64 = 2.0;
-/// ... and one so many times says that the coefficients are made of noise, where it is more than [`ERROR_MATTERS`].
+/// Ratio of the error on loads that were left out to that of the fit up to which the loads count as predicted.
+const RATIO_PREDICTED: f64 = 2.0;
+/// Ratio of a left-out error to that of the fit from which the coefficients are made of noise, where it is more than [`ERROR_MATTERS`].
 const RATIO_FAILS: f64 = 5.0;
 /// Share of full scale from which such an error matters.
 const ERROR_MATTERS: f64 = 0.01;
@@ -67,7 +67,7 @@ impl Sufficiency {
     /// Whether loads that were left out are predicted nearly as well as the others, which counts for more than how many there are.
     fn predicts_loads(&self) -> bool {
         let times = |own: &AxisReach| Some(own.load_left_out_rmse? / own.train_rmse?);
-        self.axes.iter().all(|own| times(own).is_some_and(|times| times <= RATIO_SAID))
+        self.axes.iter().all(|own| times(own).is_some_and(|times| times <= RATIO_PREDICTED))
     }
 
     /// What the left-out errors say beside those of the fit; `by` says what was left out.
@@ -155,15 +155,12 @@ fn larger_left_out(by: &str, errors: Vec<(&AxisReach, f64)>) -> Option<(f64, Fin
     let times = errors.into_iter().filter_map(|(own, error)| {
         let least = 1e-9 * own.deviation;
         let times = error / own.train_rmse?.max(least);
-        (error > least && times > RATIO_SAID).then_some((own, error, times))
+        let fails = times > RATIO_FAILS && error > ERROR_MATTERS * own.full_scale;
+        (error > least && fails).then_some((own, error, times))
     });
     let mut times: Vec<(&AxisReach, f64, f64)> = times.collect();
     times.sort_by(|a, b| b.2.total_cmp(&a.2));
     let ((own, error, most), others) = times.split_first()?;
-    let fails = |(own, error, times): &(&AxisReach, f64, f64)| {
-        *times > RATIO_FAILS && *error > ERROR_MATTERS * own.full_scale
-    };
-    let severity = if times.iter().any(fails) { Insufficient } else { Doubtful };
     let seen = format!(
         "left out {by}, {} errs by {}, {} times the {} of the fit",
         own.axis.symbol(),
@@ -175,7 +172,7 @@ fn larger_left_out(by: &str, errors: Vec<(&AxisReach, f64)>) -> Option<(f64, Fin
     let others: Vec<String> = others
         .map(|(own, _, times)| format!("{} {} times", own.axis.symbol(), significant(*times, 2)))
         .collect();
-    Some((*most, Finding::new(Id::LargerLeftOut, severity, seen).with(others.join(", "))))
+    Some((*most, Finding::new(Id::LargerLeftOut, Insufficient, seen).with(others.join(", "))))
 }
 
 impl AxisReach {

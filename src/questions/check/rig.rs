@@ -1,6 +1,7 @@
 //! What the recordings say of the rig, in findings, a table and a figure.
 
 use std::collections::HashMap;
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -67,10 +68,16 @@ impl RigReport {
         let Some(rig) = Rig::of(training, full_scale) else { return Ok(None) };
         progress.check()?;
         let gauges = training[0].gauge_names().to_vec();
+        let n_sources = training.chunk_by(|a, b| a.source() == b.source()).count();
         let name = |run: usize| match rig.recordings(run) {
             [only] => training[*only].name().to_owned(),
             [first, .., last] => {
-                format!("{} … {}", training[*first].name(), training[*last].name())
+                let [first, last] = [first, last].map(|at| training[*at]);
+                let stem = first.source().path().and_then(Path::file_stem);
+                match stem.filter(|_| n_sources > 1 && first.source() == last.source()) {
+                    Some(stem) => stem.to_string_lossy().into_owned(),
+                    None => format!("{} … {}", first.name(), last.name()),
+                }
             }
             [] => String::new(),
         };

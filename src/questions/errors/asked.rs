@@ -1,4 +1,4 @@
-//! The question that every pane lives on: fit, score, traces.
+//! The main question of the window: fit, scores and traces.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use crate::questions::errors::query::{Analysis, Analyst};
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
 
-/// Fit and score, and make the traces.
+/// Fits and scores a calibration, and makes its traces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Analyse(pub Request);
 

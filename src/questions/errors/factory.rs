@@ -1,10 +1,10 @@
-//! The matrix that a sensor came with, beside the one that is fitted: one more load, trace and row of errors.
+//! The factory calibration of the sensor beside the fitted one: one more load, trace and row of errors.
 //!
-//! Guarantees: gauges are those of the recordings, by name; the axes are those of the analysis, and one that the factory's
+//! Guarantees: the gauges are those of the recordings, by name. The axes are those of the analysis; an axis that the factory
 //! calibration lacks has neither trace nor error.
 //!
-//! A factory's matrix has no offset: a sensor is tared before use. Where it has none, the mean error over the training
-//! recordings is taken away instead, one number per axis for all recordings, so that what is compared is the matrix.
+//! A factory matrix has no offset, because a sensor is tared before use. Its mean error over the training recordings is
+//! subtracted instead, one number per axis for all recordings.
 
 use std::path::Path;
 
@@ -14,11 +14,11 @@ use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_fro
 use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
 use crate::recording::{Axis, Entry, Recording, Role};
 
-/// Reads a calibration to compare with, as [`Request::factory`](crate::questions::Request::factory) takes it; one that knows
-/// its gauges by their order only (an ATI-style `.cal`) is given these names.
+/// Reads a calibration to compare with, as [`Request::factory`](crate::questions::Request::factory) uses it. A calibration
+/// that knows its gauges only by their order (an ATI-style `.cal`) gets these names.
 ///
 /// # Errors
-/// [`ReadCalibrationError`] if there is none that can be read.
+/// [`ReadCalibrationError`] if the file cannot be read.
 pub fn read_factory(
     path: &Path,
     gauge_names: &[String],
@@ -30,18 +30,18 @@ pub fn read_factory(
     Ok(calibration)
 }
 
-/// The factory's loads of all recordings.
+/// Loads by the factory calibration, for all recordings.
 #[derive(Debug)]
 pub(crate) struct Factory {
-    /// Per recording, `n × n_axes` row-major with the axes of the factory's calibration.
+    /// Loads of each recording, `n × n_axes` row-major with the axes of the factory calibration.
     loads: Vec<Vec<f64>>,
     axes: Vec<Axis>,
-    /// What is added, per axis of the factory's calibration.
+    /// Offset that is added to each axis of the factory calibration.
     offsets: Vec<f64>,
 }
 
 impl Factory {
-    /// Applies the matrix to every recording.
+    /// Applies the factory matrix to every recording.
     pub fn new(calibration: &Calibration, entries: &[Entry]) -> Result<Self, CalibrationError> {
         for entry in entries {
             calibration.check_gauges(&entry.recording)?;
@@ -69,7 +69,7 @@ impl Factory {
         self.axes.iter().position(|own| *own == axis)
     }
 
-    /// The load of one axis of a recording, tared.
+    /// Returns the tared load of one axis of a recording.
     pub fn load(&self, recording: usize, axis: Axis) -> Option<impl Iterator<Item = f64> + '_> {
         let column = self.column(axis)?;
         let offset = self.offsets[column];
@@ -77,7 +77,7 @@ impl Factory {
         Some(values.step_by(self.axes.len()).map(move |load| load + offset))
     }
 
-    /// The sum of the errors on one axis, that of their squares, and how many there are.
+    /// Returns the sum of the errors on one axis, the sum of their squares, and their number.
     fn sums(&self, entries: &[Entry], axis: Axis, role: Role) -> Option<(f64, f64, u64)> {
         self.column(axis)?;
         let mut sums = (0.0, 0.0, 0);
@@ -96,7 +96,7 @@ impl Factory {
         Some(sums)
     }
 
-    /// The errors on these axes.
+    /// Returns the errors on these axes.
     pub fn scores(&self, entries: &[Entry], axes: &[Axis]) -> FactoryScores {
         let rmse = |role: Role| {
             let axes = axes.iter().map(|axis| {

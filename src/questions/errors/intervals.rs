@@ -1,10 +1,10 @@
-//! Which samples are written where somebody asks for traces as a file.
+//! Samples that are written when traces are saved to a file.
 
 use crate::export::Interval;
 use crate::questions::errors::traces::TraceSet;
 use crate::recording::{Recording, RecordingSet};
 
-/// All samples of every recording whose times, on the recording's own clock, lie from `from_secs` to `to_secs`.
+/// Returns all samples of every recording from `from_secs` to `to_secs` on the recording's own clock.
 ///
 /// `decimation` is that of the fit. Recordings without such a sample are left out.
 pub fn intervals_within<'a>(
@@ -21,7 +21,7 @@ pub fn intervals_within<'a>(
     intervals.filter(|interval| !interval.samples.is_empty()).collect()
 }
 
-/// The samples that the trace panes show: all, or those within an interval of the traces' time.
+/// Returns the samples that the trace panes show: all, or those within an interval of the traces' time.
 pub fn intervals_on_screen<'a>(
     recordings: &'a RecordingSet,
     decimation: usize,

@@ -1,4 +1,4 @@
-//! How far off is it? Errors of the fit per recording and axis, and the traces that show them.
+//! Errors of a fit per recording and axis, and the traces that show them.
 
 pub mod asked;
 pub(crate) mod factory;

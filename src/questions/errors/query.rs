@@ -15,69 +15,69 @@ use crate::questions::errors::view::View;
 use crate::questions::request::Request;
 use crate::same::Shared as _;
 
-/// What came out.
+/// Result of an analysis.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// The calibration, fitted or applied. Of an applied one, `quality` says how it does on the loaded recordings.
+    /// Calibration, fitted or applied. The `quality` of an applied calibration is that on the loaded recordings.
     pub calibration: Arc<Calibration>,
-    /// Whether it was fitted to these recordings rather than applied.
+    /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
     /// One entry per recording of the set, in its order.
     pub recordings: Vec<RecordingResult>,
-    /// How the factory's matrix does; `None` without one.
+    /// Errors of the factory calibration; `None` without one.
     pub factory: Option<FactoryScores>,
-    /// What is to be known beside the scores.
+    /// Findings about the recordings and the fit.
     pub findings: Vec<Finding>,
-    /// What the panes draw.
+    /// Traces that the panes draw.
     pub traces: Arc<TraceSet>,
-    /// How long it took.
+    /// Time that the analysis took.
     pub elapsed: Duration,
-    /// It is a preview on every so many-th sample, until the one on all of them is there.
+    /// True for a preview on some of the samples, until the analysis of all samples is done.
     pub preview_of: Option<usize>,
 }
 
-/// How one recording came out.
+/// Result of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingResult {
-    /// Samples after decimation.
+    /// Number of samples after decimation.
     pub n_samples: usize,
-    /// What its group is called; `None` where it stands for itself.
+    /// Name of the recording's group; `None` for an ungrouped recording.
     pub group: Option<String>,
-    /// RMSE per axis with the present alone; `None` without a reference.
+    /// Uncompensated RMSE per axis; `None` without a reference.
     pub conventional_rmse: Option<Vec<f64>>,
-    /// RMSE per axis with the past; `None` without a reference.
+    /// Compensated RMSE per axis; `None` without a reference.
     pub compensated_rmse: Option<Vec<f64>>,
-    /// The share of samples whose past sample, by the first look-back, is another one; `None` without a look-back.
+    /// Share of samples for which the first look-back found a past sample; `None` without a look-back.
     pub share_with_past: Option<f64>,
 }
 
-/// Analyses once, remembering nothing.
+/// Analyses a request once, without a cache.
 ///
 /// # Errors
-/// [`AnalysisError`] where the request cannot be met.
+/// [`AnalysisError`] if the request cannot be met.
 pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, AnalysisError> {
     Analyst::default().analyse(request, progress)
 }
 
-/// Analyses again and again, keeping what a moved threshold does not change.
+/// Analyses requests, and keeps data that a moved threshold does not change.
 #[derive(Debug, Default)]
 pub struct Analyst {
     data: Option<Arc<Dataset>>,
-    /// What the factory's matrix gives on that data.
+    /// Loads of the factory calibration on the cached data.
     factory: Option<(Arc<Calibration>, Factory)>,
     fixed_traces: Option<FixedTraces>,
-    /// Every so many-th sample of that data, where there are many.
+    /// A subset of the cached data for previews, if there are many samples.
     thinned: Option<Dataset>,
 }
 
-/// About so many samples are fitted for a preview.
+/// Approximate number of samples in a preview.
 pub(crate) const PREVIEW_SAMPLES: usize = 100_000;
 
 impl Analyst {
-    /// Fits (or applies) a calibration, scores it, and makes the traces.
+    /// Fits or applies a calibration, scores it, and makes the traces.
     ///
     /// # Errors
-    /// [`AnalysisError`] where the request cannot be met; what was remembered stays good.
+    /// [`AnalysisError`] if the request cannot be met; the cache stays valid.
     pub fn analyse(
         &mut self,
         request: &Request,
@@ -86,7 +86,7 @@ impl Analyst {
         self.analyse_showing(request, progress, None)
     }
 
-    /// [`Self::analyse`]; of many samples that were analysed before, `show` is first given what few of them tell.
+    /// Analyses like [`Self::analyse`]. If many samples were analysed before, `show` first gets a preview on some of them.
     ///
     /// # Errors
     /// As [`Self::analyse`].
@@ -111,7 +111,7 @@ impl Analyst {
         self.exactly(&data, request, start, progress)
     }
 
-    /// What all samples tell.
+    /// Returns the analysis of all samples.
     fn exactly(
         &mut self,
         data: &Dataset,
@@ -153,8 +153,8 @@ impl Analyst {
         })
     }
 
-    /// What few of many samples tell, with the traces that stay as they are; `None` where there are few, where they were not
-    /// analysed before, and where it would take as long.
+    /// Returns a preview on some of the samples, with the unchanged traces; `None` for few samples, for samples that were not
+    /// analysed before, and if a preview would take as long.
     fn preview(
         &mut self,
         data: &Dataset,
@@ -192,13 +192,13 @@ impl Analyst {
         })
     }
 
-    /// The data that a request needs; what was made of other data goes.
+    /// Returns the data of a request. Data of other requests are dropped.
     fn data(
         &mut self,
         request: &Request,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
-        // Let go first: two sets of loads need not fit in memory at once.
+        // The old data are dropped first, because both may not fit in memory.
         let before = self.data.take().map(|data| Arc::downgrade(&data));
         let data = request.datasets.get(&request.key(), progress)?;
         let is_other = before.is_none_or(|before| before.as_ptr() != Arc::as_ptr(&data));
@@ -238,7 +238,7 @@ impl Analyst {
     }
 }
 
-/// How each recording came out.
+/// Returns the result of every recording.
 pub(crate) fn results(
     data: &Dataset,
     past: &[Past],

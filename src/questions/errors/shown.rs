@@ -6,10 +6,10 @@ use crate::questions::thresholds::ScoreSet;
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
-/// The errors on one set of samples, one row per axis.
+/// Returns the errors on one set of samples, one row per axis.
 ///
 /// # Errors
-/// A sentence that says why there are none.
+/// A sentence with the reason why there are none.
 pub fn errors(
     calibration: &Calibration,
     factory: Option<&FactoryScores>,
@@ -60,7 +60,7 @@ fn missing(calibration: &Calibration, set: ScoreSet) -> String {
     reason.to_owned()
 }
 
-/// What the column of the factory's calibration means, and what was taken away from its errors.
+/// Returns a note on the column of the factory calibration, and on the errors that were subtracted from it.
 pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> String {
     let added = (calibration.axes.iter().zip(&factory.offsets))
         .filter_map(|(axis, offset)| {
@@ -73,7 +73,7 @@ pub fn factory_note(calibration: &Calibration, factory: &FactoryScores) -> Strin
     match added.is_empty() {
         true => note.to_owned(),
         false => format!(
-            "{note} For want of a tare, its mean error over the training recordings was taken away: {}.",
+            "{note} As a tare, its mean error over the training recordings was subtracted: {}.",
             added.join(", ")
         ),
     }

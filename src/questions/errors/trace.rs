@@ -1,28 +1,28 @@
-//! What the loads are called, and what their errors are shown in.
+//! Names of the loads that are compared, and units of their errors.
 
-/// One of the loads that are compared.
+/// A load that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Trace {
-    /// The true load.
+    /// Reference load.
     Calculated,
-    /// From the present gauges.
+    /// Load from the present gauges.
     Conventional,
-    /// With what the past adds.
+    /// Load from present and past gauges.
     Compensated,
-    /// By the matrix that the sensor came with.
+    /// Load by the factory calibration.
     Factory,
 }
 
 impl Trace {
-    /// All, in the order in which they are drawn: the later over the earlier.
+    /// All loads in drawing order; later ones are drawn over earlier ones.
     pub const ALL: [Self; 4] =
         [Self::Calculated, Self::Factory, Self::Conventional, Self::Compensated];
 
-    /// All, in the order in which they are listed.
+    /// All loads in the order of lists.
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
-    /// The paper's abbreviation.
+    /// Returns the paper's abbreviation.
     pub fn label(self) -> &'static str {
         match self {
             Self::Calculated => "Calc.",
@@ -32,20 +32,20 @@ impl Trace {
         }
     }
 
-    /// What the abbreviation stands for.
+    /// Returns the meaning of the abbreviation.
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Calculated => "Calculated: the load that was really applied",
+            Self::Calculated => "Calculated: the reference, the load that was applied",
             Self::Conventional => "Conventional: from the present gauges alone (Eq. 3-8)",
             Self::Compensated => {
                 "Compensated: from the present gauges and those of the past sample (Eq. 9-12)"
             }
-            Self::Factory => "By the matrix that the sensor came with",
+            Self::Factory => "Factory: by the calibration that the sensor came with",
         }
     }
 }
 
-/// What errors are shown in.
+/// Unit in which errors are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Shown {
     /// Percent of full scale.
@@ -53,12 +53,12 @@ pub enum Shown {
     PercentFs,
     /// The unit of the axis.
     Units,
-    /// Both.
+    /// Both units.
     All,
 }
 
 impl Shown {
-    /// What is shown of the two.
+    /// Returns the units that are shown.
     pub(crate) fn both<T>(self, in_units: T, in_percent: T) -> Vec<T> {
         match self {
             Self::PercentFs => vec![in_percent],

@@ -1,4 +1,4 @@
-//! What traces are of: tables that are there anyway, read column by column, or loads that are made where somebody looks.
+//! Values of traces: columns of existing tables, or loads that are computed where the user looks.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,25 +9,25 @@ use crate::features::Design;
 use crate::recording::Recording;
 use crate::scoring::series::Values;
 
-/// One recording's place in the traces.
+/// Position of one recording in the traces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Its index in the set.
+    /// Index of the recording in the set.
     pub recording: usize,
-    /// Its name.
+    /// Name of the recording.
     pub name: String,
-    /// Its samples, counted over the traces.
+    /// Samples of the recording, counted over the traces.
     pub samples: Range<usize>,
-    /// Added to a time on the axis, this gives the time on the recording's own clock (s).
+    /// Difference between the recording's own clock and the time axis (s).
     pub clock_offset_secs: f64,
 }
 
-/// A table of one recording, row-major.
+/// A row-major table of one recording.
 #[derive(Clone, Debug)]
 pub(crate) enum Table {
-    /// Its reference.
+    /// Reference loads.
     Reference(Arc<Recording>),
-    /// Loads.
+    /// Computed loads.
     Loads(Arc<Vec<f64>>),
 }
 
@@ -43,15 +43,16 @@ impl Table {
 /// A column of a table, with the table's width.
 pub(crate) type Column = (Table, usize, usize);
 
-/// A column of one table for each recording on screen, end to end.
+/// One column of the tables of all recordings on screen, end to end.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub segments: Arc<[Segment]>,
-    /// One for each segment.
+    /// Column of each segment.
     pub columns: Vec<Column>,
 }
 
-/// Hands the parts of `samples` to `take`, each with its segment's position, its own samples and where they begin in `samples`.
+/// Passes the parts of `samples` to `take`, each with the position of its segment, its own samples, and its start within
+/// `samples`.
 fn by_segment(
     segments: &[Segment],
     samples: Range<usize>,
@@ -90,22 +91,22 @@ impl Values for Columns {
     }
 }
 
-/// Samples whose loads are made at a time.
+/// Number of samples whose loads are computed at a time.
 const BLOCK: usize = 4096;
-/// Blocks that are kept; more than a picture shows sample by sample.
+/// Maximum number of blocks that are kept, more than a picture shows sample by sample.
 const KEPT: usize = 64;
 
-/// The loads of one block, axis after axis.
+/// Loads of one block, axis after axis.
 type Block = Arc<[f64]>;
 
-/// Loads of too many samples to be kept: of those that were looked at last, the others are made when somebody looks.
+/// Loads of too many samples to keep. The newest blocks are kept, others are computed when needed.
 pub(crate) struct Made {
     segments: Arc<[Segment]>,
-    /// One for each segment.
+    /// Source of the loads of each segment.
     recordings: Vec<Arc<Recording>>,
     calibration: Calibration,
     design: Design,
-    /// By recording; without it, the loads are those of the present gauges.
+    /// Past samples by recording; without them, the loads are the conventional ones.
     past: Option<Arc<Vec<Past>>>,
     kept: Vec<Mutex<Option<(usize, Block)>>>,
 }
@@ -116,7 +117,7 @@ impl fmt::Debug for Made {
     }
 }
 
-/// One axis of them.
+/// One axis of these loads.
 #[derive(Debug)]
 pub(crate) struct MadeAxis {
     pub made: Arc<Made>,
@@ -124,9 +125,9 @@ pub(crate) struct MadeAxis {
 }
 
 impl Made {
-    /// The conventional loads, or with the past the compensated ones.
+    /// Returns the conventional loads, or the compensated ones if past samples are given.
     ///
-    /// The calibration must be [quick anywhere](Calibration::is_quick_anywhere) for the latter.
+    /// For compensated loads, the calibration must be [quick anywhere](Calibration::is_quick_anywhere).
     pub fn new(
         segments: &Arc<[Segment]>,
         recordings: Vec<Arc<Recording>>,

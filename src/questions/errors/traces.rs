@@ -1,4 +1,4 @@
-//! What the trace panes draw: Calc., Conv. and Comp. of the recordings on screen, end to end.
+//! Traces that the panes draw: reference, uncompensated and compensated loads of the recordings on screen, end to end.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -18,31 +18,31 @@ use crate::scoring::Series;
 use crate::scoring::numbers::significant;
 use crate::scoring::series::Values;
 
-/// The traces of one axis.
+/// Traces of one axis.
 #[derive(Clone, Debug)]
 pub struct AxisTraces {
     /// The axis.
     pub axis: Axis,
-    /// Calc.: the true load; `None` where one of the recordings has no reference for it.
+    /// Reference load; `None` if one of the recordings has none for this axis.
     pub calculated: Option<Arc<Series>>,
-    /// Conv.: from the present gauges.
+    /// Uncompensated load.
     pub conventional: Arc<Series>,
-    /// Comp.: with what the past adds.
+    /// Compensated load.
     pub compensated: Arc<Series>,
-    /// Conv. − Calc.
+    /// Error of the uncompensated load.
     pub conventional_error: Option<Arc<Series>>,
-    /// Comp. − Calc.
+    /// Error of the compensated load.
     pub compensated_error: Option<Arc<Series>>,
-    /// From the present gauges by the factory's matrix, where there is one with this axis.
+    /// Load by the factory calibration, if there is one with this axis.
     pub factory: Option<Arc<Series>>,
-    /// That less Calc.
+    /// Error of the factory calibration's load.
     pub factory_error: Option<Arc<Series>>,
-    /// Comp. less and plus two standard deviations, where the regressor knows them.
+    /// Compensated load minus and plus two standard deviations, for regressors that know them.
     pub band: Option<[Arc<Series>; 2]>,
 }
 
 impl AxisTraces {
-    /// One of the loads, where it is there.
+    /// Returns one of the loads, if it exists.
     pub fn load(&self, trace: Trace) -> Option<&Arc<Series>> {
         match trace {
             Trace::Calculated => self.calculated.as_ref(),
@@ -52,7 +52,7 @@ impl AxisTraces {
         }
     }
 
-    /// How far it is from the true one.
+    /// Returns the error of a load.
     pub fn error(&self, trace: Trace) -> Option<&Arc<Series>> {
         match trace {
             Trace::Calculated => None,
@@ -63,35 +63,35 @@ impl AxisTraces {
     }
 }
 
-/// Everything that is drawn over time.
+/// All traces over time.
 #[derive(Clone, Debug)]
 pub struct TraceSet {
-    /// Which recordings it shows.
+    /// Recordings that are shown.
     pub view: View,
-    /// The recordings in order of time.
+    /// Recordings in the order of time.
     pub segments: Arc<[Segment]>,
-    /// Time on the axis of each sample (s): the first recording starts at zero, each next follows after one step.
+    /// Time of each sample on the axis (s). The first recording starts at zero; each next one follows after one step.
     pub times: Arc<Vec<f64>>,
-    /// Whether they are load cases, whose times only count their rows.
+    /// True for load cases, whose times are row numbers.
     pub is_static: bool,
-    /// By recording; see [`Self::past_of`].
+    /// Past samples by recording; see [`Self::past_of`].
     past: Arc<Vec<Past>>,
-    /// Each of these past samples stands for so many samples: more than one in a preview.
+    /// Number of samples that each past sample stands for; more than one in a preview.
     each: usize,
-    /// Intervals of samples that are their own past, where there is a look-back.
+    /// Intervals without a past sample, if there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
     /// One entry per axis of the calibration.
     pub axes: Vec<AxisTraces>,
-    /// The thresholds that picked the past; `None` without a look-back.
+    /// Thresholds that chose the past samples; `None` without a look-back.
     pub thresholds: Option<Thresholds>,
-    /// What F_th is measured in.
+    /// Quantity in which F_th is measured.
     pub distance: Distance,
-    /// What the difference on each axis is multiplied by before its norm is compared with F_th.
+    /// Factor of the difference on each axis, before the norm is compared with F_th.
     pub weights: Vec<f64>,
 }
 
 impl TraceSet {
-    /// What its times are, on an axis.
+    /// Returns the label of the time axis.
     pub fn across(&self) -> &'static str {
         match self.is_static {
             true => "row",
@@ -99,7 +99,7 @@ impl TraceSet {
         }
     }
 
-    /// When sample `k` was, written with so many digits.
+    /// Returns the time of sample `k` as text with this number of digits.
     pub fn when(&self, k: usize, digits: usize) -> String {
         let time = significant(self.times[k], digits);
         match self.is_static {
@@ -108,13 +108,14 @@ impl TraceSet {
         }
     }
 
-    /// The segment that sample `k` belongs to.
+    /// Returns the segment of sample `k`.
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
         let at = self.segments.partition_point(|segment| segment.samples.end <= k);
         self.segments.get(at)
     }
 
-    /// The past sample of sample `k` by the first look-back, counted over the traces; without a look-back its own.
+    /// Returns the past sample of sample `k` by the first look-back, counted over the traces; without a look-back, `k`
+    /// itself.
     pub fn past_of(&self, k: usize) -> usize {
         let past = self.segment_of(k).and_then(|segment| {
             let first = segment.samples.start;
@@ -126,7 +127,7 @@ impl TraceSet {
         past.unwrap_or(k)
     }
 
-    /// The sample nearest in time.
+    /// Returns the sample nearest in time.
     pub fn sample_at(&self, time: f64) -> Option<usize> {
         let after = self.times.partition_point(|t| *t < time);
         let nearest = match after {
@@ -138,7 +139,7 @@ impl TraceSet {
         (nearest < self.times.len()).then_some(nearest)
     }
 
-    /// The recordings on screen, each with its own samples in an interval of time; `None` for all.
+    /// Returns the recordings on screen, each with its samples in an interval of time; `None` for all samples.
     pub fn on_screen(&self, visible: Option<(f64, f64)>) -> Vec<(usize, Range<usize>)> {
         let visible = match visible {
             None => 0..self.times.len(),
@@ -156,12 +157,12 @@ impl TraceSet {
         segments.collect()
     }
 
-    /// d(k, j): how different the conventional load of two samples is, in the unit of F_th.
+    /// Returns d(k, j), the distance of the conventional loads of two samples, in the unit of F_th.
     pub fn distance_between(&self, k: usize, j: usize) -> f64 {
         self.distances(k, j..j + 1)[0]
     }
 
-    /// d(k, j) for each of the samples `j`.
+    /// Returns d(k, j) for each of the samples `j`.
     pub fn distances(&self, k: usize, samples: Range<usize>) -> Vec<f64> {
         let mut sums = vec![0.0; samples.len()];
         for (axis, weight) in self.axes.iter().zip(&self.weights) {
@@ -179,7 +180,7 @@ impl TraceSet {
     }
 }
 
-/// The part of the traces that a moved threshold leaves as it is.
+/// Part of the traces that does not depend on the thresholds.
 #[derive(Debug)]
 pub(crate) struct FixedTraces {
     view: View,
@@ -200,7 +201,7 @@ struct FixedAxis {
     factory_error: Option<Arc<Series>>,
 }
 
-/// Takes the next trace where there is one.
+/// Takes the next trace, if there is one.
 fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
     series.by_ref().take(usize::from(is_there)).next().map(Arc::new)
 }
@@ -286,7 +287,7 @@ impl FixedTraces {
         })
     }
 
-    /// Adds what the past decides.
+    /// Adds the part that depends on past samples.
     pub(crate) fn with_past(
         &self,
         data: &Dataset,
@@ -351,7 +352,7 @@ impl FixedTraces {
         Ok(self.with_moving(moving, calibration, past, 1))
     }
 
-    /// [`Self::with_past`] of every `each`-th sample of each recording, which stands for those after it.
+    /// Adds the past like [`Self::with_past`], for every `each`-th sample of each recording, which stands for those after it.
     pub(crate) fn preview(
         &self,
         thinned: &Dataset,
@@ -367,7 +368,7 @@ impl FixedTraces {
             })
             .collect();
         let n = self.times.len();
-        // Of each run that a value is held for: the recording's place on screen, and its sample there.
+        // Position of the recording on screen and sample within it, for each run of samples that shares a value.
         let runs: Vec<(usize, usize)> = (0..n)
             .step_by(each)
             .map(|k| {
@@ -437,14 +438,14 @@ impl FixedTraces {
     }
 }
 
-/// What the past decides on one axis.
+/// Part of an axis that depends on past samples.
 struct Moving {
     compensated: Arc<Series>,
     error: Option<Arc<Series>>,
     band: Option<[Arc<Series>; 2]>,
 }
 
-/// The columns of tables of loads.
+/// Columns of tables of loads.
 fn tables(
     n_axes: usize,
     tables: impl Iterator<Item = Table> + Clone,
@@ -455,7 +456,7 @@ fn tables(
         .collect()
 }
 
-/// The axes of loads that are made where somebody looks.
+/// Axes of loads that are computed when needed.
 fn made(
     segments: &Arc<[Segment]>,
     data: &Dataset,
@@ -472,7 +473,7 @@ fn made(
     axes.collect()
 }
 
-/// Lays recordings on one axis of time, each one step after the last.
+/// Places recordings on one axis of time, each one step after the last.
 fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<f64>>) {
     let mut segments = Vec::new();
     let mut times = Arc::default();
@@ -505,7 +506,7 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
     (segments, times)
 }
 
-/// The runs of samples that are their own past, none of them across two recordings.
+/// Returns the runs of samples without a past sample; no run crosses two recordings.
 fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
     let mut intervals: Vec<Range<usize>> = Vec::new();
     for segment in segments {

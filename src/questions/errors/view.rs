@@ -1,19 +1,19 @@
-//! Which recordings are on screen.
+//! Recordings on screen.
 
 use std::ops::Range;
 
-/// Which recordings are on screen.
+/// Recordings on screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum View {
-    /// This one.
+    /// One recording.
     One(usize),
-    /// All of them, end to end.
+    /// All recordings, end to end.
     #[default]
     All,
 }
 
 impl View {
-    /// This view, or the last recording where it names one that is not there.
+    /// Returns this view, or the last recording if this view's recording does not exist.
     pub fn within(self, n_recordings: usize) -> Self {
         match self {
             Self::One(at) => Self::One(at.min(n_recordings.saturating_sub(1))),

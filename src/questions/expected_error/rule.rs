@@ -1,4 +1,4 @@
-//! The rule: which errors count, and what of them is the value.
+//! Rule of the expected error: the errors that count, and the value that is stated.
 
 use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, counted};
 use crate::min_max::MinMax;
@@ -26,7 +26,7 @@ pub(crate) const COMPARED: usize = 64;
 /// Programmes are the same where their loads differ by less than this share of their range, root mean square.
 pub(crate) const SAME_PROGRAMME: f64 = 0.05;
 
-/// Sizes of held-out errors.
+/// Magnitudes of held-out errors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeldOutErrors {
     /// Number of groups that were left out in turn, or of test recordings.
@@ -61,7 +61,7 @@ impl HeldOutErrors {
     }
 }
 
-/// What expected errors are made of.
+/// Inputs of the expected error.
 pub struct Evidence<'a> {
     /// All recordings with their roles.
     pub entries: &'a [Entry],

@@ -1,11 +1,9 @@
 //! The rows that tell a time lag from hysteresis.
 
-use crate::min_max::MinMax;
-use crate::questions::metrology::figures::{Basis, Found, Result};
+use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
 use crate::questions::metrology::reason::Reason;
-use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, lags, widths};
-use crate::scoring::loops::{Loop, Loops};
+use crate::scoring::lag::{Lag, LagRun, NoLag, WORTH_REMOVING, lags, widths};
 
 /// The lags of every axis, for each output.
 pub(crate) type Lags = [Vec<std::result::Result<Lag, NoLag>>; OUTPUTS];
@@ -13,7 +11,7 @@ pub(crate) type Lags = [Vec<std::result::Result<Lag, NoLag>>; OUTPUTS];
 /// Measures the lags of both outputs over the runs that have a reference for every axis.
 pub(crate) fn lags_of(measured: &Measured<'_>) -> Lags {
     std::array::from_fn(|output| {
-        let runs: Vec<LagRun<'_>> = runs(measured, output).map(|(_, run)| run).collect();
+        let runs: Vec<LagRun<'_>> = runs(measured, output).collect();
         let none = vec![Err(NoLag::TooShort); measured.axes.len()];
         // Nothing cancels a progress of its own.
         let found = lags(&runs, &crate::progress::Progress::default()).unwrap_or_default();
@@ -21,13 +19,9 @@ pub(crate) fn lags_of(measured: &Measured<'_>) -> Lags {
     })
 }
 
-/// The runs with a reference for every axis, and which they are.
-fn runs<'a>(
-    measured: &'a Measured<'_>,
-    output: usize,
-) -> impl Iterator<Item = (usize, LagRun<'a>)> {
-    let runs = measured.runs.iter().enumerate();
-    runs.filter_map(move |(at, run)| Some((at, run.lag_run(output)?)))
+/// The runs with a reference for every axis.
+fn runs<'a>(measured: &'a Measured<'_>, output: usize) -> impl Iterator<Item = LagRun<'a>> {
+    measured.runs.iter().filter_map(move |run| run.lag_run(output))
 }
 
 /// The lag of one output for one axis, and its hysteresis without it; the share of the mean width that the lag explains.
@@ -45,38 +39,17 @@ pub(crate) fn figures(
         }
     };
     let found = Ok(Found::everywhere(lag.seconds));
-    let (at, own): (Vec<usize>, Vec<LagRun<'_>>) = runs(view.measured, output).unzip();
-    let share = match lag.is_significant() {
-        true => widths(lag, place, &own, view.dead_band).map(|widths| widths.explained_share()),
-        false => Some(0.0),
+    if !lag.is_significant() {
+        return ([found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })], Some(0.0));
+    }
+    let own: Vec<LagRun<'_>> = runs(view.measured, output).collect();
+    let Some(widths) = widths(lag, place, &own, view.dead_band) else {
+        return ([found, Err(Reason::NoCycle { axis })], None);
     };
-    let without = match share {
-        Some(share) if share > WORTH_REMOVING => without_lag(view, lag, place, &at, &own),
-        Some(share) => Err(Reason::LagExplainsLittle { axis, share }),
-        None => Err(Reason::NoCycle { axis }),
+    let share = widths.explained_share();
+    let without = match share > WORTH_REMOVING {
+        true => Ok(Found::everywhere(widths.largest[1])),
+        false => Err(Reason::LagExplainsLittle { axis, share }),
     };
-    ([found, without], share)
-}
-
-fn without_lag(
-    view: &AxisView<'_>,
-    lag: &Lag,
-    place: usize,
-    at: &[usize],
-    runs: &[LagRun<'_>],
-) -> Result<Found> {
-    let axis = view.axis;
-    let in_time = InTime::of(lag, place, runs);
-    let own = || view.runs.iter().filter(|run| at.contains(&run.index));
-    let loads: Vec<Vec<f64>> =
-        own().map(|run| in_time.reference(run.run.times, run.loads)).collect();
-    let loops = Loops::of(loads.iter().map(Vec::as_slice), view.dead_band);
-    let cycle = loops.largest().ok_or(Reason::NoCycle { axis })?;
-    let outputs = in_time.output(runs[cycle.recording].outputs);
-    let width = Loop::of(&cycle, &loads[cycle.recording], &outputs).largest_width();
-    let run = own().nth(cycle.recording).ok_or(Reason::NoCycle { axis })?;
-    let range: MinMax = loads.iter().flatten().collect();
-    let samples = cycle.first.samples.start..cycle.second.samples.end;
-    let share = (cycle.span() / range.span()).clamp(0.0, 1.0);
-    Ok(Found { size: width, place: Some(run.place(samples)), basis: Some(Basis::new(1, share)) })
+    ([found, without], Some(share))
 }

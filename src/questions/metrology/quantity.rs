@@ -220,7 +220,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "time_lag",
             "Time lag",
             "how late the output is behind the reference, as a delay or as the time constant of a first-order low-pass, whichever leaves \
-             less over; by least squares on the late reference of all axes, its play operators of five radii, its squares and cubes, \
+             less over; by least squares on the late reference of all axes, its play operators of several radii, its squares and cubes, \
              and slow creep. Assumed: one lag for all loads, hysteresis that does not depend on the rate, creep slower than three \
              times the time in which the load moves by its own size",
             "system identification; no standard asks for it",
@@ -232,8 +232,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "as hysteresis, over the reference made as late as the output, by the same delay or low-pass; the gains of the output, \
-             and its crosstalk, fitted anew to that reference by least squares over these recordings. Given where the lag explains \
+            "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference made as late as the \
+             output, by the same delay or low-pass; the gains of the output, and its crosstalk, fitted anew to that reference by \
+             least squares over these recordings. Given where the lag explains \
              more than a tenth of the mean width",
             "as hysteresis",
             ONE_AXIS_AT_REST,

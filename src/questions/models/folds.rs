@@ -51,7 +51,7 @@ impl Folds {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
             .filter(|(_, entry)| entry.role == Role::Train)
-            .map(|(at, entry)| (groups.said(at, entry), groups.of[at]))
+            .map(|(at, entry)| (groups.with_group_name(at, entry), groups.of[at]))
             .collect();
         let first = training.first().ok_or(AnalysisError::NoTraining)?;
         let run = first.0.recording.source().path();

@@ -1,4 +1,4 @@
-//! The study of thresholds, and the choice of a block's settings, as questions.
+//! Questions: the threshold study, and the choice of a feature's values.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,46 +16,46 @@ use crate::recording::RecordingSet;
 use crate::same::same_where;
 use crate::scoring::mean_hysteresis::MeanHysteresis;
 
-/// Number of F_th in the map, and of t_th.
+/// Number of F_th, and of t_th, in the map.
 const MAP_SIDE: usize = 40;
 
-/// What look-backs of all thresholds would give, and which past samples the present one finds.
+/// Errors of a look-back at all thresholds, and the past samples that the present thresholds find.
 #[derive(Clone, Debug)]
 pub struct StudyThresholds {
     recordings: Arc<RecordingSet>,
-    /// The choices of the fit, the first look-back's thresholds set to a fixed pair.
+    /// Settings of the fit, with the first look-back's thresholds set to a fixed pair.
     settings: FitSettings,
-    /// The present thresholds.
+    /// Present thresholds.
     thresholds: Thresholds,
     datasets: Datasets,
 }
 
-/// A threshold study as far as it is.
+/// A threshold study, complete or in progress.
 #[derive(Clone, Debug)]
 pub struct ThresholdStudy {
-    /// The map; rows that have not come yet are missing. Not there before it is begun.
+    /// Map of errors, without the rows that are not computed yet; `None` before the map is begun.
     pub map: Option<Arc<ThresholdMap>>,
-    /// Which past samples the present thresholds find.
+    /// Ages of the past samples that the present thresholds find.
     pub past_ages: PastAges,
     /// The mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
 }
 
-/// A study with what it was prepared for, and its map as far as it has come.
+/// A prepared study, with its map so far.
 struct Prepared {
     of: StudyThresholds,
     study: Study,
     map: Option<Arc<ThresholdMap>>,
 }
 
-/// What a study finds ready.
+/// Data that a study reuses.
 #[derive(Default)]
 pub struct StudyCache(Option<Prepared>);
 
 same_where!(StudyThresholds: shared(recordings) value(settings, thresholds) besides(datasets));
 
 impl StudyThresholds {
-    /// The study of what a request asks to fit, with these thresholds at present.
+    /// Returns the study of a request's fit with these present thresholds.
     pub fn of(request: &Request, thresholds: Thresholds) -> Self {
         let mut settings = request.settings.clone();
         let default = Thresholds::default_for(settings.features.distance);
@@ -67,7 +67,7 @@ impl StudyThresholds {
         Self { recordings, settings, thresholds, datasets: request.datasets.clone() }
     }
 
-    /// What its map depends on.
+    /// Returns the part of the question that the map depends on.
     fn map_key(&self) -> (*const RecordingSet, &FitSettings) {
         (Arc::as_ptr(&self.recordings), &self.settings)
     }
@@ -89,7 +89,7 @@ impl Query for StudyThresholds {
         let Work { cache, progress, show } = work;
         let holds = |own: &Prepared| own.of.is_akin(self);
         if !cache.0.as_ref().is_some_and(holds) {
-            // Taken away first: two of them need not fit in memory at once.
+            // The old study is dropped first, because two may not fit in memory.
             cache.0 = None;
             let (recordings, settings) = (Arc::clone(&self.recordings), self.settings.clone());
             cache.0 = Some(Prepared {
@@ -126,7 +126,7 @@ impl Query for StudyThresholds {
             show(ThresholdStudy { map: so_far.clone().map(Arc::new), ..found.clone() });
         });
         let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // Other thresholds go on with the map where these leave it.
+        // Other thresholds continue the same map, if it does not depend on them.
         found.map = so_far.map(Arc::new).or(found.map);
         prepared.map.clone_from(&found.map);
         map?;
@@ -134,18 +134,18 @@ impl Query for StudyThresholds {
     }
 }
 
-/// Choose the numbers of a block by cross-validation.
+/// Choice of a feature's values by cross-validation.
 #[derive(Clone, Debug)]
 pub struct ChooseBlock {
-    /// Which.
+    /// Feature whose values are chosen.
     pub block: HistoryBlock,
-    /// Whose errors count; `None`: what is looked at first.
+    /// Error that is minimised; `None` for the default.
     pub measure: Option<Measure>,
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// Everything else.
+    /// All other settings.
     pub settings: FitSettings,
-    /// What is shared with other questions.
+    /// Datasets that are shared with other questions.
     pub datasets: Datasets,
 }
 

@@ -1,14 +1,14 @@
-//! Which thresholds are tried, and in which order.
+//! Thresholds that are tried, and their order.
 //!
-//! Guarantees: values of a [`ThresholdGrid`] are finite, from zero up, and rise; there is at least one of each.
+//! Guarantees: the values of a [`ThresholdGrid`] are finite, not negative, and rising; there is at least one of each.
 
 use crate::scoring::numbers::{decimals, round_step};
 
-/// More values of one threshold than this are refused: nobody can tell them apart.
+/// Maximum number of values of one threshold; more cannot be told apart.
 pub const MAX_VALUES: usize = 2000;
-/// More pairs of thresholds than this are refused: their errors alone would fill the memory.
+/// Maximum number of pairs of thresholds; the errors of more would fill the memory.
 const MAX_PAIRS: usize = 250_000;
-/// About so many rows are in the first, coarsest level.
+/// Approximate number of rows in the first, coarsest level.
 const COARSEST: usize = 5;
 
 /// Every pair of these thresholds.
@@ -18,20 +18,16 @@ pub struct ThresholdGrid {
     t_ths_secs: Vec<f64>,
 }
 
-/// Values from which no grid can be made.
+/// Reason why values make no grid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
-    #[error(
-        "{what} has no values; give start:stop:step, or numbers in rising order with commas between them"
-    )]
+    #[error("{what} has no values; give start:stop:step, or rising numbers separated by commas")]
     Empty { what: &'static str },
     #[error("the step of {what} is {step}; it must be a number above zero")]
     Step { what: &'static str, step: f64 },
-    #[error(
-        "{what} is to go from {start} to {stop}; exchange the two, the first must not be above the second"
-    )]
+    #[error("{what} goes from {start} to {stop}; the first must not be above the second")]
     Reversed { what: &'static str, start: f64, stop: f64 },
-    #[error("{what} has {next} after {before}; give the values in rising order, each once")]
+    #[error("{what} has {next} after {before}; the values must rise")]
     Order { what: &'static str, before: f64, next: f64 },
     #[error("{what} has the value {value}; it must be a number from zero up")]
     Value { what: &'static str, value: f64 },
@@ -43,10 +39,10 @@ pub enum GridError {
     TooManyPairs { f_ths: usize, t_ths: usize },
 }
 
-/// The values from `start` to `stop` in steps, `stop` included where a step meets it.
+/// Returns the values from `start` to `stop` in steps; `stop` is included if a step meets it.
 ///
 /// # Errors
-/// [`GridError`] for a step that leads nowhere, exchanged ends, or too many values.
+/// [`GridError`] for a step that is not positive, a reversed range, or too many values.
 pub fn even_values(
     what: &'static str,
     start: f64,
@@ -62,7 +58,7 @@ pub fn even_values(
     if start > stop {
         return Err(GridError::Reversed { what, start, stop });
     }
-    // A little more than a whole number of steps is one: 0.1 is no binary fraction.
+    // A tolerance allows for steps like 0.1, which are not exact in binary.
     let steps = ((stop - start) / step + 1e-9).floor();
     if steps >= MAX_VALUES as f64 {
         let count = steps + 1.0;
@@ -72,13 +68,13 @@ pub fn even_values(
     Ok((0..=steps as usize).map(|at| rounded(start + at as f64 * step, decimals)).collect())
 }
 
-/// Multiples of a decimal step are written without the noise of the last digit.
+/// Returns a multiple of a decimal step, rounded to the decimals of the step.
 fn rounded(value: f64, decimals: Option<usize>) -> f64 {
     let written = decimals.map(|decimals| format!("{value:.decimals$}"));
     written.and_then(|text| text.parse().ok()).unwrap_or(value)
 }
 
-/// How many decimals a number is written with; `None` if that is no short number.
+/// Returns the number of decimals of a short number; `None` for a long one.
 fn decimals_of(value: f64) -> Option<usize> {
     Some(decimals(value)).filter(|decimals| *decimals <= 9)
 }
@@ -93,7 +89,7 @@ impl ThresholdGrid {
     /// **Units** F_th in that of the distance; t_th (s).
     ///
     /// # Errors
-    /// [`GridError`] with the first thing that is wrong.
+    /// [`GridError`] for the first invalid value.
     pub fn new(f_ths: Vec<f64>, t_ths_secs: Vec<f64>) -> Result<Self, GridError> {
         for (what, values) in [("F_th", &f_ths), ("t_th", &t_ths_secs)] {
             if values.is_empty() {
@@ -115,8 +111,8 @@ impl ThresholdGrid {
         Ok(Self { f_ths, t_ths_secs })
     }
 
-    /// A grid for a sensor of which only the largest distance is known: `n_f` F_th in even round steps from zero to a
-    /// fifth beyond it, `n_t` t_th from half a second to a minute, each as many times the one before.
+    /// Returns a grid for a sensor with this largest distance: `n_f` F_th in even round steps from zero to 1.2 times the
+    /// distance, and `n_t` t_th from half a second to a minute in a constant ratio.
     ///
     /// # Errors
     /// [`GridError`] if a count is zero or too large.
@@ -138,23 +134,23 @@ impl ThresholdGrid {
         Self::new(f_ths, t_ths_secs)
     }
 
-    /// The F_th, rising.
+    /// Returns the F_th, rising.
     pub fn f_ths(&self) -> &[f64] {
         &self.f_ths
     }
 
-    /// The t_th, rising (s).
+    /// Returns the t_th (s), rising.
     pub fn t_ths_secs(&self) -> &[f64] {
         &self.t_ths_secs
     }
 
-    /// The longest t_th (s).
+    /// Returns the longest t_th (s).
     pub fn longest_secs(&self) -> f64 {
         *self.t_ths_secs.last().expect("a grid has a t_th")
     }
 
-    /// The positions of the F_th in levels, each halving the gaps that the ones before left: a map that is filled in
-    /// this order shows the whole of it from the first level on.
+    /// Returns the positions of the F_th in levels. Each level halves the gaps of the one before, so a map filled in this
+    /// order shows the whole range from the first level on.
     pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
         let n = self.f_ths.len();
         let mut stride = 1;

@@ -1,6 +1,6 @@
 //! The errors over both thresholds.
 //!
-//! Guarantees: rows may come in any order; what has not come yet is `None`, and everything else works meanwhile.
+//! Guarantees: rows may arrive in any order. A missing row is `None`, and all functions work meanwhile.
 
 use crate::calibration::{CrossValidation, FactoryScores, Scores};
 use crate::features::{Distance, Thresholds};
@@ -11,25 +11,25 @@ use crate::questions::thresholds::scorer::PointScores;
 use crate::questions::thresholds::suggestion::{NoSuggestion, Suggestion};
 use crate::scoring::quantile::quantile;
 
-/// So many of the numbers of a map are within the range of its colours.
+/// Share of a map's numbers that lie within the range of its colours.
 const SHADED_SHARE: f64 = 0.95;
 
-/// On which samples errors are shown.
+/// Samples on which errors are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScoreSet {
-    /// Those that were fitted.
+    /// Training samples.
     Train,
-    /// The recordings in the test role.
+    /// Recordings in the test role.
     Test,
-    /// Each training recording, predicted by a fit to the others.
+    /// Training recordings, each predicted by a fit to the others.
     LeftOut,
 }
 
 impl ScoreSet {
-    /// All of them.
+    /// All sets of samples.
     pub const ALL: [Self; 3] = [Self::Train, Self::Test, Self::LeftOut];
 
-    /// What people call it.
+    /// Returns the name.
     pub fn label(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -38,7 +38,7 @@ impl ScoreSet {
         }
     }
 
-    /// What the window has room for.
+    /// Returns the short name for the window.
     pub fn title(self) -> &'static str {
         match self {
             Self::Train => "Train",
@@ -47,11 +47,13 @@ impl ScoreSet {
         }
     }
 
-    /// What errors on them say.
+    /// Returns an explanation of the errors on these samples.
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Train => "On the training recordings themselves, which flatters",
-            Self::Test => "On the test recordings: to look at; choosing by it would spend it",
+            Self::Train => "On the training recordings themselves; these errors are too small",
+            Self::Test => {
+                "On the test recordings; do not choose by these errors, or they are no longer a test"
+            }
             Self::LeftOut => {
                 "Each group of training recordings scored by a fit to the others; with \
                  fewer than three recordings, five contiguous blocks of them take turns: choose by this one. The look-back's trigger \
@@ -60,7 +62,7 @@ impl ScoreSet {
         }
     }
 
-    /// The errors on these samples.
+    /// Returns the errors on these samples.
     pub fn rmse(self, scores: &Scores) -> Option<&[f64]> {
         match self {
             Self::Train => scores.train_rmse.as_deref(),
@@ -69,7 +71,7 @@ impl ScoreSet {
         }
     }
 
-    /// The errors of the calibration that the sensor came with; it was fitted to none of the samples, so none was left out.
+    /// Returns the errors of the factory calibration, which was fitted to none of the samples.
     pub fn factory_rmse(self, scores: &FactoryScores) -> &[Option<f64>] {
         match self {
             Self::Train => &scores.train_rmse,
@@ -79,7 +81,7 @@ impl ScoreSet {
     }
 }
 
-/// The threshold that changes along a curve through a pair.
+/// The threshold that varies along a curve, the other being fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     /// F_th.
@@ -89,7 +91,7 @@ pub enum Along {
 }
 
 impl Along {
-    /// This threshold of a pair (t_th in s).
+    /// Returns this threshold of a pair (t_th in s).
     pub fn of(self, pair: Thresholds) -> f64 {
         match self {
             Self::F => pair.f_th,
@@ -101,27 +103,27 @@ impl Along {
 /// Scores at every pair of thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdMap {
-    /// The pairs.
+    /// Pairs of thresholds.
     pub grid: ThresholdGrid,
-    /// What F_th is measured in.
+    /// Quantity in which F_th is measured.
     pub distance: Distance,
-    /// The axes of the scores.
+    /// Axes of the scores.
     pub scale: MeasureScale,
-    /// Training samples.
+    /// Number of training samples.
     pub n_train: u64,
-    /// Test samples.
+    /// Number of test samples.
     pub n_test: u64,
-    /// Samples of each part that is left out in turn.
+    /// Number of samples of each held-out part.
     pub part_samples: Vec<u64>,
-    /// What these parts are.
+    /// Description of the parts.
     pub cross_validation: CrossValidation,
-    /// Without any block: the present gauges alone.
+    /// Scores of the conventional calibration.
     pub conventional: PointScores,
     pub(crate) rows: Vec<Option<Vec<PointScores>>>,
 }
 
 impl ThresholdMap {
-    /// No row has come yet.
+    /// Returns a map without rows.
     pub fn new(
         grid: ThresholdGrid,
         distance: Distance,
@@ -142,36 +144,36 @@ impl ThresholdMap {
         }
     }
 
-    /// Fills in the scores of one F_th at every t_th.
+    /// Stores the scores of one F_th at every t_th.
     ///
     /// # Panics
-    /// If there is no such F_th, or not one point per t_th.
+    /// If there is no such F_th, or the number of points is not that of the t_th.
     pub fn set_row(&mut self, f_at: usize, points: Vec<PointScores>) {
         assert_eq!(points.len(), self.grid.t_ths_secs().len(), "one per t_th");
         self.rows[f_at] = Some(points);
     }
 
-    /// Whether this row has come.
+    /// Returns true if this row is there.
     pub fn has_row(&self, f_at: usize) -> bool {
         self.rows.get(f_at).is_some_and(Option::is_some)
     }
 
-    /// Whether every row has come.
+    /// Returns true if all rows are there.
     pub fn is_complete(&self) -> bool {
         self.rows.iter().all(Option::is_some)
     }
 
-    /// How many rows have come.
+    /// Returns the number of rows that are there.
     pub fn n_rows_done(&self) -> usize {
         self.rows.iter().flatten().count()
     }
 
-    /// The scores of one pair; `None` as long as its row has not come.
+    /// Returns the scores of one pair; `None` until its row is there.
     pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
 
-    /// The thresholds of one pair.
+    /// Returns the thresholds of one pair.
     ///
     /// # Panics
     /// If there is no such pair.
@@ -179,7 +181,7 @@ impl ThresholdMap {
         Thresholds { f_th: self.grid.f_ths()[f_at], t_th_secs: self.grid.t_ths_secs()[t_at] }
     }
 
-    /// The pair of the grid that is nearest to these thresholds.
+    /// Returns the pair of the grid that is nearest to these thresholds.
     pub fn nearest(&self, thresholds: Thresholds) -> (usize, usize) {
         let nearest = |values: &[f64], wanted: f64| {
             let distance = |at: &usize| (values[*at] - wanted).abs();
@@ -192,18 +194,18 @@ impl ThresholdMap {
         )
     }
 
-    /// One number at one pair.
+    /// Returns one number at one pair.
     pub fn value(&self, set: ScoreSet, measure: Measure, f_at: usize, t_at: usize) -> Option<f64> {
         let scores = &self.point(f_at, t_at)?.scores;
         measure.of_rmse(&self.scale, set.rmse(scores)?)
     }
 
-    /// One number of the conventional calibration.
+    /// Returns one number of the conventional calibration.
     pub fn conventional_value(&self, set: ScoreSet, measure: Measure) -> Option<f64> {
         measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
     }
 
-    /// The map of one number.
+    /// Returns the map of one number.
     ///
     /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
@@ -211,8 +213,8 @@ impl ThresholdMap {
         (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
     }
 
-    /// The range of the numbers that colours tell apart: the few greatest are left above it, since a handful of pairs that find
-    /// hardly any past sample can be many times worse than all others. `None` where no number has come.
+    /// Returns the range of the numbers that colours distinguish. The few largest lie above it, because pairs that find
+    /// hardly any past sample can be many times worse than all others. Returns `None` without any number.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
         let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
         let (least, greatest) = known.iter().collect::<MinMax>().ends()?;
@@ -220,7 +222,7 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// `(threshold, number)` along one threshold through the pair at these positions, rising; pairs that have not come are left
+    /// Returns `(threshold, number)` along one threshold through the pair at these positions, rising. Missing pairs are left
     /// out.
     pub fn curve(
         &self,
@@ -241,7 +243,7 @@ impl ThresholdMap {
         thresholds.filter_map(|(at, threshold)| Some((*threshold, value(at)?))).collect()
     }
 
-    /// The pair with the least of a number, and that number; of equals the one with the least thresholds.
+    /// Returns the pair with the smallest number, and that number; of equals, the pair with the smallest thresholds.
     pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
         let n_t = self.grid.t_ths_secs().len();
         let values = self.values(set, measure).into_iter().enumerate();
@@ -249,10 +251,10 @@ impl ThresholdMap {
         known.min_by(|(_, a), (_, b)| a.total_cmp(b))
     }
 
-    /// The thresholds to take; see [`Suggestion`].
+    /// Returns the suggested thresholds; see [`Suggestion`].
     ///
     /// # Errors
-    /// [`NoSuggestion`] where there is nothing to choose by.
+    /// [`NoSuggestion`] if there is no number to choose by.
     pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
         Suggestion::of(self, measure)
     }

@@ -1,18 +1,18 @@
-//! What is shown of several axes: one number.
+//! Measures: one number for the errors of several axes.
 //!
-//! Guarantees: every measure is a root of weighted squares of the axes' errors, so it can be taken of squared errors,
-//! part by part, as well as of an RMSE.
+//! Guarantees: every measure is the root of weighted squared errors of the axes, so it applies to squared errors of parts as
+//! well as to an RMSE.
 
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Axis;
 use crate::scoring::metrics::Group;
 
-/// Which errors count.
+/// Errors that count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// One axis, by position, in its unit.
+    /// One axis, by its position, in its unit.
     Axis(usize),
     /// Root mean square over the force axes (N).
     Forces,
@@ -22,31 +22,31 @@ pub enum Measure {
     FullScale,
 }
 
-/// The axes that a measure is taken of.
+/// Axes that a measure is taken of.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasureScale {
-    /// The axes, in the order of the errors.
+    /// Axes in the order of the errors.
     pub axes: Vec<Axis>,
-    /// The full scale of each.
+    /// Full scale of each axis.
     pub full_scale: Vec<f64>,
 }
 
 impl MeasureScale {
-    /// Every measure that says something of these axes: groups first.
+    /// Returns all measures that apply to these axes, groups first.
     pub fn measures(&self) -> Vec<Measure> {
         let groups = [Measure::Forces, Measure::Moments, Measure::FullScale];
         let axes = (0..self.axes.len()).map(Measure::Axis);
         groups.into_iter().chain(axes).filter(|measure| measure.weights(self).is_some()).collect()
     }
 
-    /// What is looked at first: forces, or percent of full scale where there is none.
+    /// Returns the default measure: forces, or percent of full scale without a force axis.
     pub fn default_measure(&self) -> Measure {
         if Measure::Forces.weights(self).is_some() { Measure::Forces } else { Measure::FullScale }
     }
 }
 
 impl Measure {
-    /// What each axis' squared error is multiplied with; `None` if no axis counts.
+    /// Returns the factor of each axis' squared error; `None` if no axis counts.
     pub fn weights(self, scale: &MeasureScale) -> Option<Vec<f64>> {
         let one = |at: usize, axis: &Axis| match self {
             Self::Axis(own) => f64::from(u8::from(own == at)),
@@ -66,14 +66,14 @@ impl Measure {
         (count > 0).then_some(weights)
     }
 
-    /// The measure of an RMSE per axis; `None` if no axis counts.
+    /// Returns the measure of an RMSE per axis; `None` if no axis counts.
     pub fn of_rmse(self, scale: &MeasureScale, rmse: &[f64]) -> Option<f64> {
         let weights = self.weights(scale)?;
         let squares = weights.iter().zip(rmse).map(|(w, rmse)| w * rmse * rmse);
         Some(squares.sum::<f64>().sqrt())
     }
 
-    /// Its unit.
+    /// Returns the unit.
     pub fn unit(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.unit()),
@@ -83,7 +83,7 @@ impl Measure {
         }
     }
 
-    /// What people call it.
+    /// Returns the name.
     pub fn label(self, scale: &MeasureScale) -> &'static str {
         match self {
             Self::Axis(at) => scale.axes.get(at).map_or("", |axis| axis.symbol()),

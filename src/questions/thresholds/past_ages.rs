@@ -1,41 +1,41 @@
-//! What a pair of thresholds does to the samples: how many get a past, and how old it is.
+//! Effect of a pair of thresholds on the samples: how many find a past sample, and its age.
 
 use serde::Serialize;
 
-/// The ages that are counted reach to this many times t_th.
+/// Ratio of the largest counted age to t_th.
 const REACH: usize = 2;
 
-/// So many samples have a past of such an age.
+/// Number of samples whose past sample has an age in this bin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AgeBin {
-    /// Older than this (s); the first bin holds what is exactly this old, too.
+    /// Lower limit of the age (s), not included except in the first bin.
     pub from_secs: f64,
-    /// At most this old (s).
+    /// Upper limit of the age (s), included.
     pub to_secs: f64,
-    /// How many.
+    /// Number of samples.
     pub count: u64,
 }
 
-/// How old the past samples are that one F_th and t_th find.
+/// Ages of the past samples that one F_th and t_th find.
 ///
-/// Every sample is one of three: its past is found; its load did differ by F_th, but longer ago than t_th, which cuts it
-/// off; or it never differed in the recording so far.
+/// Each sample is in one of three classes. Its past sample is found; or its load did differ by F_th, but longer ago than
+/// t_th; or its load never differed by F_th in the recording so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PastAges {
-    /// All samples.
+    /// Number of all samples.
     pub n_samples: u64,
-    /// Those whose past is found.
+    /// Number of samples whose past sample is found.
     pub n_found: u64,
-    /// Those whose past is older than t_th.
+    /// Number of samples whose past sample is older than t_th.
     pub n_cut_off: u64,
-    /// Ages in even bins from zero to twice t_th, so that t_th lies between two; empty if t_th is zero.
+    /// Ages in even bins from zero to twice t_th, so that t_th is a border of bins; empty if t_th is zero.
     pub ages: Vec<AgeBin>,
-    /// Those whose past is older than the last bin.
+    /// Number of samples whose past sample is older than the last bin.
     pub n_beyond: u64,
 }
 
 impl PastAges {
-    /// Nothing has been counted yet; `bins` up to t_th, and as many beyond.
+    /// Returns empty counts, with `bins` up to t_th and as many beyond it.
     pub fn new(t_th_secs: f64, bins: usize) -> Self {
         let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
         let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
@@ -49,7 +49,7 @@ impl PastAges {
 
     /// Counts the samples of one recording.
     ///
-    /// **Shapes** `past` holds the past sample of each sample as found without a t_th; its own index where there is none.
+    /// **Shapes** `past` holds the past sample of each sample without a limit t_th; the sample's own index if there is none.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {
@@ -70,12 +70,12 @@ impl PastAges {
         }
     }
 
-    /// The share of the samples whose past is found; zero without samples.
+    /// Returns the share of the samples whose past sample is found; zero without samples.
     pub fn share_found(&self) -> f64 {
         self.share(self.n_found)
     }
 
-    /// The share of the samples whose past is cut off by t_th; zero without samples.
+    /// Returns the share of the samples whose past sample is older than t_th; zero without samples.
     pub fn share_beyond_t_th(&self) -> f64 {
         self.share(self.n_cut_off)
     }
@@ -84,7 +84,7 @@ impl PastAges {
         count as f64 / self.n_samples.max(1) as f64
     }
 
-    /// The age that a share of the found pasts does not exceed, to within a bin (s); `None` where none is found.
+    /// Returns the age (s) that a share of the found past samples does not exceed, to within a bin; `None` if none is found.
     pub fn age_quantile_secs(&self, share: f64) -> Option<f64> {
         let wanted = share * self.n_found as f64;
         let mut counted = 0;

@@ -1,4 +1,4 @@
-//! All scores of one F_th over every t_th, from sums alone.
+//! Scores of one F_th at every t_th, from sums alone.
 
 use crate::calibration::{
     AgedSums, LinearMap, NormalEquations, Ridge, RidgeChoice, Scores, Terms, fit, fit_targets,
@@ -8,29 +8,29 @@ use crate::progress::{Cancelled, Progress};
 use crate::scoring::left_out::{LeftOut, summed_by_target};
 use crate::scoring::metrics;
 
-/// How a fit at one pair of thresholds does.
+/// Errors of a fit at one pair of thresholds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointScores {
     /// RMSE per axis.
     pub scores: Scores,
-    /// Sums of squared errors of each left-out part, `n_parts × n_axes` row-major; empty where nothing was left out.
+    /// Sums of squared errors of each held-out part, `n_parts × n_axes` row-major; empty if nothing is held out.
     pub left_out_squares: Vec<f64>,
 }
 
-/// Scores fits that differ in the thresholds of the first look-back only.
+/// Scores fits that differ only in the thresholds of the first look-back.
 #[derive(Clone, Debug)]
 pub struct Scorer {
-    /// The training sums, and those of each part and of the test recordings; the look-back is zero in all of them.
+    /// Sums of all training samples, of each part, and of the test recordings, with the look-back at zero.
     train: NormalEquations,
     parts: Vec<NormalEquations>,
-    /// What fits without a part are scored on, where that differs from it.
+    /// Sums from a cold start on which fits without a part are scored, if these differ.
     cold: Option<Vec<NormalEquations>>,
-    /// The training recordings, where an automatic ridge leaves them out whole rather than the parts.
+    /// Sums of the training recordings, if an automatic ridge leaves out whole recordings rather than the parts.
     recordings: Option<Vec<NormalEquations>>,
     test: NormalEquations,
-    /// What each column is.
+    /// Kind of each column.
     kinds: Vec<ColumnKind>,
-    /// The conventional map, which the targets lack.
+    /// Conventional map. The targets are its residuals.
     known: Vec<f64>,
     ridge: RidgeChoice,
     conventional: PointScores,
@@ -38,8 +38,8 @@ pub struct Scorer {
 }
 
 impl Scorer {
-    /// Takes the sums of the parts that are left out in turn, and of the test recordings, all with a first look-back that
-    /// finds nothing, and the conventional map, which leaves over what they have as targets.
+    /// Takes the sums of the parts and of the test recordings, with a first look-back that finds no past sample, and the
+    /// conventional map whose residuals are the targets.
     pub fn new(
         design: &Design,
         conventional: &LinearMap,
@@ -53,7 +53,7 @@ impl Scorer {
         parts.iter().for_each(|part| train.add(part));
         let (kinds, known) = (design.kinds(), conventional.standardised(design));
         let terms = Terms { used: &present, kinds: &kinds, known: &known };
-        // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
+        // The targets are the residuals of the conventional map, so zero coefficients stand for that map.
         let none = vec![0.0; train.n_features() * train.n_targets()];
         let left_out = LeftOut::of(&train, &parts, terms).scored_on(cold.as_deref());
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
@@ -72,40 +72,40 @@ impl Scorer {
         }
     }
 
-    /// Chooses an automatic ridge by leaving these out in turn: the training recordings, where they are two, as a fit does.
+    /// Chooses an automatic ridge by leaving out these training recordings in turn, as a fit to two recordings does.
     pub fn with_ridge_by(mut self, recordings: Option<Vec<NormalEquations>>) -> Self {
         self.recordings = recordings;
         self
     }
 
-    /// How the conventional calibration does: the present alone.
+    /// Returns the scores of the conventional calibration.
     pub fn conventional(&self) -> &PointScores {
         &self.conventional
     }
 
-    /// Whether fits without a part are scored on other sums than the part's.
+    /// Returns true if fits without a part are scored on other sums than the part's own.
     pub fn is_scored_cold(&self) -> bool {
         self.cold.is_some()
     }
 
-    /// Test samples.
+    /// Returns the number of test samples.
     pub fn n_test(&self) -> u64 {
         self.test.n_samples()
     }
 
-    /// Samples of each part that is left out in turn.
+    /// Returns the number of samples of each held-out part.
     pub fn part_samples(&self) -> Vec<u64> {
         self.parts.iter().map(NormalEquations::n_samples).collect()
     }
 
-    /// The scores at every t_th in turn.
+    /// Returns the scores at every t_th in turn.
     ///
-    /// **Shapes** `aged_parts` holds what each piece of the training recordings adds to which part and which recording,
-    /// `aged_cold` what it adds to what the part is scored on, `aged_test` what the test recordings add; `n_classes` is the number
-    /// of t_th.
+    /// **Shapes** `aged_parts` holds the contribution of each training piece to its part and recording, `aged_cold` its
+    /// contribution to the sums that the part is scored on, and `aged_test` that of the test recordings. `n_classes` is the
+    /// number of t_th.
     ///
     /// # Errors
-    /// [`Cancelled`] if somebody asked for it.
+    /// [`Cancelled`] if the work was stopped.
     pub fn row(
         &self,
         aged_parts: &[(usize, usize, AgedSums)],
@@ -164,7 +164,7 @@ impl Scorer {
         };
         let mut found = fit_targets(train, terms, &terms.of_targets(&strengths));
         if found.rank == self.conventional_rank {
-            // The past never differs: as in every fit, the conventional answer to the last bit.
+            // No past sample differs, so the answer is the conventional one to the last bit.
             found.coefficients.fill(0.0);
         }
         point_scores(train, test, &found.coefficients, squares)

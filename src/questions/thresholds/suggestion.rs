@@ -1,4 +1,4 @@
-//! Which thresholds left-out recordings are predicted best with, and how flat the choice is.
+//! Suggests the thresholds with the lowest held-out error, and the range of thresholds that are as good.
 
 use serde::Serialize;
 
@@ -9,60 +9,60 @@ use crate::questions::thresholds::map::ThresholdMap;
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::scorer::PointScores;
 
-/// Values of one threshold that the left-out parts do not tell from the best with a confidence of 90 %.
+/// Range of one threshold within which the held-out error is not surely above the lowest (90 % confidence).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
-    /// The least of them.
+    /// Minimum.
     pub from: f64,
-    /// The greatest of them.
+    /// Maximum.
     pub to: f64,
-    /// Whether `from` is the first value that was tried, so that lesser ones may be, too.
+    /// True if `from` is the first value that was tried, so that smaller ones may be as good.
     pub from_is_first_tried: bool,
-    /// Whether `to` is the last value that was tried, so that greater ones may be, too.
+    /// True if `to` is the last value that was tried, so that larger ones may be as good.
     pub to_is_last_tried: bool,
 }
 
 /// The minimum of the cross-validation error over the map.
 ///
-/// A neighbour is as good if the minimum's error is not below its error with a confidence of 90 %
-/// (see [`ErrorBlocks::is_below`]), the other threshold being kept. A range is the run of such neighbours around the minimum. The test
-/// recordings take no part.
+/// A neighbour is as good if the minimum is not below its error with 90 % confidence (see [`ErrorBlocks::is_below`]), with
+/// the other threshold fixed. A range is the run of such neighbours around the minimum. The test recordings take no part.
 ///
-/// The minimum of a map flatters itself: as many pairs were tried as the map has. The ranges say how little depends on it.
+/// The minimum of a map is too optimistic, because it is chosen among many pairs. The ranges show how little depends on the
+/// choice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggestion {
-    /// The thresholds at the minimum.
+    /// Thresholds at the minimum.
     pub thresholds: Thresholds,
-    /// Where in the grid.
+    /// Position in the grid.
     pub at: (usize, usize),
-    /// The measure at the minimum.
+    /// Error at the minimum.
     pub left_out: f64,
-    /// The measure of the conventional calibration.
+    /// Error of the conventional calibration.
     pub conventional: f64,
-    /// Whether the conventional calibration is worse with a confidence of 90 %.
+    /// True if the conventional calibration is worse with 90 % confidence.
     pub beats_conventional: bool,
-    /// F_th that is as good, at this t_th.
+    /// F_th that are as good, at the suggested t_th.
     pub f_th_range: FlatRange,
-    /// t_th that is as good, at this F_th (s).
+    /// t_th that are as good, at the suggested F_th (s).
     pub t_th_range: FlatRange,
-    /// Parts that were left out in turn.
+    /// Number of parts that were left out in turn.
     pub n_parts: usize,
-    /// Whether these are blocks of fewer than three recordings.
+    /// True if the parts are blocks of fewer than three recordings.
     pub parts_are_blocks: bool,
-    /// What they are.
+    /// Description of the parts.
     pub cross_validation: CrossValidation,
 }
 
-/// Why no thresholds are suggested.
+/// Reason why no thresholds are suggested.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSuggestion {
     /// Nothing was left out.
     #[error(
-        "nothing could be left out, so nothing says how other recordings would do; add recordings in the train role"
+        "there are too few training recordings for cross-validation; add recordings in the train role"
     )]
     NothingLeftOut,
     /// The measure has no axis.
-    #[error("no axis counts in this measure; choose one that the sensor has")]
+    #[error("the sensor has no axis of this measure; choose another one")]
     NoAxis,
     /// The map is still empty.
     #[error("no row of the map has been computed yet; wait for the first")]
@@ -100,16 +100,16 @@ impl Suggestion {
         })
     }
 
-    /// Whether the minimum stands at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
+    /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
     ///
-    /// The lowest values do not count: they are the least that can be asked, and the conventional calibration itself.
+    /// The smallest values do not count, because they are the conventional calibration.
     pub fn is_at_edge(&self, map: &ThresholdMap) -> (bool, bool) {
         let last = |at: usize, values: &[f64]| values.len() > 1 && at + 1 == values.len();
         (last(self.at.0, map.grid.f_ths()), last(self.at.1, map.grid.t_ths_secs()))
     }
 }
 
-/// The run of flat values around one; values of which nothing is known (`None`) are passed over.
+/// Returns the run of equally good values around one; unknown values (`None`) are skipped.
 fn flat_range(values: &[f64], best: usize, is_flat: impl Fn(usize) -> Option<bool>) -> FlatRange {
     let last_flat = |candidates: &mut dyn Iterator<Item = usize>| {
         let known = candidates.filter_map(|at| Some((at, is_flat(at)?)));

@@ -1,17 +1,17 @@
-//! The robot arm: a path of attitudes, and the load that the weight makes along it.
+//! Robot arm of the simulation: a path of attitudes, and the load of the weight along this path.
 //!
-//! Guarantees: roll, pitch and their rates are continuous along a path, and a path is the same curve at every speed.
+//! Guarantees: roll, pitch and their rates are continuous. A path is the same curve at every speed.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::random::Random;
 use crate::recording::kinetics::{Weight, gravity_load, rotation_from_roll_pitch};
 
-/// The paper's weight (section 4.1.2).
+/// Mass of the paper's weight (section 4.1.2).
 pub(super) const MASS_KG: f64 = 1.128;
 
-/// Where the weight is fixed, in metres: the centre, then the four combinations of the paper's offsets of 0.02 m and
-/// 0.015 m. All lie in the sensor's x-y plane, so that the centre gives no moment.
+/// Mounting points in m: the centre, then the four combinations of the paper's offsets of 0.02 m and 0.015 m. All lie
+/// in the sensor's x-y plane, so the centre causes no moment.
 pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.0, 0.0, 0.0],
     [0.02, 0.015, 0.0],
@@ -20,13 +20,13 @@ pub(super) const MOUNTS_M: [[f64; 3]; 5] = [
     [0.02, -0.015, 0.0],
 ];
 
-/// How long a path is: 95 s at 0.05 Hz, the fast run's.
+/// Length of a path in cycles: 95 s at 0.05 Hz, as in the fast run.
 pub(super) const CYCLES: f64 = 4.75;
 
-/// One random amplitude per whole cycle, from the start of the first to the end of the last.
+/// Number of random amplitudes, one at each end of a whole cycle.
 const N_KNOTS: usize = 6;
 
-/// A sinusoid whose amplitude glides from cycle to cycle.
+/// A sinusoid whose amplitude changes smoothly from cycle to cycle.
 struct Swing {
     phase: f64,
     amplitudes: [f64; N_KNOTS],
@@ -36,25 +36,25 @@ impl Swing {
     fn angle(&self, cycle: f64) -> f64 {
         let knot = (cycle as usize).min(N_KNOTS - 2);
         let along = cycle - knot as f64;
-        // A raised cosine is flat at the knots: the amplitude's own rate is continuous, so the angle's is, too.
+        // A raised cosine is flat at the knots, so the rate of the amplitude and hence of the angle is continuous.
         let blend = 0.5 - 0.5 * (PI * along).cos();
         let (from, to) = (self.amplitudes[knot], self.amplitudes[knot + 1]);
         (from + (to - from) * blend) * (self.phase + TAU * cycle).sin()
     }
 }
 
-/// Roll and pitch over one path.
+/// Roll and pitch along one path.
 pub(super) struct Path {
     roll: Swing,
     pitch: Swing,
 }
 
 impl Path {
-    /// The path number `path` of a seed.
+    /// Creates path number `path` of a seed.
     ///
-    /// Roll goes around by up to 170° to either side and pitch by up to 86°, so that gravity reaches nearly every
-    /// direction. Pitch follows roll by 30° to 150° of phase on odd paths and leads it on even ones: in phase, a path
-    /// would go back on itself, and with one sense throughout, one axis would foretell another's hysteresis.
+    /// Roll covers up to ±170° and pitch up to ±86°, so that gravity reaches nearly every direction. Pitch follows roll
+    /// by 30° to 150° of phase on odd paths and leads it on even paths. In phase, a path would retrace itself. With one
+    /// sign on all paths, one axis would predict the hysteresis of another.
     pub fn new(seed: u64, path: u64) -> Self {
         let mut random = Random::new(seed, &[path]);
         let phase = random.between(0.0, TAU);
@@ -70,12 +70,12 @@ impl Path {
         }
     }
 
-    /// Roll and pitch in radians after so many cycles.
+    /// Returns roll and pitch after a number of cycles, in rad.
     fn attitude(&self, cycle: f64) -> (f64, f64) {
         (self.roll.angle(cycle), self.pitch.angle(cycle))
     }
 
-    /// The loads of `n_samples` samples at even steps along the path, with the weight at `centre_m`.
+    /// Returns the loads of `n_samples` evenly spaced samples along the path, with the weight at `centre_m`.
     pub fn loads(&self, n_samples: usize, centre_m: [f64; 3]) -> Vec<[f64; 6]> {
         let weight = Weight { mass_kg: MASS_KG, centre_m };
         (0..n_samples)
@@ -92,8 +92,8 @@ mod tests {
     use super::*;
     use crate::recording::kinetics::STANDARD_GRAVITY;
 
-    /// Over a step of 1e-6 cycles the greatest angle changes by 2π · 0.95π · 1e-6 < 2e-5 rad, and the rate between
-    /// neighbouring steps by 1e-6 of its own rate of change, (2π)² · 0.95π < 120 plus the amplitude's.
+    /// In a step of 1e-6 cycles, the angle changes by less than 2π · 0.95π · 1e-6 < 2e-5 rad. The rate changes by less
+    /// than 1e-6 of (2π)² · 0.95π < 120 plus the change of the amplitude.
     #[test]
     fn angle_and_rate_are_continuous_at_the_knots() {
         let step = 1e-6;

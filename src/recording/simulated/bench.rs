@@ -1,22 +1,22 @@
-//! The calibration bench: one axis at a time, in cycles that repeat, in steps with dwells, with rests at zero.
+//! Calibration bench of the simulation: loads one axis at a time, in repeated cycles and in steps with dwells.
 
 use super::sensor::RATED_LOAD;
 use crate::recording::axis::Axis;
 
-/// From nothing to the rated load in the repeated cycles (s).
+/// Time from zero to the rated load in the repeated cycles (s).
 const RAMP_SECS: f64 = 5.0;
-/// How often the rated load is reached each way.
+/// Number of cycles in each direction.
 const CYCLES: usize = 4;
-/// The steps of the staircase, as shares of the rated load: what is held longest comes last.
+/// Steps of the staircase as shares of the rated load. The last step is held longest.
 const STEPS: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
-/// From one step to the next, and how long one is held (s).
+/// Time between two steps, and dwell on a step (s).
 const STEP_SECS: (f64, f64) = (1.0, 8.0);
-/// How long the greatest step is held, and how long the sensor rests afterwards (s).
+/// Dwell on the largest step, and rest afterwards (s).
 const LONG_SECS: f64 = 60.0;
-/// How long it rests before the first load (s).
+/// Rest before the first load (s).
 const REST_SECS: f64 = 10.0;
 
-/// The loads of one axis alone, row by row.
+/// Returns the loads for one axis, row by row.
 pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
     let at = Axis::ALL.iter().position(|one| *one == axis);
     let at = at.expect("the list holds every axis");
@@ -46,7 +46,7 @@ pub(super) fn loads(axis: Axis, rate_hz: f64) -> Vec<[f64; 6]> {
     shares.shares.iter().map(load).collect()
 }
 
-/// Shares of the rated load, sample by sample.
+/// Loads as shares of the rated load, sample by sample.
 struct Shares {
     rate_hz: f64,
     shares: Vec<f64>,

@@ -1,7 +1,7 @@
-//! One force on two gauges, with a time lag, with hysteresis, or with both: what tells one from the other.
+//! Simulated recordings with a time lag, with hysteresis, or with both, for tests that distinguish the two.
 //!
-//! The lag is that of an amplifier with a first-order low-pass. The hysteresis is play, the same at every rate of the load. The
-//! load is a sine whose rate changes from a tenth of a cycle to a cycle per second.
+//! One force acts on two gauges. The lag is a first-order low-pass of an amplifier. The hysteresis is play, independent
+//! of the load's rate. The load is a sine whose frequency varies between 0.1 Hz and 1 Hz.
 
 use std::f64::consts::TAU;
 
@@ -9,14 +9,14 @@ use crate::random::Random;
 use crate::recording::axis::Axis;
 use crate::recording::recording::{Recording, Source};
 
-/// What the gauges have.
+/// Effects that the gauges show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Late {
-    /// A low-pass of 30 ms, and no hysteresis.
+    /// A low-pass of 30 ms, without hysteresis.
     Lag,
-    /// Play of a twentieth of full scale, and no lag.
+    /// Play of a twentieth of full scale, without lag.
     Hysteresis,
-    /// Both.
+    /// Lag and hysteresis.
     Both,
 }
 
@@ -28,16 +28,17 @@ pub const PLAY_NEWTONS: f64 = 0.5;
 const LARGEST_NEWTONS: f64 = 10.0;
 const RATE_HZ: f64 = 100.0;
 const DURATION_SECS: f64 = 60.0;
-/// Steps of the simulation between two samples.
+/// Number of simulation steps between two samples.
 const FINER: usize = 20;
-/// Cycles per second, slowest and fastest.
+/// Lowest and highest frequency of the load.
 const CYCLES_HZ: (f64, f64) = (0.1, 1.0);
-/// Gain and offset of the gauges (mV/V per N, mV/V), and their noise (mV/V).
+/// Gain (mV/V per N) and offset (mV/V) of each gauge.
 const GAUGES: [(f64, f64); 2] = [(0.08, 0.11), (-0.06, -0.05)];
+/// Standard deviation of the gauge noise (mV/V).
 const NOISE: f64 = 0.0004;
 const KEY: u64 = 3700;
 
-/// Three recordings of one force.
+/// Returns three recordings of one force.
 pub fn late(seed: u64, late: Late) -> Vec<Recording> {
     (1..=3).map(|run| recording(seed, late, run)).collect()
 }
@@ -52,7 +53,7 @@ fn recording(seed: u64, late: Late, run: u64) -> Recording {
     let (mut times, mut gauges, mut loads) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..(DURATION_SECS * RATE_HZ) as usize * FINER {
         let time = k as f64 * step;
-        // Slow and fast by turns, evenly in the logarithm of the rate.
+        // The frequency varies evenly on a logarithmic scale.
         let share = 0.5 + 0.5 * (TAU * time / 25.0 + wobble).sin();
         phase += TAU * step * CYCLES_HZ.0 * (CYCLES_HZ.1 / CYCLES_HZ.0).powf(share);
         let load = LARGEST_NEWTONS * phase.sin();
@@ -92,7 +93,7 @@ mod tests {
     use crate::progress::Progress;
     use crate::scoring::lag::{LagRun, lags, widths};
 
-    /// Lag and hysteresis are told apart: the lag within 3 %, the hysteresis without it within a tenth of 2 r or 0.3 % of full
+    /// The lag is found within 3 %. The hysteresis without the lag is found within 10 % of 2 r, or within 0.3 % of full
     /// scale.
     #[test]
     fn lag_and_hysteresis_are_told_apart() {
@@ -102,7 +103,7 @@ mod tests {
             (Late::Both, LAG_SECS, 2.0 * PLAY_NEWTONS),
         ] {
             let recordings = super::late(7, late);
-            // The force by the first gauge alone.
+            // The force computed from the first gauge alone.
             let outputs: Vec<Vec<f64>> = (recordings.iter())
                 .map(|own| {
                     own.gauges().iter().step_by(2).map(|gauge| gauge / GAUGES[0].0).collect()

@@ -1,22 +1,21 @@
-//! The one figure that sizes the simulated sensor's hysteresis.
+//! Mean hysteresis of the simulated sensor, the figure that fixes the size of its hysteresis.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
 use super::sensor::{RATED_LOAD, Sensor};
 
-/// Steps from no load to the rated load, and so on: loads at which the two branches of a loop are compared.
+/// Number of steps from no load to the rated load. The two branches of a loop are compared at these loads.
 const STEPS: i32 = 120;
 
-/// The mean hysteresis of the simulated sensor after its rated load.
+/// Returns the mean hysteresis of the simulated sensor after its rated load.
 ///
-/// Each axis is taken alone and slowly from nothing to +rated, to −rated and back to +rated (12 N, 0.25 N·m), without
-/// noise and creep. The sensor's own linear calibration, least squares with an offset over these six runs, turns the
-/// readings into loads. The figure is `|falling − rising|` at equal load, averaged over the load range and the
-/// three force axes.
+/// Each axis is loaded alone and slowly: zero, +rated, −rated, +rated (12 N, 0.25 N·m), without noise and creep. A
+/// linear calibration, least squares with an offset over the six runs, turns the readings into loads. The result is
+/// `|falling − rising|` at equal load, averaged over the load range and the three force axes.
 ///
-/// **Source** Koike et al. 2019, section 4.2, measured 2.64 N "after rated output load was applied" and does not say
-/// how; this definition is ours.
+/// **Source** Koike et al. 2019, section 4.2, measured 2.64 N "after rated output load was applied". The paper does not
+/// define the figure; this definition is ours.
 ///
 /// **Units** N.
 pub fn mean_hysteresis_newtons() -> f64 {
@@ -37,7 +36,7 @@ pub fn mean_hysteresis_newtons() -> f64 {
     let calibrated = &design * &load_from_gauges;
     let widths = (0..3).flat_map(|axis| {
         let calibrated = &calibrated;
-        // Falling goes from row `STEPS` down for two ranges, rising from its end up for two more.
+        // The falling branch starts at the reversal and has two ranges; the rising branch ends at the end of the run.
         let reversal = 3 * STEPS as usize;
         (0..=2 * STEPS as usize).map(move |away| {
             let falling = calibrated[(axis * n + reversal - away, axis)];
@@ -49,7 +48,7 @@ pub fn mean_hysteresis_newtons() -> f64 {
     widths.sum::<f64>() / f64::from(count)
 }
 
-/// Shares of the rated load in `1 / STEPS`: 0 → +1 → −1 → +1.
+/// Returns the loads in units of `1 / STEPS` of the rated load: 0 → +1 → −1 → +1.
 fn load_shares() -> Vec<i32> {
     let up = 0..STEPS;
     let down = (-STEPS + 1..=STEPS).rev();

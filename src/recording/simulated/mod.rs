@@ -1,10 +1,10 @@
-//! The built-in sensor: recordings like the paper's, so that there is something to look at before any file is open.
+//! Built-in simulated sensor: recordings like the paper's, for a start without own files.
 //!
-//! A robot arm turns a weight of 1.128 kg fixed at five points along six paths at three speeds; a resin sensor with
-//! six gauges, hysteresis, creep and noise carries it.
+//! A robot arm turns a weight of 1.128 kg, fixed at five points, along six paths at three speeds. A resin sensor with
+//! six gauges, hysteresis, creep and noise carries the weight.
 //!
-//! Guarantees: the same seed gives the same numbers; a recording depends on its seed, path, mounting point and speed
-//! and on nothing else; reference loads are exact.
+//! Guarantees: the same seed gives the same numbers. A recording depends only on seed, path, mounting point and speed.
+//! Reference loads are exact.
 
 mod arm;
 mod bench;
@@ -25,30 +25,30 @@ use crate::recording::axis::Axis;
 use crate::recording::recording::{Recording, Source};
 use crate::recording::set::{Entry, RecordingSet, Role};
 
-/// The seed of the recordings that the program starts with.
+/// Seed of the recordings shown at the start of the program.
 pub const DEFAULT_SEED: u64 = 2019;
 
-/// The paper's sampling rate (section 4.2.2).
+/// Sampling rate of the paper (section 4.2.2).
 const RATE_HZ: f64 = 20.0;
 
-/// The last of the six paths tests, the others train.
+/// Number of paths. The last path tests, the others train.
 const N_PATHS: u64 = 6;
 
-/// What the bench's noise is drawn by, where the arm's has the number of a path.
+/// Random stream of the bench; the streams of the arm are the path numbers.
 const BENCH: u64 = 1000;
 
-/// Speeds and how many samples they last: 95 s, 135 s and 175 s.
+/// Speeds and their number of samples: 95 s, 135 s and 175 s.
 const SPEEDS: [(&str, usize); 3] = [("fast", 1900), ("medium", 2700), ("slow", 3500)];
 
-/// All 90 recordings with their roles: five paths train (202,500 samples), the sixth tests (40,500).
+/// Returns all 90 recordings with their roles: five paths train (202,500 samples), the sixth tests (40,500 samples).
 ///
-/// They are called `train_path1_mount1_fast` to `test_path6_mount5_slow`. Roll and pitch are sinusoids with a random
-/// amplitude for each cycle, at 0.05 Hz in the fast runs; medium and slow runs follow the same path in 135 s and
-/// 175 s, so at 0.035 Hz and 0.027 Hz. The sensor is relaxed before each recording, and the weight is put on within
-/// the 5 s before it starts.
+/// The names are `train_path1_mount1_fast` to `test_path6_mount5_slow`. Roll and pitch are sinusoids with a random
+/// amplitude in each cycle. Their frequency is 0.05 Hz in fast runs; medium and slow runs follow the same path in 135 s
+/// and 175 s, at 0.035 Hz and 0.027 Hz. The sensor is relaxed before each recording. The weight is attached in the 5 s
+/// before the start.
 ///
-/// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not say how speed goes with frequency, nor
-/// which signs the mounting offsets have; both are ours, and so is the sensor.
+/// **Source** Koike et al. 2019, sections 4.1 and 4.2.2. The paper does not relate speed to frequency and does not give
+/// the signs of the mounting offsets. Both are our choice, as is the sensor.
 ///
 /// **Units** times in s from 0 in steps of 0.05, gauges `S1` to `S6` in mV/V, loads in N and N·m.
 pub fn recordings(seed: u64) -> RecordingSet {
@@ -67,10 +67,10 @@ pub fn recordings(seed: u64) -> RecordingSet {
     set
 }
 
-/// Those of a calibration bench, `bench_Fx` to `bench_Mz`, which nothing is fitted to.
+/// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off.
 ///
-/// Each loads one axis alone: a rest, four cycles to the rated load and back each way, a rest, a staircase up to 80 % and down
-/// again with dwells, a rest. So there is something to measure zero return, creep, repeatability and crosstalk by.
+/// Each recording loads one axis alone: rest, four cycles to the rated load in both directions, rest, a staircase with
+/// dwells up to 80 % and back, rest. They show zero return, creep, repeatability and crosstalk.
 pub fn bench(seed: u64) -> Vec<Entry> {
     let axes = Axis::ALL.into_iter().enumerate();
     axes.map(|(at, axis)| {
@@ -82,7 +82,7 @@ pub fn bench(seed: u64) -> Vec<Entry> {
     .collect()
 }
 
-/// The [recordings] and, after them, those of the [`bench()`].
+/// Returns the [recordings], followed by the recordings of the [`bench()`].
 pub fn demonstration(seed: u64) -> RecordingSet {
     let mut set = recordings(seed);
     for entry in bench(seed) {
@@ -180,7 +180,7 @@ mod tests {
         }
     }
 
-    /// A gauge's output stays within some strains of its offset; outside, something has run away.
+    /// Gauge readings stay near their offset. A reading outside shows that the simulation is unstable.
     #[test]
     fn gauges_stay_in_range() {
         for entry in recordings(DEFAULT_SEED).entries() {

@@ -1,19 +1,20 @@
-//! The sensor: six gauges on a resin body, from the load's history to what the logger reads.
+//! Simulated sensor with six gauges on a resin body: computes gauge readings from the history of the load.
 //!
 //! A gauge reads, in mV/V,
 //! `offset + gain · (e + q e² + c e³ − h z + Σ aⱼ lowpass_τⱼ(e)) + noise`
-//! where `e` is its elastic strain (1 is about what the rated load makes) and `z` its hysteresis.
+//! where `e` is the elastic strain (about 1 at the rated load) and `z` the hysteresis.
 //!
-//! Guarantees: hysteresis depends on the order of strains and never on how fast they came, its size is bounded, and
-//! every number is finite.
+//! Guarantees: hysteresis depends on the order of strains but not on their rate. The hysteresis is bounded and every
+//! number finite.
 
 use crate::random::Random;
 
-/// What the sensor is rated for: the paper's 12 N, and the moment that goes with it here, in N and N·m.
+/// Rated load in N and N·m: the paper's 12 N, and a moment chosen here.
 pub(super) const RATED_LOAD: [f64; 6] = [12.0, 12.0, 12.0, 0.25, 0.25, 0.25];
 
-/// Elastic strain of each gauge per rated load of each axis. Every axis has a gauge of its own, as on a cross-shaped
-/// body, and leaks into the others by up to a quarter. Condition number 1.39 in loads scaled by the rated load.
+/// Elastic strain of each gauge for the rated load of each axis. Every axis has a gauge of its own, as on a
+/// cross-shaped body, with up to a quarter of crosstalk to the others. The condition number is 1.39 for loads divided
+/// by the rated load.
 const ELASTICITY: [[f64; 6]; 6] = [
     [0.94, 0.11, -0.17, 0.06, 0.19, -0.04],
     [-0.13, 1.03, 0.14, -0.21, 0.05, 0.08],
@@ -23,33 +24,33 @@ const ELASTICITY: [[f64; 6]; 6] = [
     [0.10, -0.14, 0.05, 0.18, -0.11, 1.08],
 ];
 
-/// Loop half-width `h` of each gauge in units of strain; scaled so that the mean hysteresis is the paper's.
+/// Half-width `h` of each gauge's loop in units of strain, scaled so that the mean hysteresis equals the paper's.
 const HYSTERESIS: [f64; 6] = [0.154, 0.145, 0.163, 0.149, 0.159, 0.14];
 
-/// `1 / A`: the strain that takes `z` from its limit back to 0. Well above `h`, so that a gauge still follows the load
+/// `1 / A`: strain that takes `z` from its limit back to 0. It is well above `h`, so that a gauge follows the load
 /// right after a reversal.
 const TURNOVER_STRAIN: f64 = 0.3;
 
-/// Creep's share of the strain, and its time constant in s.
+/// Creep as a share of the strain, and its time constant in s.
 const CREEP: [(f64, f64); 2] = [(0.05, 6.0), (0.06, 40.0)];
 
-/// Square and cube of the strain, per unit of strain.
+/// Coefficients of the square and the cube of the strain, per unit of strain.
 const SQUARE: [f64; 6] = [0.031, -0.027, 0.036, 0.022, -0.032, 0.025];
 const CUBE: f64 = -0.03;
 
-/// What an unloaded gauge reads in mV/V, and what a unit of strain adds.
+/// Reading of an unloaded gauge, and gain per unit of strain, in mV/V.
 const OFFSET: [f64; 6] = [0.137, -0.082, 0.214, -0.156, 0.048, -0.191];
 const GAIN: f64 = 0.8;
 
-/// Standard deviation of the logger's white noise in mV/V, 0.1 % of a rated output.
+/// Standard deviation of the logger's white noise in mV/V, 0.1 % of the rated output.
 const NOISE: f64 = 0.0008;
 
-/// How many seconds putting the weight on takes before a recording starts.
+/// Time in which the weight is attached before a recording starts, in s.
 const ONSET_SECS: f64 = 5.0;
 
-/// Hysteresis of one gauge: a Bouc-Wen element, `ż = A ẋ − β |ẋ| |z|ⁿ⁻¹ z − γ ẋ |z|ⁿ` with `n = 1` and
-/// `β = γ = A / 2`, so that `|z| ≤ 1`. On the way back `z` first unwinds to 0 at a constant rate, and from there
-/// nears the limit exponentially.
+/// Hysteresis of one gauge: a Bouc-Wen element, `ż = A ẋ − β |ẋ| |z|ⁿ⁻¹ z − γ ẋ |z|ⁿ` with `n = 1` and `β = γ = A / 2`,
+/// so that `|z| ≤ 1`. After a reversal, `z` first returns to 0 at a constant rate and then nears its limit
+/// exponentially.
 #[derive(Clone, Copy, Debug, Default)]
 struct BoucWen {
     strain: f64,
@@ -57,7 +58,7 @@ struct BoucWen {
 }
 
 impl BoucWen {
-    /// Goes to a strain without turning on the way; exact whatever the length of the step.
+    /// Moves monotonically to a strain. The result is exact for any step length.
     fn go_to(&mut self, strain: f64) -> f64 {
         let step = strain - self.strain;
         self.strain = strain;
@@ -84,14 +85,14 @@ impl LowPass {
         Self { share: -(-step_secs / time_constant_secs).exp_m1(), value: 0.0 }
     }
 
-    /// One time step at this input; exact for an input that holds still over the step.
+    /// Advances by one time step with a constant input; exact for this input.
     fn step(&mut self, input: f64) -> f64 {
         self.value += self.share * (input - self.value);
         self.value
     }
 }
 
-/// One gauge with its past.
+/// One gauge and the state of its history.
 #[derive(Clone, Debug)]
 struct Gauge {
     index: usize,
@@ -100,7 +101,7 @@ struct Gauge {
 }
 
 impl Gauge {
-    /// The reading without noise, in mV/V, once the load has gone straight to this one.
+    /// Returns the reading without noise, in mV/V, after a monotonic change to this load.
     fn read(&mut self, load: &[f64; 6]) -> f64 {
         let i = self.index;
         let strain: f64 =
@@ -116,17 +117,17 @@ impl Gauge {
     }
 }
 
-/// A sensor that has never been loaded, or not for a long time.
+/// A sensor that was never loaded, or not for a long time.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor([Gauge; 6]);
 
 impl Sensor {
-    /// A relaxed sensor read at this time step.
+    /// Creates a relaxed sensor that is read at this time step.
     pub fn relaxed(step_secs: f64) -> Self {
         Self::with_creep(Some(CREEP.map(|(_, tau)| LowPass::new(tau, step_secs))))
     }
 
-    /// A relaxed sensor that does not creep, so that only the order of loads matters and not their times.
+    /// Creates a relaxed sensor without creep, so that only the order of loads matters.
     #[cfg(test)]
     pub fn without_creep() -> Self {
         Self::with_creep(None)
@@ -136,13 +137,14 @@ impl Sensor {
         Self(std::array::from_fn(|index| Gauge { index, hysteresis: BoucWen::default(), creep }))
     }
 
-    /// The six readings without noise, in mV/V, once the load has gone straight to this one, a time step on.
+    /// Returns the six readings without noise, in mV/V, one time step later, after a monotonic change to this load.
     pub fn read(&mut self, load: &[f64; 6]) -> [f64; 6] {
         self.0.each_mut().map(|gauge| gauge.read(load))
     }
 }
 
-/// What the gauges read at these loads, `n × 6` row-major in mV/V, the weight having been put on just before.
+/// Returns the gauge readings at these loads, `n × 6` row-major in mV/V. The weight is attached just before the first
+/// sample.
 pub(super) fn gauges_from_loads(loads: &[[f64; 6]], rate_hz: f64, random: &mut Random) -> Vec<f64> {
     let mut sensor = Sensor::relaxed(1.0 / rate_hz);
     let onset_steps = (ONSET_SECS * rate_hz).round() as usize;
@@ -161,7 +163,7 @@ pub(super) fn gauges_from_loads(loads: &[[f64; 6]], rate_hz: f64, random: &mut R
 mod tests {
     use super::*;
 
-    /// Follows corner strains in so many steps between each pair.
+    /// Returns the hysteresis along the corner strains, with `steps` steps between two corners.
     fn followed(corners: &[f64], steps: usize) -> Vec<f64> {
         let mut element = BoucWen::default();
         corners
@@ -174,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn hysteresis_does_not_know_how_fast_it_went() {
+    fn hysteresis_does_not_depend_on_the_rate() {
         let corners = [0.0, 1.0, -0.6, 0.3, -1.0];
         let fast = followed(&corners, 7);
         let slow = followed(&corners, 70);
@@ -183,8 +185,8 @@ mod tests {
         }
     }
 
-    /// From −1 to 1 `z` keeps `exp(−2 / 0.5)` = 1.8 % of its distance from the limit: after a few cycles the loop
-    /// repeats.
+    /// From −1 to 1, `z` keeps `exp(−2 / 0.5)` = 1.8 % of its distance from the limit, so the loop repeats after a few
+    /// cycles.
     #[test]
     fn hysteresis_saturates_and_its_loop_closes() {
         let ends = followed(&[0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0], 1);
@@ -194,7 +196,7 @@ mod tests {
         assert_eq!((far[2], far[5]), (1.0, -1.0));
     }
 
-    /// After a unit step a low-pass is at `1 − 1/e` when its time constant has passed.
+    /// After a unit step, a low-pass reaches `1 − 1/e` at its time constant.
     #[test]
     fn creep_settles_with_its_time_constants() {
         for (_, tau) in CREEP {
@@ -206,7 +208,7 @@ mod tests {
         }
     }
 
-    /// At equal load the reading is greater while the load falls.
+    /// At equal load, the reading is greater while the load falls.
     #[test]
     fn readings_lag_behind_the_load() {
         for axis in 0..6 {
@@ -223,8 +225,8 @@ mod tests {
         }
     }
 
-    /// The rated load holds still for 400 s, ten of the long time constant: creep adds its shares of the strain, in
-    /// the direction of the strain.
+    /// The rated load is held for 400 s, ten times the long time constant. Creep adds its shares of the strain, with
+    /// the sign of the strain.
     #[test]
     fn a_held_load_creeps_by_the_shares() {
         let load = [12.0, 0.0, 0.0, 0.0, 0.0, 0.0];

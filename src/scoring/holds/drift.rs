@@ -1,61 +1,61 @@
-//! A first-order exponential through a drifting output.
+//! Fits a first-order exponential to a drifting output.
 //!
-//! Guarantees: the best fit there is to within the search's resolution (the size is linear in the fit, the time
-//! constant is searched over everything the data can show); finite for finite samples.
+//! Guarantees: the fit is the least-squares optimum within the resolution of the search over time constants, and finite for
+//! finite samples.
 
-/// At so many averages over time the fit is made, so that a long hold costs no more than a short one.
+/// Maximum number of time averages that are fitted, so that a long dwell costs no more than a short one.
 const CELLS: usize = 400;
-/// Time constants are tried from the hold's length over this …
+/// Ratio of the dwell's length to the shortest time constant that is tried.
 const FASTEST: f64 = 200.0;
-/// … to the hold's length times this; slower ones look like a straight line.
+/// Ratio of the longest time constant that is tried to the dwell's length; slower drifts look like a straight line.
 const SLOWEST: f64 = 20.0;
-/// Steps of the first, coarse search, even in the logarithm.
+/// Number of steps of the coarse search, even in the logarithm.
 const COARSE_STEPS: usize = 60;
-/// Golden-section steps that follow; each leaves 0.618 of the interval.
+/// Number of golden-section steps after the coarse search; each keeps 0.618 of the interval.
 const FINE_STEPS: usize = 30;
-/// A drift counts if it is this many standard errors large.
+/// Smallest significant drift, in standard errors.
 const SIGNIFICANT: f64 = 3.0;
 
-/// How an output drifts over an interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the interval's first sample.
+/// Drift of an output over an interval: `y(t) = start + amplitude · (1 − exp(−t / τ))`, t from the interval's first sample.
 ///
 /// **Units** those of the output, and seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     /// The fitted output at the first sample.
     pub start: f64,
-    /// What the fitted output would change by if the interval never ended.
+    /// Change of the fitted output after infinite time.
     pub amplitude: f64,
-    /// The fitted time constant, whether or not the data resolve it.
+    /// Fitted time constant (s), even if the data do not resolve it.
     pub fitted_tau_secs: f64,
-    /// The interval's length.
+    /// Length of the interval (s).
     pub duration_secs: f64,
-    /// What the fitted output changes by from the first sample to the last.
+    /// Change of the fitted output from the first sample to the last.
     pub size: f64,
-    /// Root mean square of what the fit leaves over.
+    /// Root mean square of the residuals.
     pub noise: f64,
-    /// How many samples there were.
+    /// Number of samples.
     pub n_samples: usize,
 }
 
-/// Why a drift has no time constant.
+/// Reason why a drift has no time constant.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoTimeConstant {
     #[error("the output does not drift by more than its noise in {duration_secs:.3} s")]
     BelowNoise { duration_secs: f64 },
     #[error(
-        "the drift lasts longer than the {duration_secs:.3} s for which the load stands still; hold it longer"
+        "the output still drifts after the {duration_secs:.3} s of the dwell; hold the load longer"
     )]
     LongerThanHold { duration_secs: f64 },
     #[error(
-        "the drift is over within {shortest_secs:.3} s, too fast for {duration_secs:.3} s of samples; it may be the load still settling"
+        "the drift ends within {shortest_secs:.3} s, too fast for a dwell of {duration_secs:.3} s; the load may still be settling"
     )]
     TooFast { shortest_secs: f64, duration_secs: f64 },
 }
 
 impl Drift {
-    /// Fits the drift of `outputs`; `None` with fewer than four samples or where no time passes.
+    /// Fits the drift of `outputs`. Returns `None` for fewer than four samples, or if all times are equal.
     ///
-    /// For each time constant the least-squares start and amplitude follow at once; the time constant itself is searched,
+    /// For each time constant, start and amplitude follow by linear least squares. The time constant itself is searched,
     /// first in 60 steps from 1/200 of the interval to 20 times it, then by golden section around the best.
     ///
     /// # Panics
@@ -86,23 +86,22 @@ impl Drift {
         })
     }
 
-    /// The fitted output this long after the first sample.
+    /// Returns the fitted output at this time after the first sample.
     pub fn at(&self, secs: f64) -> f64 {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
-    /// Whether the drift stands out of the noise: three standard errors of the difference between the means of the
-    /// first and the last tenth.
+    /// Returns true if the drift exceeds three standard errors of the difference between the means of the first and the
+    /// last tenth.
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error
     }
 
-    /// The time constant.
+    /// Returns the time constant (s).
     ///
     /// # Errors
-    /// [`NoTimeConstant`] where the data do not show one: a drift below the noise, one that is slower than the interval is
-    /// long, or one that is faster than the samples.
+    /// [`NoTimeConstant`] if the drift is below the noise, slower than the interval is long, or faster than the samples.
     pub fn tau_secs(&self) -> Result<f64, NoTimeConstant> {
         let duration_secs = self.duration_secs;
         let sample_secs = duration_secs / (self.n_samples - 1) as f64;
@@ -119,7 +118,7 @@ impl Drift {
     }
 }
 
-/// `1 − exp(−t / τ)`.
+/// Returns `1 − exp(−t / τ)`.
 fn risen(secs: f64, tau: f64) -> f64 {
     -(-secs / tau).exp_m1()
 }
@@ -128,7 +127,7 @@ fn risen(secs: f64, tau: f64) -> f64 {
 struct Averages {
     /// Count, time since the first sample, output.
     cells: Vec<(f64, f64, f64)>,
-    /// The mean output, taken off below so that a large offset costs no digits.
+    /// Mean output. It is subtracted before the fit, so that a large offset costs no digits.
     mean: f64,
 }
 
@@ -158,7 +157,7 @@ fn averages(times: &[f64], outputs: &[f64], duration: f64) -> Averages {
 }
 
 impl Averages {
-    /// Least squares in start and amplitude.
+    /// Fits start and amplitude by least squares.
     fn fit(&self, tau: f64) -> Line {
         let (mut n, mut sum_g, mut sum_y) = (0.0, 0.0, 0.0);
         for (count, secs, y) in &self.cells {
@@ -183,7 +182,7 @@ impl Averages {
     }
 }
 
-/// The time constant that leaves least over.
+/// Returns the time constant with the smallest residual.
 fn search(duration: f64, left_over: impl Fn(f64) -> f64) -> f64 {
     let (fastest, slowest) = ((duration / FASTEST).ln(), (duration * SLOWEST).ln());
     let at = |step: usize| fastest + (slowest - fastest) * step as f64 / COARSE_STEPS as f64;

@@ -1,7 +1,7 @@
-//! Where a load stands still, and how the output drifts there.
+//! Dwells: intervals in which the load stands still, and the drift of the output in them.
 //!
-//! A **hold** is an interval of one recording in which every axis stays within a band of its own for some seconds. In it
-//! an output that still moves creeps: [`Drift`] fits a first-order exponential to it.
+//! In a dwell, every axis stays within its band for some seconds. An output that still moves creeps: [`Drift`] fits a
+//! first-order exponential to it.
 
 mod drift;
 mod stillness;

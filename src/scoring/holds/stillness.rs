@@ -1,27 +1,27 @@
-//! The intervals in which a load stands still.
+//! Finds the dwells, the intervals in which a load stands still.
 //!
-//! Guarantees: holds do not overlap and stand in the order of time; within one, no axis changes by more than its band;
-//! one pass, whatever the load does.
+//! Guarantees: dwells do not overlap and are sorted by time. Within a dwell, no axis changes by more than its band. The search
+//! is one pass.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// A hold has at least so many samples.
+/// Minimum number of samples of a dwell.
 pub const FEWEST_SAMPLES: usize = 8;
 
 /// An interval in which the load stands still.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hold {
-    /// Its samples.
+    /// Samples of the dwell.
     pub samples: Range<usize>,
-    /// The mean load of each axis.
+    /// Mean load of each axis.
     pub level: Vec<f64>,
 }
 
-/// Finds the intervals of at least `shortest_secs` in which every axis stays within its band.
+/// Returns the intervals of at least `shortest_secs` in which every axis stays within its band.
 ///
-/// From the first sample on, an interval grows until the greatest and least load of an axis differ by more than its band.
-/// If it is long enough it is a hold, and the next may begin where it ends; if not, it loses its first samples.
+/// An interval grows until the maximum and minimum of an axis differ by more than its band. If the interval is long enough, it is
+/// a dwell, and the next one may begin at its end. Otherwise its first samples are dropped.
 ///
 /// **Shapes** `axes` one slice per axis, as long as `times`; `bands` one per axis.
 ///
@@ -72,12 +72,12 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The samples that are, or may become, the greatest and the least of an interval that grows and loses its first samples.
+/// Samples that are, or may become, the maximum and the minimum of an interval that grows and loses its first samples.
 #[derive(Debug, Default)]
 struct Extent {
-    /// Their values fall.
+    /// Candidates for the maximum, with falling values.
     highest: VecDeque<usize>,
-    /// Their values rise.
+    /// Candidates for the minimum, with rising values.
     lowest: VecDeque<usize>,
 }
 

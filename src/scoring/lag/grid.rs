@@ -13,18 +13,23 @@ use faer::linalg::solvers::SolveLstsq;
 use super::kind::LagKind;
 use super::{LagRun, NoLag};
 use crate::recording::gap::{median_step, pause_by_step};
-use crate::recording::median::median;
+use crate::recording::median::{median, white_noise as noise};
 
 /// Radii of the play operators, as shares of half the range of what drives them; the first stands for hysteresis that turns
 /// over at once, however small the reversal.
-pub(super) const RADII: [f64; 7] = [0.0, 0.012, 0.03, 0.06, 0.12, 0.25, 0.6];
+const RADII: [f64; 7] = [0.0, 0.012, 0.03, 0.06, 0.12, 0.25, 0.6];
+/// The radii where few drivers leave room for more.
+const FINER_RADII: [f64; 13] =
+    [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
+/// Maximum number of drivers that have the finer radii.
+const FEW_DRIVERS: usize = 6;
 /// The smallest radius: below it a play operator is the sign of the load's rate.
 const SMALLEST_RADIUS: f64 = 0.003;
 /// A radius below this multiple of the smoothed noise would follow the noise.
 const RADIUS_IN_NOISE: f64 = 4.0;
 /// Time constants of creep, as multiples of the time in which the load moves by its own size; shorter ones are lag.
 const CREEP: [f64; 3] = [3.0, 12.0, 48.0];
-/// More gauges than this are not each given play operators; the axes are.
+/// More gauges than this are not each given play operators.
 const MOST_DRIVERS: usize = 12;
 /// The narrowest smoothing window, in samples to each side. Interpolation changes the noise of a sample by how far it lies from
 /// the next one, and would draw a lag towards halves of a sample; after this window it does so by less than a thousandth.
@@ -60,6 +65,15 @@ pub(super) struct Grid {
     pub(super) outputs: Vec<Vec<f64>>,
 }
 
+/// What the play operators follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Drivers {
+    /// The load of each axis: friction and backlash of the structure.
+    Axes,
+    /// What each gauge sees of the loads: hysteresis of the gauge or of the place where it sits.
+    Gauges,
+}
+
 /// All intervals, with what they have in common.
 pub(super) struct Grids {
     pub(super) parts: Vec<Grid>,
@@ -84,7 +98,7 @@ struct Piece<'a> {
 }
 
 impl Grids {
-    pub(super) fn of(runs: &[LagRun<'_>]) -> Result<Self, NoLag> {
+    pub(super) fn of(runs: &[LagRun<'_>], driven_by: Drivers) -> Result<Self, NoLag> {
         let n_axes = runs.first().map_or(0, |run| run.n_axes());
         let steps = runs.iter().filter_map(|run| median_step(run.times));
         let step_secs = median(steps).ok_or(NoLag::TooShort)?;
@@ -105,7 +119,8 @@ impl Grids {
             return Err(NoLag::TooShort);
         }
         let window = Window::new(half, hop);
-        let drivers = drivers(&pieces, n_axes);
+        let drivers = drivers(&pieces, n_axes, driven_by);
+        let radii: &[f64] = if drivers.len() <= FEW_DRIVERS { &FINER_RADII } else { &RADII };
         let slow_secs = slow_secs(&pieces, &window).ok_or(NoLag::ConstantLoad)?;
         let noise = driver_noise(&pieces, &drivers);
         let longest = pieces.iter().map(|piece| piece.secs()).fold(0.0, f64::max);
@@ -113,15 +128,25 @@ impl Grids {
         let creep: Vec<f64> = creep.into_iter().filter(|tau| *tau < 0.5 * longest).collect();
         let ranges = driver_ranges(&pieces, &drivers);
         let scale: Vec<_> = ranges.into_iter().zip(noise).collect();
-        let parts = pieces.iter().map(|piece| piece.grid(&window, &drivers, &scale, &creep));
-        let per_driver = RADII.len() + 2;
+        let parts = pieces.iter().map(|piece| piece.grid(&window, &drivers, &scale, radii, &creep));
+        let per_driver = radii.len() + 2;
         let finer = |column: usize| {
             let at = column.checked_sub(n_axes).filter(|at| *at < drivers.len() * per_driver);
-            at.is_some_and(|at| matches!(at % per_driver, 1 | 3 | 5))
+            at.map(|at| at % per_driver).is_some_and(|at| at < radii.len() && at % 2 == 1)
         };
         let parts: Vec<Grid> = parts.collect();
         let finer = (0..parts[0].columns.len()).map(finer).collect();
         Ok(Self { parts, n_axes, finer, step_secs, slow_secs })
+    }
+}
+
+impl Drivers {
+    /// Returns the drivers that differ from each other and are few enough.
+    pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
+        match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
+            true => &[Self::Axes, Self::Gauges],
+            false => &[Self::Axes],
+        }
     }
 }
 
@@ -175,6 +200,7 @@ impl Piece<'_> {
         window: &Window,
         drivers: &[Vec<f64>],
         scale: &[((f64, f64), f64)],
+        radii: &[f64],
         creep: &[f64],
     ) -> Grid {
         let mut columns: Vec<Vec<f64>> =
@@ -186,7 +212,7 @@ impl Piece<'_> {
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = if is_noisy { window.smoothed(&strain) } else { strain };
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
-            for radius in RADII {
+            for radius in radii {
                 columns.push(window.thinned(&beside_play(&strain, floor.max(radius * half))));
             }
             for power in [2, 3] {
@@ -333,12 +359,6 @@ fn pieces<'a>(run: usize, data: &'a LagRun<'a>) -> Vec<Piece<'a>> {
     long.map(piece).collect()
 }
 
-/// The standard deviation of white noise in a smooth signal.
-fn noise(values: &[f64]) -> f64 {
-    let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
-    median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
-}
-
 fn mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (n, sum) = values.fold((0.0, 0.0), |(n, sum), value| (n + 1.0, sum + value * value));
     if n > 0.0 { sum / n } else { 0.0 }
@@ -397,11 +417,11 @@ fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     (rate > 0.0 && size > 0.0).then(|| (size / rate).sqrt())
 }
 
-/// What the play operators follow, as shares of the axes: the strains of the gauges, or the axes.
-fn drivers(pieces: &[Piece<'_>], n_axes: usize) -> Vec<Vec<f64>> {
+/// Returns the play operators' drivers, each as its shares of the axes.
+fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
     let unit = |axis: usize| (0..n_axes).map(|own| f64::from(u8::from(own == axis))).collect();
     let n_gauges = pieces[0].data.n_gauges();
-    if n_axes == 1 || n_gauges == 0 || n_gauges > MOST_DRIVERS {
+    if by == Drivers::Axes {
         return (0..n_axes).map(unit).collect();
     }
     let n: usize = pieces.iter().map(|piece| piece.times.len()).sum();

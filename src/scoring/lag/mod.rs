@@ -3,7 +3,7 @@
 //! A lag makes a loop, and so does hysteresis. The loop of a lag grows with the rate of the load; that of hysteresis does not.
 //! So both are fitted together. An output `u` is described by
 //! `u(t) = Σ aⱼ xⱼ(t late by τ)`, where the `xⱼ` are the loads of all axes, play operators of several radii and squares and cubes
-//! of what each gauge sees of these loads, slow creep of the loads, and a constant. All of them come from the reference, so
+//! of these loads or of what each gauge sees of them (whichever explains more), slow creep of the loads, and a constant. All of them come from the reference, so
 //! the gains of a calibration that was fitted with the lag in its data do no harm. τ minimises the squared residual
 //! (Gauss-Newton); once as a delay and once as the time constant of a low-pass.
 //!
@@ -24,7 +24,7 @@ pub use kind::LagKind;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use self::grid::Grids;
+use self::grid::{Drivers, Grids};
 use self::solve::{Fitted, fitted};
 use crate::progress::{Cancelled, Progress};
 
@@ -131,7 +131,7 @@ pub fn lags(
     progress: &Progress,
 ) -> Result<Vec<Result<Lag, NoLag>>, Cancelled> {
     let n_outputs = runs.first().map_or(0, |run| run.n_outputs());
-    let grids = match Grids::of(runs) {
+    let grids = match grids_of(runs) {
         Ok(grids) => grids,
         Err(reason) => return Ok(vec![Err(reason); n_outputs]),
     };
@@ -152,11 +152,22 @@ pub fn lag_by_run(runs: &[LagRun<'_>], output: usize) -> Vec<Result<Lag, NoLag>>
 /// # Errors
 /// [`NoLag`] where the runs do not tell.
 pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
-    lag(&Grids::of(runs)?, output)
+    lag(&grids_of(runs)?, output)
 }
 
-fn lag(grids: &Grids, output: usize) -> Result<Lag, NoLag> {
-    let delay = fitted(grids, output, LagKind::Delay, 0.0);
+/// One for each of the drivers of hysteresis.
+fn grids_of(runs: &[LagRun<'_>]) -> Result<Vec<Grids>, NoLag> {
+    let drivers = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
+    drivers.iter().map(|drivers| Grids::of(runs, *drivers)).collect()
+}
+
+fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
+    let delays = grids.iter().map(|own| (own, fitted(own, output, LagKind::Delay, 0.0)));
+    let left = |delay: &Option<Fitted>| {
+        delay.as_ref().map_or(f64::INFINITY, |delay| delay.block_squares.iter().sum())
+    };
+    let best = delays.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
+    let (grids, delay) = best.expect("there are drivers");
     let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
     let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
     if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {

@@ -1,8 +1,8 @@
-//! A ridge of its own for each block: which blocks predict left-out parts better, and how strongly each is to be shrunk.
+//! A ridge strength for each block of features, chosen by cross-validation.
 //!
-//! How: forward. The block that helps most is taken with the strength that does best, then the best one beside it, as long as
-//! the left-out error falls. Of all choices on that way the simplest that is nearly as good as the best is taken, so that
-//! a block is only there where the parts agree that it helps.
+//! The search goes forward: the block that helps most is taken with its best strength, then the best one beside it, as long
+//! as the held-out error falls. Of all tried choices, the simplest that is nearly as good as the best is taken, so a block is
+//! used only if the parts agree that it helps.
 
 use std::collections::HashMap;
 
@@ -11,27 +11,27 @@ use rayon::prelude::*;
 use crate::calibration::simplest_good;
 use crate::scoring::left_out::fits::LeftOut;
 
-/// Strengths that are tried, stronger ones first; before them stands "not at all".
+/// Ridge strengths to try, in descending order. A block can also be left out.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
-/// For each block how it is shrunk: 0 is left away, otherwise one more than a position in [`STRENGTHS`].
+/// Choice for each block: 0 leaves the block out, any other number is one more than a position in [`STRENGTHS`].
 type Levels = Vec<u8>;
 
-/// The strengths that were chosen: for each target, for each block; `None` where it is left away.
+/// Chosen strengths, for each target and each block; `None` if the block is left out.
 pub type BlockStrengths = Vec<Vec<Option<f64>>>;
 
-/// What was tried so far.
+/// Choices that have been tried, with their errors.
 struct Tried<'a> {
     left_out: LeftOut<'a>,
-    /// The columns of each block.
+    /// Columns of each block.
     blocks: &'a [Vec<usize>],
     squares: HashMap<Levels, Vec<f64>>,
 }
 
 impl LeftOut<'_> {
-    /// Chooses blocks and strengths for each target; `blocks` are the columns of each, all of them appended.
+    /// Chooses blocks and strengths for each target. `blocks` are the appended columns of each block.
     ///
-    /// With fewer than two parts nothing can be compared, and nothing is shrunk: `None`.
+    /// Returns `None` with fewer than two parts, because nothing can be compared then.
     pub fn by_block(&self, blocks: &[Vec<usize>]) -> Option<BlockStrengths> {
         if self.parts.len() < 2 {
             return None;
@@ -58,7 +58,7 @@ impl LeftOut<'_> {
     }
 }
 
-/// The share of its squared length that each column is shrunk by; without end where its block is left away.
+/// Returns the ridge of each column, as a share of its squared length; infinite for a block that is left out.
 pub fn shares_of_blocks(
     n_columns: usize,
     blocks: &[Vec<usize>],
@@ -76,7 +76,7 @@ fn strength(level: u8) -> Option<f64> {
     Some(STRENGTHS[usize::from(level.checked_sub(1)?)])
 }
 
-/// All choices with one block more.
+/// Returns all choices with one block more.
 fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
     let free = (0..levels.len()).filter(|block| levels[*block] == 0);
     free.flat_map(move |block| {
@@ -89,7 +89,7 @@ fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
 }
 
 impl Tried<'_> {
-    /// Tries those that are new.
+    /// Tries the choices that have not been tried yet.
     fn add(&mut self, asked: Vec<Levels>) {
         let mut new: Vec<Levels> =
             asked.into_iter().filter(|levels| !self.squares.contains_key(levels)).collect();
@@ -117,8 +117,7 @@ impl Tried<'_> {
         self.squares[levels].iter().skip(target).step_by(q).sum()
     }
 
-    /// Of all that was tried the simplest one that is nearly as good as the best: the fewest
-    /// columns, then the strongest ridge.
+    /// Returns the simplest choice that is nearly as good as the best: the fewest columns, then the strongest ridge.
     fn simplest_good(&self, target: usize) -> &Levels {
         let q = self.left_out.total.n_targets();
         let cost = |levels: &Levels| {

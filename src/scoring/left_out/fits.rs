@@ -1,8 +1,7 @@
 //! Cross-validation from sums: fits that leave one part out, and their errors on it.
 //!
-//! Guarantees: the squared errors are those of [`fit`] to the sums of the other parts, up to rounding; a fit whose columns
-//! nearly explain each other, or of which hardly anything remains without the part, goes to [`fit`] itself and to sums
-//! that are added up anew, which finds the rank.
+//! Guarantees: the squared errors are those of [`fit`] to the sums of the other parts, up to rounding. If columns are nearly
+//! collinear, or a column nearly vanishes without a part, the sums are added up anew and [`fit`] finds the rank.
 
 use rayon::prelude::*;
 
@@ -12,19 +11,19 @@ use crate::scoring::cross_validation::{RIDGE_STRENGTHS, strongest_good};
 use crate::scoring::left_out::lanes::{LANES, Work};
 use crate::scoring::metrics::root_mean;
 
-/// From so many columns on groups of fits are worked on side by side; below, whoever calls has many of them to share out.
+/// Number of columns from which the fits run in parallel. With fewer columns, callers share out many fits themselves.
 const MANY_COLUMNS: usize = 48;
 
-/// The fits that leave each part out of the total, on some of the columns.
+/// Fits to all parts but one, on some of the columns.
 #[derive(Clone, Copy, Debug)]
 pub struct LeftOut<'a> {
-    /// The sums over all parts.
+    /// Sums over all parts.
     pub total: &'a NormalEquations,
-    /// What is left out in turn; parts without samples say nothing and do not belong here.
+    /// Sums of each part that is left out in turn. Parts without samples must not be among them.
     pub parts: &'a [NormalEquations],
-    /// What each fit is scored on: the same samples, with a memory that may begin anew in each part.
+    /// Sums of the same parts from a cold start, on which each fit is scored.
     pub scored: &'a [NormalEquations],
-    /// What is fitted.
+    /// Columns that are fitted.
     pub terms: Terms<'a>,
 }
 
@@ -34,20 +33,20 @@ impl<'a> LeftOut<'a> {
         Self { total, parts, scored: parts, terms }
     }
 
-    /// Scores the fits on these sums of the same parts, where there are some.
+    /// Scores the fits on these cold-start sums of the same parts, if there are any.
     pub fn scored_on(self, scored: Option<&'a [NormalEquations]>) -> Self {
         Self { scored: scored.unwrap_or(self.scored), ..self }
     }
 
-    /// The coefficients of the fits to all parts but one, each in turn.
+    /// Returns the coefficients of the fit without each part.
     pub fn coefficients(&self, shares: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let fit = |_, rest: &NormalEquations| fit_targets(rest, self.terms, shares).coefficients;
         let fits = NormalEquations::each_without(self.parts, |_| true, fit).into_iter();
         fits.map(|(_, coefficients)| coefficients).collect()
     }
 
-    /// Whether a fit has as many samples as coefficients that nothing shrinks, whichever part is left out; without that
-    /// an error says more about the solution that was picked among many than about the data.
+    /// Returns true if every fit has at least as many samples as coefficients without a ridge. Otherwise the error depends on
+    /// which of many solutions was chosen.
     pub fn is_determined(&self, strengths: &[f64]) -> bool {
         let kinds = self.terms.used.iter();
         let kinds = kinds.map(|&column| self.terms.kinds[column]);
@@ -55,8 +54,8 @@ impl<'a> LeftOut<'a> {
         too_short(part_samples, kinds, strengths).is_none()
     }
 
-    /// Root mean squared error per target over all parts, where their squared errors are these; `None` where the others do
-    /// not determine a fit with these strengths.
+    /// Returns the root mean squared error per target, from the squared errors of all parts; `None` if the other parts do not
+    /// determine a fit with these strengths.
     pub fn rmse(&self, strengths: &[f64], squares: impl FnOnce() -> Vec<f64>) -> Option<Vec<f64>> {
         if !self.is_determined(strengths) {
             return None;
@@ -65,13 +64,13 @@ impl<'a> LeftOut<'a> {
         root_mean(&summed_by_target(&squares(), q), self.total.n_samples())
     }
 
-    /// The strength of the ridge for each target, and [`Self::squares_by_target`] with it; none with fewer than two parts.
+    /// Returns the ridge strength of each target, and [`Self::squares_by_target`] with it. There is no ridge with fewer than
+    /// two parts.
     ///
-    /// An automatic ridge is the strongest one whose error over the parts is nearly the lowest, if that is below the
-    /// conventional calibration's with 90 % confidence. So where the parts disagree about what the blocks bring, the answer stays near the conventional calibration. With fewer than two parts nothing can
-    /// be compared, and all strengths are zero. Scores with strengths chosen by them are slightly too good: one number
-    /// per axis was fitted to all parts. One strength for all blocks, too, where each may have its own
-    /// ([`Self::by_block`] chooses these).
+    /// An automatic ridge is the strongest one whose held-out error is nearly the lowest, if that is below the conventional
+    /// error with 90 % confidence. If the parts disagree about the benefit of the blocks, the answer stays near the
+    /// conventional calibration. With fewer than two parts, all strengths are zero. The scores are slightly too good, because
+    /// one number per axis was fitted to all parts. All blocks share one strength; [`Self::by_block`] chooses one for each.
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
         let q = self.total.n_targets();
         let enough = self.parts.len() > 1;
@@ -95,7 +94,7 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// [`Self::squares_with`] shares of its own for each target.
+    /// Returns [`Self::squares_with`] different shares for each target.
     pub fn squares_by_target(&self, shares: &[Vec<f64>]) -> Vec<f64> {
         let q = self.total.n_targets();
         let mut squares = vec![0.0; self.parts.len() * q];
@@ -113,8 +112,8 @@ impl<'a> LeftOut<'a> {
         squares
     }
 
-    /// Sums of squared errors of each part, predicted by the fit to the others with a ridge relative to the columns'
-    /// lengths.
+    /// Returns the sums of squared errors of each part, predicted by the fit to the others with a ridge relative to the
+    /// columns' lengths.
     ///
     /// **Shapes** `n_parts × n_targets`, row-major.
     ///
@@ -124,10 +123,11 @@ impl<'a> LeftOut<'a> {
         self.squares_with(&self.terms.shares(strength))
     }
 
-    /// [`Self::squares`] with shares of their squared lengths for the columns; one without end leaves its column away.
+    /// Returns [`Self::squares`] with a ridge of each column as a share of its squared length; infinite leaves the column
+    /// out.
     pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
-        // A column that is zero in every part would send each of them the careful way.
+        // Columns that are zero in every part are dropped, because they would make every fit take the slow path.
         let used = self.total.present_among(&self.terms.kept(shares));
         let left_out = LeftOut { terms: Terms { used: &used, ..self.terms }, ..*self };
         let mut squares = vec![0.0; self.parts.len() * q];
@@ -162,13 +162,13 @@ impl<'a> LeftOut<'a> {
     }
 }
 
-/// Sums over the parts of `n_parts × n_targets` squares.
+/// Returns the sums over the parts of `n_parts × n_targets` squares.
 pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
-/// The fewest samples that are left to fit when a part is left out, and the coefficients that nothing shrinks, where they
-/// are more.
+/// Returns the smallest number of samples left to fit without a part, and the number of coefficients without a ridge, if
+/// there are more coefficients than samples.
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,
@@ -181,7 +181,7 @@ pub fn too_short(
     (samples < (free as u64).max(1)).then_some((samples, free))
 }
 
-/// The fewest samples that are left to fit when a part is left out; `None` with fewer than two parts.
+/// Returns the smallest number of samples left to fit without a part; `None` with fewer than two parts.
 pub fn fewest_samples_without_a_part(
     part_samples: impl Iterator<Item = u64> + Clone,
 ) -> Option<u64> {

@@ -1,7 +1,7 @@
-//! Fits that leave one part out, eight at a time: each part has a lane of its own.
+//! Fits that leave one part out, eight at a time: each part has a SIMD lane.
 //!
-//! How: the part's sums are taken off the total; Cholesky without pivoting, the targets as further rows of the matrix, so
-//! that forward substitution comes with the factor. All fits have the same shape, so every step does one operation on
+//! The part's sums are subtracted from the total. The Cholesky factorisation does not pivot, and the targets are further rows
+//! of the matrix, so the factor includes forward substitution. All fits have the same shape, so each step is one operation on
 //! eight of them.
 
 #![expect(
@@ -15,36 +15,36 @@
 
 use crate::calibration::{NormalEquations, Terms};
 
-/// Fits worked on at once.
+/// Number of fits that are computed together.
 pub(crate) const LANES: usize = 8;
 
 /// One number per lane.
 type Lanes = [f64; LANES];
 
-/// What must be left of each column's squared length, as a share, after the columns before it have explained theirs.
+/// Smallest share of a column's squared length that the columns before it may leave unexplained.
 ///
-/// Far above the share at which [`fit`](crate::calibration::fit) drops a column: whoever is anywhere near that takes the careful way.
+/// This is far above the share at which [`fit`](crate::calibration::fit) drops a column. Fits below it take the slow path.
 const SURELY_INDEPENDENT: f64 = 1e-6;
 
-/// What must remain of each column's squared length, as a share, when a part is taken off the total.
+/// Smallest share of a column's squared length that must remain without a part.
 ///
-/// The difference carries the total's rounding errors, near 1e-15: with this much left they stay far below
+/// The difference carries the total's rounding errors, near 1e-15. With this share left, they stay far below
 /// [`SURELY_INDEPENDENT`].
 const SURELY_REMAINS: f64 = 1e-2;
 
-/// Room for one group of fits of `m` columns and `q` targets.
+/// Buffers for one group of fits of `m` columns and `q` targets.
 pub(crate) struct Work {
     m: usize,
     q: usize,
-    /// The part's products: the lower triangle of `XᵀX` row by row, then a row of `XᵀY` for each target.
+    /// Products of the part: the lower triangle of `XᵀX` row by row, then a row of `XᵀY` for each target.
     part: Vec<Lanes>,
-    /// Likewise those of the rest, each column scaled to length one; becomes the factor.
+    /// Products of the other parts in the same layout, each column scaled to length one. The factor overwrites them.
     factor: Vec<Lanes>,
     inverse_length: Vec<Lanes>,
     inverse_root: Vec<Lanes>,
     coefficients: Vec<Lanes>,
     least_pivot: Lanes,
-    /// The least share of a column's squared length that remains without the part.
+    /// Smallest share of a column's squared length that remains without the part.
     least_remains: Lanes,
     squares: Vec<Lanes>,
 }
@@ -67,7 +67,7 @@ impl Work {
         }
     }
 
-    /// Fits all parts but one, for each of up to [`LANES`] parts; each fit is scored on the second sums of its part.
+    /// Fits up to [`LANES`] sets of all parts but one, and scores each fit on the second sums of its part.
     pub fn fit(
         &mut self,
         total: &NormalEquations,
@@ -78,7 +78,7 @@ impl Work {
         pulp::Arch::new().dispatch(Group { total, terms, parts, scored, shares, work: self });
     }
 
-    /// Writes the sums of squared errors on one part; whether they are to be trusted.
+    /// Writes the sums of squared errors on one part. Returns false if they are not reliable.
     pub fn answer(&self, lane: usize, squares: &mut [f64]) -> bool {
         for (square, lanes) in squares.iter_mut().zip(&self.squares) {
             *square = lanes[lane].max(0.0);
@@ -87,18 +87,18 @@ impl Work {
     }
 }
 
-/// Where row `i` of a lower triangle begins, diagonal included.
+/// Returns the index of row `i` in a lower triangle with its diagonal.
 const fn row_start(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
-/// Compiled for each instruction set; which one is decided when the program runs.
+/// This function is compiled for each instruction set; one is chosen when the program runs.
 struct Group<'a> {
     total: &'a NormalEquations,
     terms: Terms<'a>,
     parts: &'a [NormalEquations],
     scored: &'a [NormalEquations],
-    /// Of each column's squared length, what the ridge adds to it.
+    /// Ridge of each column, as a share of its squared length.
     shares: &'a [f64],
     work: &'a mut Work,
 }
@@ -119,14 +119,14 @@ impl pulp::WithSimd for Group<'_> {
     }
 }
 
-/// One number of each part; lanes without a part repeat the last one.
+/// Returns one number of each part. Lanes without a part repeat the last part.
 #[inline(always)]
 fn gathered(parts: &[NormalEquations], number: impl Fn(&NormalEquations) -> f64) -> Lanes {
     std::array::from_fn(|lane| number(&parts[lane.min(parts.len() - 1)]))
 }
 
 impl Group<'_> {
-    /// Fills in the products of the parts and of what is left without them.
+    /// Computes the products of the parts, and of the totals without them.
     #[inline(always)]
     fn gather(&mut self) {
         let total = self.total;
@@ -185,7 +185,7 @@ impl Group<'_> {
 }
 
 impl Work {
-    /// Cholesky, column by column; a pivot that is not surely positive is noted and counts as infinite.
+    /// Computes the Cholesky factor column by column. A pivot that is not surely positive is noted and counts as infinite.
     #[inline(always)]
     fn factorise(&mut self) {
         let m = self.m;
@@ -197,7 +197,7 @@ impl Work {
             let (own, pivot) = row.split_at_mut(j);
             let pivot = reduced(pivot[0], own, own);
             for lane in 0..LANES {
-                // Not `min`, which would take NaN for the larger one.
+                // `min` is not used, because it ignores NaN.
                 if !(pivot[lane] >= self.least_pivot[lane]) {
                     self.least_pivot[lane] = pivot[lane];
                 }
@@ -219,7 +219,7 @@ impl Work {
         }
     }
 
-    /// The coefficients of one target, on columns of length one.
+    /// Returns the coefficients of one target, for columns of length one.
     #[inline(always)]
     fn substitute_back(&mut self, target: usize) {
         let m = self.m;
@@ -238,7 +238,7 @@ impl Work {
         }
     }
 
-    /// `yᵀy − 2bᵀXᵀy + bᵀXᵀXb` on the part; see [`NormalEquations::squared_residuals`].
+    /// Returns `yᵀy − 2bᵀXᵀy + bᵀXᵀXb` on the part; see [`NormalEquations::squared_residuals`].
     #[inline(always)]
     fn squares_on_part(&mut self, target: usize, mut square: Lanes) -> Lanes {
         let m = self.m;
@@ -266,7 +266,7 @@ impl Work {
     }
 }
 
-/// `value − Σ aₖ bₖ`, over the length of `b`.
+/// Returns `value − Σ aₖ bₖ`, over the length of `b`.
 #[inline(always)]
 fn reduced(mut value: Lanes, a: &[Lanes], b: &[Lanes]) -> Lanes {
     for (a, b) in a.iter().zip(b) {

@@ -5,23 +5,23 @@
 
 use crate::scoring::loops::turns::Branch;
 
-/// Into so many cells of equal width the load range of a branch is divided.
+/// Number of cells of equal width into which the load range of a branch is divided.
 pub const CELLS: usize = 100;
 
-/// The output over the load along a branch, as a chain of straight lines.
+/// Output over the load along a branch, as a chain of straight lines.
 ///
-/// A load that wiggles within the dead band, or noise, visits the same load several times. So the samples are averaged,
-/// load and output alike, over each hundredth of the branch's load range; the chain goes through these averages, and
-/// begins and ends at the samples of least and greatest load, which neighbouring branches share.
+/// Noise, or a load that turns back by less than the reversal threshold, visits the same load several times. So load and
+/// output are averaged over each hundredth of the branch's load range. The chain joins these averages, and begins and ends at
+/// the samples of minimum and maximum load, which neighbouring branches share.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// `(load, output)`, loads rising without repeats.
+    /// Points `(load, output)`, loads rising without repeats.
     knots: Vec<(f64, f64)>,
     averages: Vec<(f64, f64)>,
 }
 
 impl Curve {
-    /// Averages the samples of a branch, but for those of the cycles on its way.
+    /// Averages the samples of a branch, without those of smaller cycles within it.
     ///
     /// # Panics
     /// If the branch is not one of these loads, or there are not as many outputs as loads.
@@ -51,7 +51,7 @@ impl Curve {
             .collect();
         let ends = [lowest, highest].map(|k| (loads[k], outputs[k]));
         let mut knots = vec![ends[0]];
-        // An average that is an end sample by itself, up to rounding, adds nothing.
+        // An average that equals an end sample, up to rounding, is dropped.
         let least_gap = 1e-9 * branch.span();
         knots.extend(
             averages
@@ -62,7 +62,7 @@ impl Curve {
         Self { knots, averages }
     }
 
-    /// The output at this load; beyond the ends, that at the end.
+    /// Returns the output at this load; beyond the ends, the output at the end.
     pub fn at(&self, load: f64) -> f64 {
         let next = self.knots.partition_point(|(knot, _)| *knot <= load);
         match (next.checked_sub(1), self.knots.get(next)) {
@@ -76,14 +76,15 @@ impl Curve {
         }
     }
 
-    /// The averages as `(load, output)`, loads rising: one for each hundredth of the range that has samples.
+    /// Returns the averages as `(load, output)`, loads rising: one for each hundredth of the range that has samples.
     pub fn averages(&self) -> &[(f64, f64)] {
         &self.averages
     }
 
-    /// The two ends as `(load, output)`, the outputs carried on from the outer two averages: no single sample's noise.
+    /// Returns the two ends as `(load, output)`. The outputs are extrapolated from the outer two averages, so that they do
+    /// not depend on the noise of one sample.
     ///
-    /// `None` with fewer than two averages.
+    /// Returns `None` with fewer than two averages.
     pub fn ends(&self) -> Option<[(f64, f64); 2]> {
         let [first, second, ..] = self.averages[..] else {
             return None;

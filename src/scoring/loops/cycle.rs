@@ -1,16 +1,17 @@
-//! Cycles, and how far apart their two branches lie at equal load.
+//! Cycles, and the distance between their two branches at equal load.
 
 use crate::min_max::MinMax;
+use crate::recording::median::white_noise;
 use crate::scoring::loops::curve::Curve;
 use crate::scoring::loops::turns::Branch;
 
-/// At so many loads a loop's two branches are compared: every hundredth of the common range.
+/// Number of loads at which the two branches of a loop are compared: every hundredth of the common range.
 pub const LOADS: usize = 101;
 
 /// Two neighbouring branches of one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
-    /// Which of the recordings it is in.
+    /// Index of the recording.
     pub recording: usize,
     /// The branch that comes first.
     pub first: Branch,
@@ -19,26 +20,31 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// The branch in which the load rises.
+    /// Returns the branch in which the load rises.
     pub fn rising(&self) -> &Branch {
         if self.first.rising { &self.first } else { &self.second }
     }
 
-    /// The branch in which the load falls.
+    /// Returns the branch in which the load falls.
     pub fn falling(&self) -> &Branch {
         if self.first.rising { &self.second } else { &self.first }
     }
 
-    /// The loads that both branches have.
+    /// Returns the range of loads that both branches cover.
     pub fn loads(&self) -> MinMax {
         MinMax::common([self.first.loads, self.second.loads].into_iter())
     }
 
-    /// The width of the range of loads that both branches have.
+    /// Returns the width of the range of loads that both branches cover.
     pub fn span(&self) -> f64 {
         self.loads().span()
     }
 }
+
+/// Noise of the width is averaged until it is below this share of the largest width …
+const MOST_NOISE: f64 = 0.02;
+/// … over as many neighbouring loads to each side at most. A width that peaks loses an eighth by all of them, an ellipse a hundredth.
+const WIDEST: usize = 12;
 
 /// One output along both branches of a cycle, at the same loads.
 ///
@@ -47,16 +53,16 @@ impl Cycle {
 /// **Units** loads and outputs in their own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loop {
-    /// The loads that both branches have.
+    /// Range of loads that both branches cover.
     pub range: MinMax,
-    /// The output while the load rises.
+    /// Output while the load rises.
     pub rising: Vec<f64>,
-    /// The output while the load falls.
+    /// Output while the load falls.
     pub falling: Vec<f64>,
 }
 
 impl Loop {
-    /// Brings an output of the cycle's recording to common loads.
+    /// Returns an output of the cycle's recording at common loads of both branches.
     ///
     /// # Panics
     /// If the cycle is not one of these loads, or there are not as many outputs as loads.
@@ -69,7 +75,7 @@ impl Loop {
         Self { range, rising: on(cycle.rising()), falling: on(cycle.falling()) }
     }
 
-    /// The mean of several loops over the loads that all of them have; `None` where there is no such load.
+    /// Returns the mean of several loops over the loads that all of them cover; `None` if there are none.
     pub fn mean(loops: &[Self]) -> Option<Self> {
         let range = MinMax::common(loops.iter().map(|one| one.range));
         let usable = range.span() > 0.0 && range.span().is_finite();
@@ -88,7 +94,7 @@ impl Loop {
         })
     }
 
-    /// A branch of this loop at a load within its range.
+    /// Returns the output of a branch of this loop at a load within its range.
     fn at(&self, branch: &[f64], load: f64) -> f64 {
         let steps = (LOADS - 1) as f64;
         let position = ((load - self.range.min) / self.range.span() * steps).clamp(0.0, steps);
@@ -96,27 +102,45 @@ impl Loop {
         branch[below] + (branch[below + 1] - branch[below]) * (position - below as f64)
     }
 
-    /// The loads at which the branches are compared, rising.
+    /// Returns the loads at which the branches are compared, rising.
     pub fn loads(&self) -> impl Iterator<Item = f64> + use<> {
         even_loads(self.range)
     }
 
-    /// The loop's width at each of these loads: falling less rising, so positive where the output lags behind.
+    /// Returns the loop's width at each load: falling minus rising, so positive where the output lags behind.
     pub fn widths(&self) -> impl Iterator<Item = f64> {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// The greatest size of the width.
+    /// Returns the widths without most of their noise: on straight lines through neighbouring loads, as few as it takes.
     ///
-    /// **Source** OIML R 60-1, 3.7: the difference at one load between coming up from the least and down from the
-    /// greatest load.
-    pub fn largest_width(&self) -> f64 {
-        self.widths().map(f64::abs).fold(0.0, f64::max)
+    /// The largest of a hundred noisy widths, and the mean of their sizes, would be above zero without any hysteresis.
+    fn quiet_widths(&self) -> Vec<f64> {
+        let widths: Vec<f64> = self.widths().collect();
+        let noise = white_noise(&widths);
+        let around = |half: usize| -> Vec<f64> {
+            (0..widths.len()).map(|at| on_line(&widths, at, half)).collect()
+        };
+        let is_quiet = |half: usize, own: &[f64]| {
+            let largest = own.iter().fold(0.0, |largest: f64, own| largest.max(own.abs()));
+            2.0 * noise / ((2 * half + 1) as f64).sqrt() <= MOST_NOISE * largest
+        };
+        let halves = (0..=WIDEST).map(|half| (half, around(half)));
+        let mut quiet = halves.filter(|(half, own)| *half == WIDEST || is_quiet(*half, own));
+        quiet.next().map_or(widths.clone(), |(_, own)| own)
     }
 
-    /// The mean size of the width over the common range.
+    /// Returns the largest magnitude of the width.
+    ///
+    /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the
+    /// maximum.
+    pub fn largest_width(&self) -> f64 {
+        self.quiet_widths().into_iter().map(f64::abs).fold(0.0, f64::max)
+    }
+
+    /// Returns the mean magnitude of the width over the common range.
     pub fn mean_width(&self) -> f64 {
-        mean_by_trapezoids(self.widths().map(f64::abs))
+        mean_by_trapezoids(self.quiet_widths().into_iter().map(f64::abs))
     }
 
     /// Returns the integral of the width's size over the load: open loops have an area, even where their branches cross.
@@ -134,7 +158,7 @@ impl Loop {
     }
 }
 
-/// [`LOADS`] loads in even steps.
+/// Returns [`LOADS`] loads in even steps.
 pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     (0..LOADS).map(move |step| {
         let share = step as f64 / (LOADS - 1) as f64;
@@ -142,7 +166,7 @@ pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     })
 }
 
-/// The mean of [`LOADS`] values in even steps, joined by straight lines.
+/// Returns the mean over a chain of straight lines through [`LOADS`] values in even steps.
 fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     let last = LOADS - 1;
     let weighted = values.enumerate().map(|(at, value)| {
@@ -150,6 +174,19 @@ fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
         if is_end { value / 2.0 } else { value }
     });
     weighted.sum::<f64>() / last as f64
+}
+
+/// Returns the value in this place of the least-squares line through its neighbours, `half` of them to each side where there are
+/// as many.
+fn on_line(values: &[f64], at: usize, half: usize) -> f64 {
+    let from = at.saturating_sub(half);
+    let own = &values[from..(at + half + 1).min(values.len())];
+    let middle = 0.5 * (own.len() - 1) as f64;
+    let mean = own.iter().sum::<f64>() / own.len() as f64;
+    let places = || (0..own.len()).map(|place| place as f64 - middle);
+    let squares: f64 = places().map(|place| place * place).sum();
+    let slope = places().zip(own).map(|(place, value)| place * value).sum::<f64>();
+    if squares > 0.0 { mean + slope / squares * ((at - from) as f64 - middle) } else { mean }
 }
 
 #[cfg(test)]
@@ -189,6 +226,23 @@ mod tests {
             assert!((one.largest_width() / (2.0 * radius) - 1.0).abs() < 0.01);
             assert!((one.area() / area - 1.0).abs() < 0.01, "{}", one.area());
             assert!((one.mean_width() / (area / 2.0) - 1.0).abs() < 0.01);
+        }
+    }
+
+    /// Noise of 1 % makes neither a width nor an area where there is no hysteresis, and hardly changes those of play.
+    #[test]
+    fn noise_is_no_hysteresis() {
+        let mut random = crate::random::Random::new(3, &[]);
+        for radius in [0.0, 0.03] {
+            let loads = triangle(3, 400);
+            let noisy = play(&loads, radius)
+                .iter()
+                .map(|own| own + 0.01 * random.normal())
+                .collect::<Vec<_>>();
+            let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
+            let one = Loop::of(&cycle, &loads, &noisy);
+            assert!((one.largest_width() - 2.0 * radius).abs() < 0.006, "{}", one.largest_width());
+            assert!((one.mean_width() - 2.0 * radius).abs() < 0.003, "{}", one.mean_width());
         }
     }
 

@@ -3,18 +3,18 @@
 //! One axis at a time: its reference load goes across, and any output of the sensor up (a raw gauge, the conventional or
 //! the compensated load, an error). Reversals depend on the load alone, so all outputs are compared on the same cycles.
 //!
-//! * A **reversal** is an extreme from which the load comes back by more than a dead band ([`default_dead_band`] where
-//!   nobody has chosen one). Between reversals lie **branches**, rising and falling by turns. History never crosses from one
-//!   recording into another, and neither does a branch.
-//! * **Cycles** are counted by rainflow (ASTM E1049): a small cycle on the way of a large one is a cycle of its own, and the
-//!   large one goes on as if it had not been. So the dead band decides how small a cycle is counted, and hardly touches the
-//!   large ones. Half cycles that are left over make cycles with their neighbours, each with one at most.
-//! * The **largest cycle** is the one whose two branches share the widest range of loads, of half cycles with either
-//!   neighbour. Figures of "one cycle" are its.
-//! * **Full cycles** are those that cover at least [`FULL_SHARE`] of the largest one's range; the **mean loop** is their mean
-//!   over the loads that all of them have. There is one where [`FEWEST_CYCLES`] are full and share more than [`MOST`] of all
+//! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold ([`default_dead_band`]
+//!   unless the user sets one). The intervals between reversals are **branches**, rising and falling in turn. A branch never
+//!   crosses from one recording into another.
+//! * **Cycles** are counted by rainflow (ASTM E1049): a small cycle within a large one is a cycle of its own, and the large
+//!   one continues as if the small one had not happened. So the reversal threshold sets the size of the smallest cycle, and
+//!   hardly changes large ones. Leftover half cycles form cycles with their neighbours, each with one at most.
+//! * The **largest cycle** is the one whose two branches share the widest range of loads. Figures of "one cycle" belong to
+//!   it.
+//! * **Full cycles** cover at least [`FULL_SHARE`] of the largest cycle's range. The **mean loop** is their mean over the
+//!   loads that all of them cover. It exists if at least [`FEWEST_CYCLES`] are full and share more than [`MOST`] of all
 //!   loads.
-//! * A loop is compared at 101 loads over its common range, on averages over hundredths of each branch ([`Curve`]).
+//! * A loop is compared at 101 loads over its common range. Each branch is averaged over hundredths of its range ([`Curve`]).
 
 mod curve;
 mod cycle;
@@ -38,35 +38,35 @@ pub use outline::{Density, Frame, Outline, outline};
 pub(crate) use turns::{Branch, NOISE_FACTOR};
 pub use turns::{LoadExtent, branches, default_dead_band};
 
-/// A cycle is full if it covers at least this share of the largest one's range.
+/// Smallest share of the largest cycle's range that a full cycle covers.
 pub const FULL_SHARE: f64 = 0.8;
-/// Fewer full cycles than this have no mean loop …
+/// Minimum number of full cycles for a mean loop.
 pub const FEWEST_CYCLES: usize = 3;
-/// … and neither have cycles whose common loads are not more than this share of all loads.
+/// Smallest share of all loads that the cycles of a mean loop must have in common.
 pub const MOST: f64 = 0.5;
 
-/// The branches and cycles of one axis in several recordings.
+/// Branches and cycles of one axis in several recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
-    /// One list per recording, in the order of time.
+    /// Branches of each recording, in the order of time.
     branches: Vec<Vec<Branch>>,
-    /// By recording and time; a half cycle is in one of them at most.
+    /// Cycles sorted by recording and time. A half cycle belongs to one of them at most.
     cycles: Vec<Cycle>,
-    /// The half cycles of each recording that rainflow counting leaves over, in the order of time.
+    /// Half cycles of each recording that rainflow counting leaves over, in the order of time.
     residue: Vec<Vec<Branch>>,
 }
 
-/// Cycles that do not make a mean loop.
+/// Reason why the cycles make no mean loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooFew {
-    /// How many are full.
+    /// Number of full cycles.
     pub count: usize,
-    /// What they have in common, as a share of all loads.
+    /// Share of all loads that the full cycles have in common.
     pub share: f64,
 }
 
 impl Loops {
-    /// Splits each recording's load at its reversals, and counts its cycles.
+    /// Splits each recording's load at its reversals, and counts the cycles.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>, dead_band: f64) -> Self {
         let mut loops = Self { branches: Vec::new(), cycles: Vec::new(), residue: Vec::new() };
         for (recording, loads) in recordings.into_iter().enumerate() {
@@ -89,17 +89,17 @@ impl Loops {
         loops
     }
 
-    /// The branches of each recording between neighbouring reversals, in the order of time.
+    /// Returns the branches of each recording between neighbouring reversals, in the order of time.
     pub fn branches(&self) -> &[Vec<Branch>] {
         &self.branches
     }
 
-    /// All cycles, recording by recording in the order of their beginnings.
+    /// Returns all cycles, recording by recording, sorted by their beginnings.
     pub fn cycles(&self) -> &[Cycle] {
         &self.cycles
     }
 
-    /// The cycle whose branches share the widest range of loads, the first of them if several do.
+    /// Returns the cycle whose branches share the widest range of loads; the first one of equals.
     pub fn largest(&self) -> Option<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {
@@ -120,7 +120,7 @@ impl Loops {
         })
     }
 
-    /// The cycles that cover at least [`FULL_SHARE`] of the largest one's range.
+    /// Returns the cycles that cover at least [`FULL_SHARE`] of the largest one's range.
     pub fn full_cycles(&self) -> Vec<Cycle> {
         let Some(largest) = self.largest() else {
             return Vec::new();
@@ -129,10 +129,10 @@ impl Loops {
         full.filter(|cycle| covers(cycle.loads(), largest.loads())).cloned().collect()
     }
 
-    /// The full cycles, where they are enough for a mean loop: `range` holds the least and the greatest of all loads.
+    /// Returns the full cycles if they make a mean loop. `range` is the minimum and maximum of all loads.
     ///
     /// # Errors
-    /// [`TooFew`] where fewer than [`FEWEST_CYCLES`] are full, or where they share no more than [`MOST`] of the range.
+    /// [`TooFew`] if fewer than [`FEWEST_CYCLES`] are full, or if they share no more than [`MOST`] of the range.
     pub fn mean_cycles(&self, range: MinMax) -> Result<Vec<Cycle>, TooFew> {
         let full = self.full_cycles();
         let common = common_loads(&full);
@@ -145,7 +145,7 @@ impl Loops {
         }
     }
 
-    /// The widest rising branch, cycles on its way left out, with its recording.
+    /// Returns the widest rising branch without the smaller cycles within it, and its recording.
     pub fn widest_rising(&self) -> Option<(usize, &Branch)> {
         let halves = self.residue.iter().enumerate();
         let halves =
@@ -155,12 +155,12 @@ impl Loops {
     }
 }
 
-/// The loads that all of these cycles have.
+/// Returns the range of loads that all of these cycles cover.
 pub(crate) fn common_loads(cycles: &[Cycle]) -> MinMax {
     MinMax::common(cycles.iter().map(Cycle::loads))
 }
 
-/// Whether one range of loads covers most of another.
+/// Returns true if one range of loads covers most of another.
 fn covers(own: MinMax, whole: MinMax) -> bool {
     MinMax::common([own, whole].into_iter()).span() >= FULL_SHARE * whole.span()
 }

@@ -1,66 +1,66 @@
-//! Paths as few enough points to draw, or how densely they lie where they are too many.
+//! Reduces paths to a number of points that can be drawn fast, or to their density where there are too many points.
 //!
-//! Guarantees: nothing drawn is further than a pixel from what was measured, and nothing measured is further than a pixel
-//! from what is drawn; the size of what is drawn depends on the picture, not on the number of samples.
+//! Guarantees: no drawn point is further than a pixel from the measured path, and no measured sample is further than a pixel
+//! from the drawing. The size of the drawing depends on its pixels, not on the number of samples.
 
 use crate::scoring::loops::raster::Raster;
 
-/// Cells across and up a pixel: from corner to corner of one, and of what is passed over beside it, is less than a pixel.
+/// Cells per pixel, horizontally and vertically. The diagonal of a cell and the tolerance for skipped samples together stay
+/// below a pixel.
 const CELLS_PER_PIXEL: f64 = 2.0;
-/// A sample this near to the last one that was kept, across and up, is passed over (cells).
+/// Distance in cells from the last kept sample within which a sample is skipped.
 const REACH: f64 = 0.4;
-/// Lines that pass over each other so often, in the mean over the pixels that they touch, hide each other: at the opacity that so
-/// many are drawn with, one more is no longer seen.
+/// Mean number of lines over a touched pixel above which lines hide each other. At the opacity of that many lines, one more
+/// is not visible.
 const MAX_PASSES: f64 = 4.0;
-/// No screen has more cells across or up; a question may ask for any number.
+/// Largest number of cells in either direction. It bounds the memory, because a question may ask for any size.
 const MAX_CELLS: f64 = 16_384.0;
 
-/// A part of the plane that is looked at.
+/// A rectangle of the plane that is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Least and greatest load.
+    /// Minimum and maximum load.
     pub loads: (f64, f64),
-    /// Least and greatest output.
+    /// Minimum and maximum output.
     pub outputs: (f64, f64),
 }
 
-/// A piece of a branch as points `[load, output]`.
+/// A part of a branch as points `[load, output]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stroke {
-    /// Whether the load rises in it.
+    /// True if the load rises in this part.
     pub rising: bool,
-    /// In the order of time, unless there were too many of them.
+    /// Points in the order of time, unless there were too many.
     pub points: Vec<[f64; 2]>,
 }
 
-/// How densely paths lie, in cells of half a pixel.
+/// Density of paths, in cells of half a pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
-    /// What it covers.
+    /// Rectangle that the cells cover.
     pub frame: Frame,
-    /// Cells across and up.
+    /// Number of cells horizontally and vertically.
     pub cells: [usize; 2],
-    /// Row by row from the least output up: 0 where no path comes, 1 where one passes from sample to sample, and one more for
-    /// each doubling of the number of samples in the cell: 2 for one, 3 for two or three, …
+    /// Levels row by row, from the minimum output up. Level 0 is a cell that no path touches, 1 a cell that a path crosses
+    /// between samples. Each doubling of the number of samples in the cell adds one: 2 for one sample, 3 for two or three, …
     pub levels: Vec<u8>,
 }
 
-/// What is drawn of paths.
+/// Drawing of the paths.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outline {
-    /// The paths themselves.
+    /// Paths as lines.
     Lines(Vec<Vec<[f64; 2]>>),
-    /// Where they are and how often, since there are too many of them.
+    /// Density of the paths, if there are too many lines.
     Density(Density),
 }
 
-/// What is drawn of paths on a picture of `frame` that is so many pixels wide and high.
+/// Returns the drawing of paths in `frame` on a picture of this width and height in pixels.
 ///
-/// A path goes straight from sample to sample; it ends at what is not finite and is cut off at the frame. Samples are
-/// passed over while they lie within a fifth of a pixel of the last one that was kept. It is the density that is drawn, every
-/// cell that a path touches by the number of samples in it, where samples are denser than pixels can show: where there are
-/// more of them than pixels that they touch, and lines would pass over each of these pixels more than a few times. And where
-/// more than `most` points are left, which would be dear to draw in every frame.
+/// A path is straight between samples, ends at values that are not finite, and is clipped at the frame. Samples within a
+/// fifth of a pixel of the last kept one are skipped. The density is drawn instead of lines if there are more samples than
+/// touched pixels and several lines cross each of these pixels. It is also drawn if more than `most` points remain, because
+/// drawing them in every frame would be slow.
 pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     paths: impl IntoIterator<Item = P>,
     frame: Frame,
@@ -87,13 +87,13 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     }
 }
 
-/// Where a point lies on the picture, in cells.
+/// Position of a point on the picture, in cells.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
     low: [f64; 2],
-    /// The size of a cell.
+    /// Size of a cell.
     size: [f64; 2],
-    /// How many there are, whole numbers.
+    /// Numbers of cells, as whole numbers.
     cells: [f64; 2],
 }
 
@@ -116,7 +116,7 @@ impl Grid {
         [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
     }
 
-    /// The part of a step that lies on the picture, from one share of it to another.
+    /// Returns the part of a step that lies on the picture, as two shares of the step.
     fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
         for i in [0, 1] {
@@ -135,7 +135,7 @@ impl Grid {
     }
 }
 
-/// A sample: itself, and where it lies on the picture.
+/// A sample and its position on the picture.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     point: [f64; 2],
@@ -147,7 +147,7 @@ impl Place {
         (0..2).all(|i| (other.cell[i] - self.cell[i]).abs() <= REACH)
     }
 
-    /// What lies at this share of the way to the other; both ends exactly.
+    /// Returns the point at this share of the way to the other sample; exact at both ends.
     fn towards(&self, other: &Self, share: f64) -> Self {
         let between = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] + share * (b[i] - a[i]));
         match share {
@@ -166,7 +166,7 @@ impl Place {
 struct Lines {
     lines: Vec<Vec<[f64; 2]>>,
     n_points: usize,
-    /// Whether the next step may go on where the last one ended.
+    /// True if the next step may continue at the end of the last one.
     open: bool,
 }
 
@@ -186,16 +186,16 @@ impl Lines {
     }
 }
 
-/// What has come so far.
+/// Drawing of the steps so far.
 #[derive(Debug)]
 struct Drawn {
     grid: Grid,
     raster: Raster,
-    /// How many samples lie in each cell, up to the most that there is a number for.
+    /// Number of samples in each cell, up to the largest number that fits.
     counts: Vec<u16>,
-    /// Every step, while they are few.
+    /// All steps, while there are few.
     all: Lines,
-    /// Of all steps, in pixels.
+    /// Total length of all steps, in pixels.
     length: f64,
     most: usize,
 }
@@ -203,7 +203,7 @@ struct Drawn {
 impl Drawn {
     fn add(&mut self, path: impl IntoIterator<Item = [f64; 2]>) {
         self.all.open = false;
-        // The last sample that was kept, whether a step led to it, and the last one that was passed over since.
+        // State: the last kept sample, whether a step led to it, and the last sample skipped since.
         let mut kept: Option<(Place, bool)> = None;
         let mut passed: Option<Place> = None;
         for point in path {
@@ -235,7 +235,7 @@ impl Drawn {
         }
     }
 
-    /// The end of a path is kept; one that never moves is a dash of a pixel.
+    /// Keeps the end of a path. A path that never moves becomes a dash of one pixel.
     fn end(&mut self, kept: Option<(Place, bool)>, passed: Option<Place>) {
         match (kept, passed) {
             (Some((last, true)), Some(end)) => self.step(&last, &end),
@@ -267,7 +267,8 @@ impl Drawn {
         self.raster.touch(from.cell, to.cell);
     }
 
-    /// Whether there are more samples than pixels, and so many lines over each pixel that none could be told from the others.
+    /// Returns true if there are more samples than pixels, and so many lines over each pixel that single lines cannot be
+    /// seen.
     fn hides_itself(&self) -> bool {
         let n_pixels = self.raster.n_touched_squares();
         self.all.n_points > n_pixels && self.length > MAX_PASSES * n_pixels as f64
@@ -288,7 +289,7 @@ impl Drawn {
 }
 
 impl Density {
-    /// The middles of the cells that a path touches, with their levels.
+    /// Returns the centres of the touched cells with their levels.
     pub fn touched(&self) -> impl Iterator<Item = ([f64; 2], u8)> {
         let Frame { loads, outputs } = self.frame;
         let [across, up] = self.cells;

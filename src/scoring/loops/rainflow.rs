@@ -1,25 +1,25 @@
-//! Rainflow counting: which branches make a cycle, however many smaller cycles lie within them.
+//! Rainflow counting: finds the branches that make a cycle, even with smaller cycles within them.
 //!
-//! Guarantees: the counts of ASTM E1049 5.4.4, residue included; a large cycle is the same whether small ones within it
-//! count as reversals or not; about two visits of each sample.
+//! Guarantees: the counts are those of ASTM E1049 5.4.4 with its residue. A large cycle is the same whether or not small ones
+//! within it count as reversals. The work is about two visits of each sample.
 
 use crate::min_max::MinMax;
 use crate::scoring::loops::turns::Branch;
 
-/// The cycles of one recording that close, and the half cycles that are left over.
+/// Closed cycles of one recording, and the leftover half cycles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Counted {
-    /// The two branches of each cycle, the second one ending where the load is back; in the order of closing.
+    /// The two branches of each cycle, in the order of closing. The second branch ends where the load is back at its start.
     pub closed: Vec<[Branch; 2]>,
-    /// Half cycles in the order of time: ever wider ones, then ever narrower ones.
+    /// Half cycles in the order of time: their ranges first grow and then shrink.
     pub residue: Vec<Branch>,
 }
 
 /// Counts the cycles of a recording that was split at its reversals.
 ///
-/// **Source** ASTM E1049-85, 5.4.4, in the form that looks at four reversals: the middle range is a cycle where neither
-/// neighbour is smaller. What the standard counts as half cycles is what is left over. Of three ranges that are exactly
-/// alike none is taken out, so that equal cycles pair in the order of time; the counts are the same.
+/// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle range is a cycle if neither neighbour is
+/// smaller. The leftover half cycles are those of the standard. If three ranges are exactly equal, none is taken out, so
+/// equal cycles pair in the order of time; the counts are the same.
 pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     let mut counted = Counted::default();
     let residue = &mut counted.residue;
@@ -60,7 +60,7 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     counted
 }
 
-/// The first sample of the later branch at which the load is back where the earlier one began.
+/// Returns the first sample of the later branch at which the load is back at the start of the earlier one.
 fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     let is_back = |k: &usize| match after.rising {
         true => loads[*k] >= own.loads.max,
@@ -70,12 +70,12 @@ fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     after.kept().find(is_back).unwrap_or(last)
 }
 
-/// Neighbours that are taken together as cycles, each at most once: where pairs start, so that the sum of the squares of
-/// their common ranges is the greatest.
+/// Returns the pairs of neighbours that form cycles, each neighbour in one pair at most. The sum of the squares of their
+/// common ranges is as large as possible.
 pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
     let common =
         |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
-    // Of the first so many: the greatest sum, and whether the last two of them are a pair.
+    // Dynamic programming over the first elements: the largest sum, and whether the last two form a pair.
     let mut best = vec![(0.0, false); residue.len() + 1];
     for n in 2..=residue.len() {
         let paired = best[n - 2].0 + common(n - 2) * common(n - 2);

@@ -1,22 +1,22 @@
-//! Which cells of a grid lines touch, in squares of squares: whole blocks that are full are passed over.
+//! Marks the grid cells that lines touch. Cells are grouped in blocks of blocks, so that full blocks are skipped at once.
 
-/// Cells across and up a block, and blocks across and up a block of blocks: as many bits as a word has.
+/// Cells per side of a block, and blocks per side of a block of blocks, so that a block fits in the bits of one word.
 const SIDE: usize = 8;
 const LEVELS: usize = 4;
 
-/// Which cells of a picture were touched; blocks in which all were are passed in one step.
+/// Touched cells of a picture. Blocks with all cells touched are skipped in one step.
 #[derive(Debug)]
 pub(crate) struct Raster {
-    /// Cells, blocks, blocks of blocks, and so on.
+    /// Levels: cells, blocks, blocks of blocks, and so on.
     levels: [Level; LEVELS],
-    /// Squares that count as touched though they lie beyond the picture.
+    /// Cells beyond the picture that count as touched, so that blocks at its edge can be full.
     n_beyond: usize,
 }
 
-/// One bit for each cell or block, a word for each block of them.
+/// One bit for each cell or block, and one word for each block of them.
 #[derive(Debug)]
 struct Level {
-    /// How many there are across and up.
+    /// Number of cells or blocks horizontally and vertically.
     n: [usize; 2],
     words: Vec<u64>,
 }
@@ -25,7 +25,7 @@ impl Level {
     pub(crate) fn new(n: [usize; 2]) -> Self {
         let [across, up] = n.map(|n| n.div_ceil(SIDE));
         let mut level = Self { n, words: vec![0; across * up] };
-        // What lies beyond the picture does not keep a block from being full.
+        // Cells beyond the picture must not keep a block from being full.
         for y in 0..up * SIDE {
             for x in 0..across * SIDE {
                 if x >= n[0] || y >= n[1] {
@@ -46,7 +46,7 @@ impl Level {
         self.words[word] & bit != 0
     }
 
-    /// Sets a bit; whether its block is full now.
+    /// Sets a bit. Returns true if its block is full now.
     fn set(&mut self, at: [usize; 2]) -> bool {
         let (word, bit) = self.place(at);
         self.words[word] |= bit;
@@ -54,7 +54,7 @@ impl Level {
     }
 }
 
-/// A step from cell to cell.
+/// A straight step from cell to cell.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     from: [f64; 2],
@@ -69,21 +69,22 @@ impl Raster {
         raster
     }
 
-    /// Touches every cell between two places on the picture.
+    /// Marks every cell between two points of the picture as touched.
     pub(crate) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = [0, 1].map(|i| to[i] - from[i]);
         let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
         self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0));
     }
 
-    /// Whether this cell was touched.
+    /// Returns true if this cell was touched.
     pub(crate) fn is_touched(&self, cell: [usize; 2]) -> bool {
         self.levels[0].has(cell)
     }
 
-    /// How many squares of two by two cells were touched.
+    /// Returns the number of touched squares of two by two cells.
     pub(crate) fn n_touched_squares(&self) -> usize {
-        // The bits of a block stand row by row: those of a square's upper row, then of its right column fall on its first one.
+        // The bits of a block are stored row by row. The bits of a square are combined from its upper row and then from its
+        // right column.
         let squares = self.levels[0].words.iter().map(|word| {
             let rows = word | word >> SIDE;
             ((rows | rows >> 1) & 0x0055_0055_0055_0055).count_ones() as usize
@@ -91,7 +92,7 @@ impl Raster {
         squares.sum::<usize>() - self.n_beyond
     }
 
-    /// Goes through the blocks of a level within these limits, from one share of the step to another.
+    /// Visits the blocks of a level within these limits, between two shares of the step.
     fn walk(
         &mut self,
         level: usize,

@@ -1,38 +1,38 @@
-//! Where a load turns, and the branches between the turns.
+//! Finds the reversals of a load, and the branches between them.
 //!
-//! Guarantees: one pass; every sample lies in a branch, neighbours share the sample at which the load turned; a turn
-//! counts only once the load has come back from it by more than the dead band.
+//! Guarantees: one pass. Every sample lies in a branch, and neighbouring branches share the sample of the reversal. A
+//! reversal counts only once the load has turned back by more than the reversal threshold.
 
 use std::ops::Range;
 
 use crate::min_max::MinMax;
 use crate::scoring::quantile::quantile;
 
-/// The noise's standard deviation times this is a default dead band: white noise of a quarter of a million samples
-/// spans 9.2 of them.
+/// Ratio of the default reversal threshold to the noise's standard deviation. White noise of a quarter of a million samples
+/// spans 9.2 standard deviations.
 pub const NOISE_FACTOR: f64 = 10.0;
-/// The least default dead band, as a share of the range of the load.
+/// Smallest default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
-/// At most so many differences of a recording are looked at for its noise, which gives it to about 5 %.
+/// Maximum number of differences of a recording that are used for its noise; it determines the noise to about 5 %.
 const MAX_DIFFERENCES: usize = 1024;
-/// The median of the size of a normal deviate, in standard deviations.
+/// Median of the magnitude of a normal deviate, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
 
-/// An interval in which a load goes one way.
+/// An interval in which a load moves in one direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Branch {
-    /// Its samples, from turn to turn, both turns included.
+    /// Samples from reversal to reversal, both included.
     pub samples: Range<usize>,
-    /// Whether the load rises in it.
+    /// True if the load rises.
     pub rising: bool,
-    /// The least and the greatest load in it.
+    /// Minimum and maximum load.
     pub loads: MinMax,
-    /// Cycles of their own on its way, in the order of time: these samples belong to them.
+    /// Samples of smaller cycles within this branch, in the order of time.
     pub nested: Vec<Range<usize>>,
 }
 
 impl Branch {
-    /// Its samples without those of the cycles on its way.
+    /// Returns the samples without those of smaller cycles within this branch.
     pub fn kept(&self) -> impl Iterator<Item = usize> {
         let starts =
             std::iter::once(self.samples.start).chain(self.nested.iter().map(|own| own.end));
@@ -40,16 +40,16 @@ impl Branch {
         starts.zip(ends).flat_map(|(start, end)| start..end)
     }
 
-    /// From the least load to the greatest.
+    /// Returns the range from the minimum to the maximum load.
     pub fn span(&self) -> f64 {
         self.loads.span()
     }
 }
 
-/// Splits the run of one recording at its reversals.
+/// Splits one recording at its reversals.
 ///
-/// A reversal is an extreme from which the load comes back by more than `dead_band`. The first branch starts with the
-/// recording and the last one ends with it. A load that never leaves the dead band has no branch.
+/// A reversal is an extreme from which the load turns back by more than `dead_band`. The first branch starts with the
+/// recording, and the last one ends with it. A load that never moves by more than the threshold has no branch.
 ///
 /// **Units** `dead_band` in the unit of the loads.
 pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
@@ -69,8 +69,8 @@ pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
         .collect()
 }
 
-/// The samples at which the load turns, and whether it rises before the first of them; `None` where it never leaves
-/// the dead band.
+/// Returns the samples of the reversals, and whether the load rises before the first; `None` if the load never moves by more
+/// than the reversal threshold.
 fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
     let mut turns = Vec::new();
     let (mut first_rises, mut rises) = (None, None);
@@ -103,24 +103,24 @@ fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
     (turns, first_rises)
 }
 
-/// What the load of one axis does in several recordings.
+/// Range and noise of one axis' load in several recordings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadExtent {
-    /// The standard deviation of the noise of the noisiest recording.
+    /// Standard deviation of the noise, of the noisiest recording.
     pub noise: f64,
-    /// The least and the greatest load of all.
+    /// Minimum and maximum load of all recordings.
     pub loads: MinMax,
 }
 
 impl Default for LoadExtent {
-    /// Of no recording.
+    /// Returns the extent of no recording.
     fn default() -> Self {
         Self { noise: 0.0, loads: MinMax::NONE }
     }
 }
 
 impl LoadExtent {
-    /// Of these recordings.
+    /// Returns the extent of these recordings.
     ///
     /// The noise of a recording is the median size of the fourth difference of its load over `√70 · 0.674`, which for
     /// white noise is the standard deviation: the fourth difference of white noise has `1 + 16 + 36 + 16 + 1 = 70` times
@@ -135,27 +135,27 @@ impl LoadExtent {
         extent
     }
 
-    /// That of these recordings and of others together.
+    /// Returns the extent of these and other recordings together.
     pub fn with(self, other: Self) -> Self {
         Self { noise: self.noise.max(other.noise), loads: self.loads.joined(other.loads) }
     }
 
-    /// The dead band where nobody has chosen one: ten times the noise, and at least 5 % of the range of the load.
+    /// Returns the default reversal threshold: ten times the noise, and at least 5 % of the load's range.
     ///
-    /// **Units** that of the loads.
+    /// **Units** of the loads.
     pub fn dead_band(&self) -> f64 {
         (NOISE_FACTOR * self.noise).max(MIN_SHARE * self.loads.span())
     }
 }
 
-/// The dead band where nobody has chosen one, as [`LoadExtent::dead_band`] gives it for these recordings.
+/// Returns the default reversal threshold of these recordings; see [`LoadExtent::dead_band`].
 ///
-/// **Units** that of the loads.
+/// **Units** of the loads.
 pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
     LoadExtent::of(recordings).dead_band()
 }
 
-/// The standard deviation of the white noise on a load that otherwise moves smoothly.
+/// Returns the standard deviation of white noise on a load that otherwise moves smoothly.
 fn noise_of(loads: &[f64]) -> f64 {
     let step = loads.len().div_ceil(MAX_DIFFERENCES).max(1);
     let mut sizes: Vec<f64> = loads

@@ -110,6 +110,17 @@ struct Refit {
     chances: [f64; 2],
 }
 
+/// Zeros of the gauges that have another sensitivity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Zeros {
+    /// As those of the others: the gain was set about the zero, or the reference is wrong.
+    Kept,
+    /// Any, since the recording was tared anew.
+    Free,
+    /// The raw signal times the gain, zero included.
+    Scaled,
+}
+
 /// Sums about a mean of one side: of loads, and of what the fit leaves of gauges with loads.
 struct Moments {
     loads: Mat<f64>,
@@ -130,11 +141,12 @@ impl Rig {
         order.sort_by(|a, b| trials[*b].gain.total_cmp(&trials[*a].gain));
         order.truncate(REFITTED);
         let refits = order.par_iter().flat_map_iter(|at| {
-            let frees: &[bool] = match trials[*at].cause {
-                Cause::Tare | Cause::SwappedGauges(..) | Cause::SwappedAxes(..) => &[true],
-                _ => &[false, true],
+            let zeros: &[Zeros] = match trials[*at].cause {
+                Cause::Tare | Cause::SwappedGauges(..) | Cause::SwappedAxes(..) => &[Zeros::Free],
+                Cause::Gauge(_) | Cause::AllGauges => &[Zeros::Kept, Zeros::Free, Zeros::Scaled],
+                _ => &[Zeros::Kept, Zeros::Free],
             };
-            frees.iter().filter_map(|free| self.refit(&trials, *at, *free)).collect::<Vec<_>>()
+            zeros.iter().filter_map(|zeros| self.refit(&trials, *at, *zeros)).collect::<Vec<_>>()
         });
         let mut refits: Vec<Refit> = refits.collect();
         refits.push(self.drift(trials.len()));
@@ -225,10 +237,54 @@ impl Rig {
             let Some((step, gain)) = moments.step(&self.ways(&cause, &fit), &variances) else {
                 continue;
             };
+            let scaled = self.scaled_gauges(&cause);
+            let gain = gain.max(self.scaled_step(&own, &fit, &scaled, &variances).gain());
             let is_swap = matches!(cause, Cause::SwappedGauges(..) | Cause::SwappedAxes(..));
             if !is_swap || EXCHANGED.contains(&step[0]) {
                 all.push(trial(cause, gain));
             }
+        }
+        all
+    }
+
+    /// The gauges whose raw signal a cause may multiply.
+    fn scaled_gauges(&self, cause: &Cause) -> Vec<usize> {
+        match cause {
+            Cause::Gauge(gauge) => vec![*gauge],
+            Cause::AllGauges => (0..self.shape.n_gauges).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// By which share the raw signals of some gauges are larger than the fit says.
+    fn scaled_step(
+        &self,
+        sums: &Mat<f64>,
+        fit: &Forward,
+        gauges: &[usize],
+        variances: &[f64],
+    ) -> ScaledStep {
+        let shape = &self.shape;
+        let mut all = ScaledStep::default();
+        for &gauge in gauges {
+            let offset = self.scales[gauge].0 / self.scales[gauge].1;
+            // The fitted signal about its raw zero, and what is left of the gauge.
+            let mut signal = vec![0.0; shape.width()];
+            signal[0] = fit.zero[gauge] + offset;
+            for axis in 0..shape.axes.len() {
+                signal[shape.load(axis)] = fit.slopes[(gauge, axis)];
+            }
+            let mut rest: Vec<f64> = signal.iter().map(|own| -own).collect();
+            rest[0] += offset;
+            rest[shape.gauge(gauge)] = 1.0;
+            let along = |other: &[f64]| -> f64 {
+                let row =
+                    |i: usize| -> f64 { (0..other.len()).map(|j| sums[(i, j)] * other[j]).sum() };
+                let parts = (0..signal.len()).filter(|i| signal[*i] != 0.0);
+                parts.map(|i| signal[i] * row(i)).sum()
+            };
+            all.weight += along(&signal) / variances[gauge];
+            all.product += along(&rest) / variances[gauge];
         }
         all
     }
@@ -294,11 +350,11 @@ impl Rig {
         }
     }
 
-    fn refit(&self, trials: &[Trial], at: usize, free: bool) -> Option<Refit> {
+    fn refit(&self, trials: &[Trial], at: usize, zeros: Zeros) -> Option<Refit> {
         let Trial { is_here, cause, place, .. } = &trials[at];
         match cause {
             Cause::Tare => Some(self.refit_tare(at, is_here)),
-            _ => self.refit_gains(at, is_here, cause, *place, free),
+            _ => self.refit_gains(at, is_here, cause, *place, zeros),
         }
     }
 
@@ -339,7 +395,7 @@ impl Rig {
         is_here: &[bool],
         cause: &Cause,
         place: Where,
-        free: bool,
+        zeros: Zeros,
     ) -> Option<Refit> {
         let (shape, plain) = (&self.shape, self.sums());
         let [own, others] = [true, false].map(|side| self.side(&plain, is_here, side));
@@ -347,6 +403,7 @@ impl Rig {
         let mut fit = self.first_fit(&others, &own);
         let mut variances = fit.variances(&others, shape);
         let (mut factor, mut angles) = (1.0, vec![0.0; turns(&shape.axes).len()]);
+        let scaled = self.scaled_gauges(cause);
         let steps = match cause {
             Cause::SwappedGauges(a, b) => {
                 correction.swap = Some((*a, *b));
@@ -360,9 +417,15 @@ impl Rig {
         };
         for _ in 0..steps {
             let now = correction.of(&own, self);
-            let mean = if free { column_means(&now) } else { origin(&fit, shape) };
-            let moments = Moments::about(&now, &mean, &fit, shape);
-            let (mut step, _) = moments.step(&self.ways(cause, &fit), &variances)?;
+            let mut step = match zeros {
+                Zeros::Scaled => vec![self.scaled_step(&now, &fit, &scaled, &variances).step()?],
+                _ => {
+                    let is_free = zeros == Zeros::Free;
+                    let mean = if is_free { column_means(&now) } else { origin(&fit, shape) };
+                    let moments = Moments::about(&now, &mean, &fit, shape);
+                    moments.step(&self.ways(cause, &fit), &variances)?.0
+                }
+            };
             if *cause == Cause::Rotation {
                 let length = step.iter().map(|own| own * own).sum::<f64>().sqrt();
                 step.iter_mut().for_each(|own| *own *= (0.4 / length).min(1.0));
@@ -373,8 +436,13 @@ impl Rig {
                     return None;
                 }
             }
-            correction.take(cause, &step, shape);
-            correction.settle(cause, &fit, &own, shape, free);
+            match zeros {
+                Zeros::Scaled => correction.scale(&scaled, factor, &self.scales),
+                _ => {
+                    correction.take(cause, &step, shape);
+                    correction.settle(cause, &fit, &own, shape, zeros == Zeros::Free);
+                }
+            }
             let all = correction.of(&own, self) + &others;
             fit = Forward::of(&all, shape);
             variances = fit.variances(&all, shape);
@@ -384,8 +452,19 @@ impl Rig {
             // How much of the exchange the units show before it.
             0 => self.of_units(&plain, is_here, &self.ways(cause, &fit), &fit, &variances),
             _ => {
-                let ways = self.ways(cause, &fit);
-                let (mut values, weights) = self.of_units(&sums, is_here, &ways, &fit, &variances);
+                let (mut values, weights) = match zeros {
+                    Zeros::Scaled => {
+                        let of_unit = |own: &Mat<f64>| {
+                            let own = self.scaled_step(own, &fit, &scaled, &variances);
+                            (vec![own.step().unwrap_or(0.0)], own.weight)
+                        };
+                        sums.iter().map(of_unit).unzip()
+                    }
+                    _ => {
+                        let ways = self.ways(cause, &fit);
+                        self.of_units(&sums, is_here, &ways, &fit, &variances)
+                    }
+                };
                 let effect =
                     if *cause == Cause::Rotation { angles.clone() } else { vec![factor - 1.0] };
                 for (own, _) in values.iter_mut().zip(is_here).filter(|(_, here)| **here) {
@@ -395,12 +474,12 @@ impl Rig {
             }
         };
         let is_before = self.corrected(place).1;
-        let zeros = if free && steps > 0 { shape.axes.len() } else { 0 };
+        let n_zeros = if zeros == Zeros::Free && steps > 0 { shape.axes.len() } else { 0 };
         let own_parameters = if *cause == Cause::Rotation { angles.len() } else { steps.min(1) };
         let turned = angles.iter().map(|own| own * own).sum::<f64>().sqrt();
         Some(Refit {
             trial,
-            parameters: (zeros + own_parameters) as f64,
+            parameters: (n_zeros + own_parameters) as f64,
             values: match cause {
                 Cause::Rotation => vec![turned],
                 _ if is_before => vec![1.0 / factor],
@@ -577,6 +656,24 @@ impl Rig {
     }
 }
 
+/// Sums over samples: the fitted raw signal squared, and times what is left, each over the variance of its gauge.
+#[derive(Clone, Copy, Debug, Default)]
+struct ScaledStep {
+    weight: f64,
+    product: f64,
+}
+
+impl ScaledStep {
+    fn step(self) -> Option<f64> {
+        (self.weight > 0.0).then(|| self.product / self.weight)
+    }
+
+    /// Sum of squares over variance that the step explains.
+    fn gain(self) -> f64 {
+        self.step().map_or(0.0, |step| step * self.product)
+    }
+}
+
 impl Correction {
     fn none(shape: &Shape) -> Self {
         let n_axes = shape.axes.len();
@@ -610,6 +707,15 @@ impl Correction {
                 self.turn = turned(shape, about) * &self.turn;
             }
             _ => {}
+        }
+    }
+
+    /// Raw signals over a factor.
+    fn scale(&mut self, gauges: &[usize], factor: f64, scales: &[(f64, f64)]) {
+        for &gauge in gauges {
+            let (mean, scale) = scales[gauge];
+            self.gain[gauge] = factor;
+            self.shift[gauge] = (factor - 1.0) * mean / scale;
         }
     }
 

@@ -34,7 +34,9 @@ pub(super) fn row(
                 out.push(Command::Image(picture, to));
             }
             _ => {
-                let told = format!("{path}: the ending says no format; use .svg or .png");
+                let told = format!(
+                    "{path}: figures are saved as .svg or .png; choose one of these endings"
+                );
                 out.push(Command::tell(Level::Error, told));
             }
         }

@@ -1,4 +1,4 @@
-//! How a table is written, found by looking at its first lines.
+//! Detects the layout of a table from its first lines.
 
 use super::super::ati;
 use super::super::cells::{
@@ -9,10 +9,10 @@ use super::start::{Line, first_lines, names, unbracketed};
 use crate::formats::column_name::{ColumnName, Kind, is_known_unit};
 use crate::formats::text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};
 
-/// Number of first lines among which a header stands.
+/// Number of first lines that may contain the header.
 const HEADER_LIMIT: usize = 60;
 
-/// Finds out how a table is written. `None` without a line that is neither blank nor a comment.
+/// Detects the layout of a table; returns `None` if all lines are blank or comments.
 pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
     let lines: Vec<Line> = all.iter().copied().filter(|line| !is_skipped(line.text)).collect();
@@ -27,7 +27,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     }
     let delimiter = delimiter_of_rows(&lines);
     let is_first_row = |at: usize| is_first_row(&lines[at..], delimiter);
-    // Names that are understood settle it; otherwise the header is what stands above the first row.
+    // A line with known names is the header; otherwise the header is the line above the first row.
     let by_names = || {
         let is_header = |line: &Line| is_understood(line.text) && !holds_only_values(line.text);
         lines.iter().take(HEADER_LIMIT).position(is_header)
@@ -70,7 +70,7 @@ pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
     })
 }
 
-/// Whether a cell holds a number or a time.
+/// Returns true if a cell holds a number or a time.
 fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
     number(cell).is_some()
         || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
@@ -78,14 +78,14 @@ fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
         || TimeForm::of_all([cell].into_iter()).is_some()
 }
 
-/// Whether a line is a row already, whatever its delimiter would be.
+/// Returns true if a line is a row of values under any delimiter.
 fn holds_only_values(text: &[u8]) -> bool {
     Delimiter::ALL.into_iter().any(|delimiter| {
         Cells::new(text, delimiter).all(|cell| cell.is_empty() || is_value(cell, delimiter))
     })
 }
 
-/// The delimiter that makes the most values of the lines, and the least of anything else.
+/// Returns the delimiter that gives the most values and the fewest other cells.
 fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
     let score = |delimiter: Delimiter| -> usize {
         let of_line = |line: &Line| {
@@ -95,12 +95,12 @@ fn delimiter_of_rows(lines: &[Line]) -> Delimiter {
         lines.iter().map(of_line).sum()
     };
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
-    // `max_by_key` takes the last of equals.
+    // `max_by_key` returns the last of equal elements.
     let candidates = [Spaces, Tab, Semicolon, Comma];
     candidates.into_iter().max_by_key(|&d| score(d)).unwrap_or(Comma)
 }
 
-/// How many cells of a line are values, and how many hold something else.
+/// Returns the numbers of cells with and without a value in a line.
 fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
     let filled = Cells::new(text, delimiter).filter(|cell| !cell.is_empty());
     filled.fold((0, 0), |(n_values, n_others), cell| {
@@ -108,8 +108,8 @@ fn counts(text: &[u8], delimiter: Delimiter) -> (usize, usize) {
     })
 }
 
-/// Whether the first of these lines is a row, judged by the two that follow it: the same number of cells, mostly values,
-/// and values wherever the next line has them.
+/// Returns true if the first of these lines is a row, compared with the two lines after it. It must have the same number
+/// of cells, mostly values, and a value wherever the next line has one.
 fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     let cells = |line: &Line| -> Vec<bool> {
         let is_value = |cell: &[u8]| cell.is_empty() || is_value(cell, delimiter);
@@ -133,14 +133,14 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     is_rowlike(first) && following.all(is_like)
 }
 
-/// Whether the line names a time, and a gauge or a load.
+/// Returns true if the line names a time, and a gauge or a load.
 fn is_understood(text: &[u8]) -> bool {
     let cells = names(text, delimiter_of_header(text));
     let kinds: Vec<Kind> = cells.iter().filter_map(|cell| ColumnName::parse(cell).kind).collect();
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
-/// Whether the rows below the first of these lines, the header, have cells by this delimiter.
+/// Returns true if the delimiter divides the rows below the header, which is the first of these lines.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     let Some(row) = lines.iter().skip(1).find(|line| holds_only_values(line.text)) else {
         return true;
@@ -149,8 +149,8 @@ fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     n_values > n_others
 }
 
-/// The nearest line above row `row` that has a cell for each column, if there is one; lines of units, and of a word with its value, are
-/// passed over.
+/// Returns the index of the nearest line above `row` that has one cell per column. Lines of units, and lines with a word
+/// and its value, are skipped.
 fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usize> {
     let n_cells = |at: &usize| names(lines[*at].text, delimiter).len();
     let is_as_wide = |at: &usize| n_cells(at).abs_diff(n_cells(&row)) <= 1 && n_cells(at) > 1;
@@ -162,7 +162,7 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
     Some(header).filter(is_as_wide)
 }
 
-/// Whether a line is a word and its value: `Sample rate: 200 Hz`.
+/// Returns true if a line is a word and its value: `Sample rate: 200 Hz`.
 fn is_note(text: &[u8]) -> bool {
     let text = String::from_utf8_lossy(text);
     let Some((word, value)) = text.split_once([':', '=']) else {
@@ -172,14 +172,14 @@ fn is_note(text: &[u8]) -> bool {
     is_word && value.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '-')
 }
 
-/// Whether a line below the header holds units: at least one that is known, and no values.
+/// Returns true if a line below the header holds units: at least one known unit and no values.
 fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
     let cells = names(text, delimiter);
     let (n_values, _) = counts(text, delimiter);
     n_values == 0 && cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
 }
 
-/// Whether a cell like `1,250` may be more than a thousand.
+/// Returns true if the comma in a cell may separate thousands, as in `1,250`.
 fn may_be_thousands(cell: &[u8]) -> bool {
     let digits = cell.strip_prefix(b"-").unwrap_or(cell);
     let Some(at) = digits.iter().position(|byte| *byte == b',') else {
@@ -188,15 +188,15 @@ fn may_be_thousands(cell: &[u8]) -> bool {
     (1..=3).contains(&at) && digits[0] != b'0' && digits.len() == at + 4
 }
 
-/// Returns what stands before thousands, where a number that can mean nothing else shows it.
+/// Returns the separator of thousands, if a number with only one meaning shows it.
 fn thousands_of(lines: &[Line], delimiter: Delimiter) -> Option<Thousands> {
     let mut cells = lines.iter().flat_map(|line| Cells::new(line.text, delimiter));
     cells.find_map(|cell| Some(unmistakable_number(cell)?.1))
 }
 
-/// A comma, if it stands inside of numbers and a point in none.
+/// Returns the comma if it occurs inside numbers and the point does not, else the point.
 fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
-    // Where commas stand between cells, one within quotes may stand before thousands.
+    // With a comma as delimiter, a comma within quotes may separate thousands.
     let is_decimal = |cell: &[u8]| {
         (delimiter.allows_decimal_comma() || !may_be_thousands(cell))
             && decimal_comma_number(cell).is_some()
@@ -213,7 +213,7 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
     if has_comma && !has_point() { Decimal::Comma } else { Decimal::Point }
 }
 
-/// The names in the last comment above the first row, if it has one for each column and they are understood.
+/// Returns the names in the last comment above the first row, if there is a known name for each column.
 pub(super) fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec<String>> {
     let row = all.iter().position(|line| !is_skipped(line.text))?;
     let n_cells = Cells::new(all[row].text, delimiter).count();
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn header_units_and_preamble_are_told_apart() {
+    fn header_units_and_preamble_are_distinguished() {
         for (content, skip_rows, header, units_row) in [
             ("t,S1\n0,1\n", 0, true, false),
             ("# note\nt,S1\n0,1\n", 0, true, false),
@@ -295,8 +295,8 @@ mod tests {
             ("Dear diary,\ntoday I measured.\n", 0, true, false),
         ] {
             let found = text(content);
-            let told = (found.skip_rows, found.header, found.units_row);
-            assert_eq!(told, (skip_rows, header, units_row), "{content}");
+            let actual = (found.skip_rows, found.header, found.units_row);
+            assert_eq!(actual, (skip_rows, header, units_row), "{content}");
         }
         assert_eq!(detect(b"# a\n\n"), None);
     }

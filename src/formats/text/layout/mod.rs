@@ -1,6 +1,6 @@
-//! Where the table stands in its file, and how its text is cut: found by looking, or as a map says.
+//! Position of a table in its file and division of its text into cells, detected or given by a map.
 //!
-//! Guarantees: looking never fails; what it finds depends on the first lines alone, not on how they are read.
+//! Guarantees: detection never fails. Its result depends only on the first lines, not on the size of the blocks.
 
 mod detect;
 mod start;
@@ -15,35 +15,35 @@ use super::written::{Preamble, TextLayout};
 use crate::formats::column_name::ColumnName;
 use crate::formats::columns::Sample;
 
-/// Where a table stands in its file, as a layout says.
+/// Position and header of a table in its file, under a layout.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Head {
-    /// The header's line, or that of the first row.
+    /// Line number of the header, or of the first row if there is no header.
     pub line: u64,
-    /// The header's cells; none without a header.
+    /// Cells of the header; empty without a header.
     pub names: Vec<String>,
-    /// Without a header: the columns' names, if a comment above the rows has one for each.
+    /// Column names from a comment above the rows, if there is no header and the comment names every column.
     pub names_in_comment: Vec<String>,
-    /// The cells of the units row; none without one.
+    /// Cells of the units row; empty without one.
     pub units: Vec<String>,
-    /// How many columns most of the first rows have; the header's number where there is a header.
+    /// Number of columns: that of the header, or else of most of the first rows.
     pub n_columns: usize,
-    /// How many lines stand before the first that may be a row.
+    /// Number of lines before the first possible row.
     pub n_lines: u64,
-    /// Where that line starts.
+    /// Position of that row in the file (bytes).
     pub n_bytes: usize,
     pub ati: Option<ati::Preamble>,
-    /// Which column the file itself says is the clock of the reference.
+    /// Index of the separate clock of the reference, if the file declares it.
     pub reference_time: Option<usize>,
 }
 
 impl Head {
-    /// A column's name in the header, understood.
+    /// Returns the parsed name of a column, if there is a header.
     pub fn name(&self, index: usize) -> Option<ColumnName> {
         self.names.get(index).map(|name| ColumnName::parse(name))
     }
 
-    /// A column's unit in the header, or in the units row.
+    /// Returns the unit of a column from the header or the units row.
     pub fn unit(&self, index: usize) -> Option<String> {
         let in_units_row = || {
             let unit = unbracketed(self.units.get(index)?);
@@ -54,7 +54,7 @@ impl Head {
     }
 }
 
-/// Finds the table; `None` if there is no line for its header, or for its first row.
+/// Finds the table; returns `None` if there is no line for its header or its first row.
 pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     let all = first_lines(head, layout.skip_rows);
     let ati = match layout.preamble {
@@ -86,7 +86,7 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     } else {
         start.line = rows.peek()?.number;
         start.n_columns = most_frequent(rows.map(|line| Cells::new(line.text, delimiter).count()));
-        // The first line need not be as wide as the table.
+        // The first line may have fewer cells than the table.
         start.names_in_comment = detect::names_in_comment(&all, delimiter)
             .filter(|names| names.len() == start.n_columns)
             .unwrap_or_default();
@@ -94,7 +94,7 @@ pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     Some(start)
 }
 
-/// The rows of the lines that are looked at first, and then those at other places of the file.
+/// Returns the first rows, and rows from other places of the file.
 pub(crate) fn sample<'a>(
     head: &'a [u8],
     layout: &TextLayout,
@@ -111,14 +111,14 @@ pub(crate) fn sample<'a>(
     sample
 }
 
-/// Where the lines end that are looked at first, and how long one is in the mean.
+/// Returns the end of the first lines that are inspected, and the mean length of a line (bytes).
 pub(crate) fn looked_at(head: &[u8]) -> (usize, usize) {
     let lines = first_lines(head, 0);
     let end = lines.last().map_or(0, |line| line.end);
     (end, end / lines.len().max(1))
 }
 
-/// The first of the most frequent numbers; 0 without any.
+/// Returns the most frequent number, the first one of several; 0 if there is none.
 fn most_frequent(numbers: impl Iterator<Item = usize>) -> usize {
     let mut counts: Vec<(usize, usize)> = Vec::new();
     for number in numbers {
@@ -138,15 +138,15 @@ mod tests {
     use crate::formats::text::Delimiter;
     use crate::formats::text::Delimiter::Semicolon;
 
-    /// As our own tables are written, lest a spreadsheet take a name for a formula.
+    /// This program writes tables with such names, so that no spreadsheet takes a name for a formula.
     #[test]
-    fn a_guarded_name_is_read_as_it_was() {
+    fn a_guarded_name_is_read_without_its_guard() {
         let found = names(b"t,'=S1 [V],\"'@S,2\",'S3", Delimiter::Comma);
         assert_eq!(found, ["t", "=S1 [V]", "@S,2", "'S3"]);
     }
 
     #[test]
-    fn a_bracket_that_is_never_closed_takes_all_that_follows() {
+    fn a_bracket_that_is_never_closed_takes_the_rest_of_the_line() {
         let cells = |text: &str| names(text.as_bytes(), Delimiter::Spaces);
         assert_eq!(cells("t (m s) S1 [V ] x"), ["t (m s)", "S1 [V ]", "x"]);
         let text = format!("t [s] S1 (V{}", " a".repeat(300_000));

@@ -1,4 +1,4 @@
-//! The first lines of a file, and the names in one of them.
+//! First lines of a file, and the names in one of them.
 
 use std::borrow::Cow;
 
@@ -6,21 +6,21 @@ use crate::formats::csv::unguarded;
 use crate::formats::text::cells::{Cells, is_skipped};
 use crate::formats::text::written::Delimiter;
 
-/// How many lines besides comments are looked at.
+/// Number of first lines that are inspected, without comments.
 const LINES_LOOKED_AT: usize = 200;
 
-/// One line of the start of a file.
+/// Line at the start of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line<'a> {
-    /// Counted from 1.
+    /// Line number, counted from 1.
     pub number: u64,
-    /// Where the next line starts.
+    /// Position of the next line (bytes).
     pub end: usize,
-    /// Without its end.
+    /// Text of the line without its line end.
     pub text: &'a [u8],
 }
 
-/// All lines up to the last that is looked at, the first `n_skipped` of which do not count.
+/// Returns all lines up to the last one that is inspected. The first `n_skipped` lines are not counted.
 pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
@@ -35,8 +35,8 @@ pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     lines
 }
 
-/// A header's cells. Where whitespace is the delimiter, a unit in brackets stays with its name; cells without a name at
-/// the end are left out.
+/// Returns the cells of a header. Between blanks, a unit in brackets stays with its name. Empty cells at the end are
+/// dropped.
 pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let text = decoded(text);
     let mut cells: Vec<String> = Vec::new();
@@ -66,7 +66,7 @@ pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<
     cells
 }
 
-/// UTF-8, or else Latin-1: then every byte is its own character.
+/// Decodes UTF-8, or else Latin-1.
 fn decoded(text: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(text) {
         Ok(text) => Cow::Borrowed(text),
@@ -74,7 +74,7 @@ fn decoded(text: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// A unit without the brackets that it may stand in.
+/// Returns a unit without surrounding brackets.
 pub(super) fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()

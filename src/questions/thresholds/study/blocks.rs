@@ -1,4 +1,5 @@
-//! The values of a block by cross-validation: every candidate's columns in one pass, any choice of them from the sums.
+//! Chooses the values of a feature block by cross-validation: one pass over the columns of all candidates, then any selection
+//! from the sums.
 
 use std::ops::RangeInclusive;
 
@@ -22,49 +23,49 @@ const SHORTEST_TIME: f64 = 0.25;
 /// Largest share of a group's samples in which the state of a proposed radius may be unknown.
 const MOST_UNKNOWN: f64 = 0.1;
 
-/// A block whose values nobody knows beforehand: one with a [`search`](Block::search).
+/// Returns true for a block whose values must be searched: one with a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
 
 fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(block.setting().option)
 }
 
-/// A list for one block.
+/// Chosen list of values for one block.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BlockSuggestion {
-    /// Which block.
+    /// The block.
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
-    /// The list, rising; empty if none predicts left-out parts better than no such block, with 90 % confidence.
+    /// Chosen values, rising; empty if no list is better than none on held-out parts with 90 % confidence.
     pub values: Vec<f64>,
-    /// The cross-validation measure with it.
+    /// Cross-validation error with the list.
     pub left_out: f64,
-    /// The cross-validation measure without the block, everything else unchanged.
+    /// Cross-validation error without the block, with all other settings unchanged.
     pub left_out_without: f64,
-    /// How many lists were tried.
+    /// Number of lists that were tried.
     pub n_tried: usize,
 }
 
-/// Any choice of the candidates, scored.
+/// Scores any selection of the candidates.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
-    /// The conventional map, which the targets lack.
+    /// Conventional map. The targets are its residuals.
     known: Vec<f64>,
-    /// The columns that are not the block's.
+    /// Columns that do not belong to the block.
     others: Vec<usize>,
-    /// The columns of each candidate.
+    /// Columns of each candidate.
     own: Vec<Vec<usize>>,
     weights: Vec<f64>,
     ridge: crate::calibration::RidgeChoice,
     parts: ErrorBlocks,
 }
 
-/// A choice of candidates.
+/// A selection of candidates.
 #[derive(Clone)]
 struct Tried {
     chosen: Vec<usize>,
-    /// Summed squared errors of each left-out part, all axes weighed together.
+    /// Sums of squared errors of each held-out part, with all axes weighted together.
     squares: Vec<f64>,
 }
 
@@ -75,13 +76,13 @@ impl Tried {
 }
 
 impl Study {
-    /// The list for a block that left-out parts are predicted best with, the others staying as the settings say.
+    /// Chooses the list of values with the lowest held-out error for a block, with all other settings unchanged.
     ///
-    /// Lists are made of the block's candidates as its [`Lists`] say, and compared by [`ErrorBlocks`]. A block without a search has
-    /// no candidates.
+    /// Lists are formed from the block's candidates as its [`Lists`] define, and compared by [`ErrorBlocks`]. A block without
+    /// a search has no candidates.
     ///
     /// # Errors
-    /// [`AnalysisError`] where nothing can be left out, no axis counts, or somebody asked to stop.
+    /// [`AnalysisError`] if nothing can be left out, no axis counts, or the work was stopped.
     pub fn suggest_block(
         &self,
         block: HistoryBlock,
@@ -112,10 +113,10 @@ impl Study {
         })
     }
 
-    /// Returns the candidates of a block that these recordings can show, thinned to as many as there is room for columns.
+    /// Returns the candidate values of a block for these recordings, thinned to the number of columns that fit.
     ///
-    /// Times reach from a quarter of the shortest step (gauges between samples are interpolated) to the longest recording. Radii
-    /// are known in nine of ten samples of every group.
+    /// Times reach from a quarter of the shortest step (gauges are interpolated between samples) to the longest recording.
+    /// The states of radii are known in nine of ten samples of every group.
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
@@ -138,7 +139,7 @@ impl Study {
             let features = with_values(&self.blank.features, block, candidates);
             features.check_columns(n_gauges).is_ok()
         };
-        // Every second one goes, so that the range stays.
+        // Every second candidate is dropped, so that the range stays.
         while candidates.len() > 1 && !fits(&candidates) {
             candidates = candidates.into_iter().step_by(2).collect();
         }
@@ -146,14 +147,14 @@ impl Study {
     }
 }
 
-/// The settings with this list for the block.
+/// Returns the settings with this list for the block.
 fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) -> FeatureSettings {
     FeatureSettings { blocks: features.blocks.clone().with(block, values), ..features.clone() }
 }
 
-/// How far each gauge has moved up to each sample of a group, and how much it moves there.
+/// Distance that each gauge has travelled up to each sample, for each group.
 struct Travels {
-    /// For each group the gauges' travels (σ), one list for each recording and gauge, each with its weight.
+    /// Travels of the gauges (σ) by group, one list for each recording and gauge, with its weight.
     groups: Vec<Vec<(Vec<f32>, f64)>>,
 }
 
@@ -183,8 +184,8 @@ impl Travels {
         Self { groups }
     }
 
-    /// Returns the largest share of a group's samples before gauges have moved as far as this (σ). A gauge counts by how much it
-    /// moves in the group.
+    /// Returns the largest share of a group's samples before the gauges have travelled this far (σ). Each gauge is weighted
+    /// by its movement in the group.
     fn unknown(&self, travel: f64) -> f64 {
         let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
             let (mut unknown, mut all) = (0.0, 0.0);
@@ -200,7 +201,7 @@ impl Travels {
 }
 
 impl Bench {
-    /// Returns the root of the mean squared error of the left-out parts.
+    /// Returns the root of the mean squared error of the held-out parts.
     fn measure(&self, tried: &Tried) -> f64 {
         (tried.sum() / self.sums.train.n_samples().max(1) as f64).sqrt()
     }
@@ -270,8 +271,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists; of those that are nearly as good as the best the shortest is taken, or none where none is surely better
-    /// than no list.
+    /// Tries all lists. Returns the shortest one that is nearly as good as the best, or none if no list is surely better than
+    /// none.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
@@ -321,7 +322,7 @@ impl Bench {
     }
 }
 
-/// Every list of evenly spaced positions with one of these lengths.
+/// Returns every list of evenly spaced positions with one of these lengths.
 fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
     let mut lists = Vec::new();
     for length in lengths {

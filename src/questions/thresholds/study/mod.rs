@@ -1,7 +1,7 @@
-//! Choosing what a fit remembers: thresholds, and the values of blocks.
+//! Chooses the memory of a fit: thresholds, and the values of feature blocks.
 //!
-//! A [`Study`] is prepared once for recordings and settings; then it answers each question from one pass over the samples.
-//! Guarantees: what it suggests rests on the training recordings alone; recordings in the test role are only scored.
+//! A [`Study`] is prepared once for recordings and settings. It then answers each question from one pass over the samples.
+//! Guarantees: suggestions depend on the training recordings alone; test recordings are only scored.
 
 mod blocks;
 mod parts;

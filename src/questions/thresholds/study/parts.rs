@@ -6,12 +6,12 @@ use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, Role};
 use crate::scoring::left_out::too_short;
 
-/// Whether a recording takes part in fits or scores.
+/// Returns true if a recording takes part in fits or scores.
 pub(crate) fn takes_part(entry: &Entry) -> bool {
     entry.role != Role::Off && entry.recording.has_reference()
 }
 
-/// Checks that enough samples remain where a part is left out. An automatic ridge may shrink nothing.
+/// Checks that enough samples remain without each part. An automatic ridge may choose not to shrink.
 pub(crate) fn check_parts(
     part_samples: &[u64],
     kinds: impl Iterator<Item = ColumnKind>,

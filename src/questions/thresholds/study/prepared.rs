@@ -13,24 +13,24 @@ use crate::questions::thresholds::past_ages::PastAges;
 use crate::recording::{RecordingSet, Role};
 use crate::scoring::mean_hysteresis::{HysteresisRun, MeanHysteresis, mean_hysteresis};
 
-/// Bins of age up to t_th, and as many beyond it.
+/// Number of age bins up to t_th, and again beyond it.
 pub(crate) const AGE_BINS: usize = 30;
 
-/// Recordings and settings with all that no threshold changes.
+/// Recordings and settings, with all data that no threshold changes.
 #[derive(Debug)]
 pub struct Study {
     pub(crate) data: Arc<Dataset>,
     pub(crate) paths: Paths,
-    /// The settings in a calibration without a map: axes, full scales, gauges' scale.
+    /// Settings as a calibration without a map: axes, full scales and gauge scales.
     pub(crate) blank: Calibration,
     pub(crate) settings: FitSettings,
 }
 
 impl Study {
-    /// Fits the conventional calibration and lays the search out.
+    /// Fits the conventional calibration and prepares the search.
     ///
     /// # Errors
-    /// [`AnalysisError`] where nothing can be fitted, or somebody asked to stop.
+    /// [`AnalysisError`] if nothing can be fitted, or the work was stopped.
     pub fn prepare(
         datasets: &Datasets,
         recordings: Arc<RecordingSet>,
@@ -45,7 +45,7 @@ impl Study {
             return Err(AnalysisError::NoTimes);
         }
         let request = Request::fit(recordings, settings);
-        // Its steps are not those that whoever watches counts.
+        // The steps of the preparation are not counted in the caller's progress.
         let data = datasets.get(&request.key(), &progress.part())?;
         let blank = data.blank_calibration(&request.settings)?;
         let paths = data.paths(&blank);
@@ -53,30 +53,30 @@ impl Study {
         Ok(Self { data, paths, blank, settings: request.settings })
     }
 
-    /// The axes that errors are measured on.
+    /// Returns the axes that errors are measured on.
     pub fn scale(&self) -> MeasureScale {
         MeasureScale { axes: self.blank.axes.clone(), full_scale: self.blank.full_scale.clone() }
     }
 
-    /// What F_th is measured in.
+    /// Returns the quantity in which F_th is measured.
     pub fn distance(&self) -> Distance {
         self.blank.features.distance
     }
 
-    /// The largest full scale among the axes that F_th is measured over, in the unit of F_th.
+    /// Returns the largest full scale among the axes that F_th is measured over, in the unit of F_th.
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);
         scaled.map(|(weight, full)| weight * full).fold(0.0, f64::max)
     }
 
-    /// The thresholds of the settings' first look-back, or what they would be by default.
+    /// Returns the thresholds of the first look-back in the settings, or the default ones.
     pub fn present_thresholds(&self) -> Thresholds {
         let first = self.settings.features.look_backs.first();
         first.copied().unwrap_or_else(|| Thresholds::default_for(self.distance()))
     }
 
-    /// What these thresholds do to the training samples.
+    /// Returns the ages of the past samples of the training samples at these thresholds.
     pub fn past_ages(&self, thresholds: Thresholds) -> PastAges {
         let unlimited = Thresholds { t_th_secs: f64::INFINITY, ..thresholds };
         let mut past_ages = PastAges::new(thresholds.t_th_secs, AGE_BINS);
@@ -90,7 +90,7 @@ impl Study {
         past_ages
     }
 
-    /// The mean hysteresis of the training recordings.
+    /// Returns the mean hysteresis of the training recordings.
     pub fn mean_hysteresis(&self) -> MeanHysteresis {
         let training = self.data.entries.iter().enumerate();
         let training: Vec<_> = training

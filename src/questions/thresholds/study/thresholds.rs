@@ -14,45 +14,45 @@ use crate::questions::thresholds::study::parts::{check_parts, takes_part};
 use crate::questions::thresholds::study::prepared::Study;
 use crate::recording::Role;
 
-/// The sums of two F_th, which are worked on at once, may take so much memory (bytes).
+/// Maximum memory (bytes) for the sums of two F_th, which are worked on at once.
 const MAX_BYTES: usize = 2 << 30;
 const AT_ONCE: usize = 2;
 
-/// What is heard while a map is made.
+/// Event while a map is computed.
 #[derive(Clone, Copy, Debug)]
 pub enum StudyEvent<'a> {
-    /// The map without its rows: axes, and how the conventional calibration does.
+    /// The map without rows: axes, and the scores of the conventional calibration.
     Begun(&'a ThresholdMap),
     /// The scores of one F_th at every t_th.
     Row {
-        /// The position of the F_th.
+        /// Position of the F_th.
         f_at: usize,
-        /// One per t_th.
+        /// Scores at each t_th.
         points: &'a [PointScores],
     },
 }
 
-/// What every row of a map needs.
+/// Data that every row of a map needs.
 struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
     design: Design,
     pieces: Vec<Vec<Piece>>,
-    /// The past samples of the further look-backs of each recording.
+    /// Past samples of the further look-backs of each recording.
     further: Vec<Vec<Vec<u32>>>,
     scorer: Scorer,
 }
 
 impl Study {
-    /// The errors at every pair of the grid, varying the first look-back; everything else stays as the settings say, and
-    /// without a look-back one is added.
+    /// Computes the errors at every pair of the grid for the first look-back, with all other settings unchanged. If the
+    /// settings have no look-back, one is added.
     ///
-    /// Rows are told of as they come, coarse to fine, from several threads. An automatic ridge is chosen anew at every
-    /// pair, as a fit there would. `progress` counts rows.
+    /// Rows are passed on as they are finished, coarse to fine, from several threads. An automatic ridge is chosen anew at
+    /// every pair, as a fit there would. `progress` counts rows.
     ///
     /// # Errors
-    /// [`AnalysisError`] where the training recordings are too short to leave a part out, the map would not fit in
-    /// memory, or somebody asked to stop.
+    /// [`AnalysisError`] if the training recordings are too short to leave a part out, the map would not fit in memory, or
+    /// the work was stopped.
     pub fn threshold_map(
         &self,
         grid: &ThresholdGrid,
@@ -62,11 +62,11 @@ impl Study {
         self.rest_of_map(None, grid, progress, tell)
     }
 
-    /// [`threshold_map`](Self::threshold_map) where a part of it, of the same grid, is there already: its rows are not made again, nor
-    /// told of.
+    /// Continues [`threshold_map`](Self::threshold_map) from a part of the same map. The rows of that part are neither
+    /// computed nor passed on again.
     ///
     /// # Errors
-    /// As there.
+    /// See [`threshold_map`](Self::threshold_map).
     pub fn rest_of_map(
         &self,
         begun: Option<&ThresholdMap>,
@@ -203,7 +203,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The past samples of all look-backs but the first, for each recording.
+/// Returns the past samples of all look-backs but the first, for each recording.
 fn further_past(
     study: &Study,
     features: &FeatureSettings,
