@@ -205,6 +205,10 @@ pub enum Id {
     FrameTurned,
     ColumnsSwapped,
     Odd,
+    Noisy,
+    Hum,
+    Bent,
+    ReferenceClipped,
     Lag,
     SameSamples,
     OneSided,
@@ -371,6 +375,27 @@ impl Id {
             Self::ColumnsSwapped => {
                 ("rig", "give the columns their roles in this recording", &[Way::Columns])
             }
+            Self::Noisy => (
+                "rig",
+                "the fit weighs this recording like the others; look at cables, shields and supply, or take it out of training",
+                &[Way::Roles],
+            ),
+            Self::Hum => (
+                "rig",
+                "it adds to every error; look at shields, grounds and the logger's filter, and record again",
+                &[],
+            ),
+            Self::Bent => (
+                "rig",
+                "the matrix takes it for a straight line, and errs most at large loads; look whether its amplifier or its mounting \
+                 yields, take a smaller gain, or add a polynomial",
+                &[Way::Features],
+            ),
+            Self::ReferenceClipped => (
+                "rig",
+                "the fit makes these loads too small; take a larger range of the reference, or leave such samples out",
+                &[],
+            ),
             Self::Lag => (
                 "lag",
                 "the clocks of gauges and reference differ, or one of them is filtered; mend it before the past is used, since a look-back \

@@ -6,9 +6,9 @@
 //! [`STRAYS`] samples, so no load is that of an older sample. Exported code behaves the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
+use crate::calibration::error::CalibrationError;
 use crate::calibration::learned::LearnedScratch;
 use crate::calibration::status::Status;
-use crate::calibration::validate::CalibrationError;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 

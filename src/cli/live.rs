@@ -9,6 +9,7 @@ use super::messages::Messages;
 use crate::calibration::{Calibration, Estimator, Status};
 use crate::export::{LiveSample, LoadRows, name_gauges};
 use crate::formats::text::ArrivingLines;
+use crate::import::ReadError;
 use crate::import::live::{
     GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Rejected, RowForm,
 };
@@ -360,17 +361,21 @@ impl Tap<'_> {
             form: self.form,
             rate_hz: self.rate_hz,
         };
+        // What is advised for files cannot be done with rows that come once.
+        let unread = |error: ReadError| {
+            JobError::other(format!("{error}; --rows says how the rows are printed"))
+        };
         let mut head = LiveHead::default();
         loop {
             match next()? {
                 None if head.is_empty() => return Ok(None),
-                None => return Ok(Some(head.end(source)?)),
+                None => return Ok(Some(head.end(source).map_err(unread)?)),
                 Some(Grown::Nothing) => {}
                 Some(Grown::Replaced) => head = LiveHead::default(),
                 // Before the first row there is nothing to tare and no history.
                 Some(Grown::Line(line)) if Request::of(&line).is_some() => {}
                 Some(Grown::Line(line)) => {
-                    if let Some(begun) = head.push(line, source)? {
+                    if let Some(begun) = head.push(line, source).map_err(unread)? {
                         return Ok(Some(begun));
                     }
                 }

@@ -1,7 +1,7 @@
-//! Rows as devices print them, as lines of a table: numbers alone, `name:value` pairs, Teleplot, JSON without a time.
+//! Converts rows that devices print to lines of a table: plain numbers, `name:value` pairs, Teleplot, JSON without a time.
 //!
-//! Guarantees: a line of a device becomes one line with a time, in the order in which lines come; times never stand still.
-//! What is written in a cell stays as it is, so a value that is no number is reported as in files.
+//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times always increase. The text of
+//! a cell is not changed, so a value that is not a number is reported as in files.
 
 use super::live::LiveSource;
 use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
@@ -9,26 +9,26 @@ use crate::formats::text::cells::Cells;
 use crate::formats::text::times::TimeForm;
 use crate::formats::text::{Delimiter, TextLayout, stamped};
 
-/// Number of first lines by which the form is guessed.
+/// Number of first lines from which the form is guessed.
 pub(super) const GUESSED_BY: usize = 10;
-/// Number of rows from which on a first column that always increases is the time.
+/// Minimum number of rows for taking a first column that always increases for the time.
 const ROWS_FOR_A_CLOCK: usize = 5;
-/// Least time between two rows that were read at once (s).
+/// Time step between rows that were read at once (s).
 const LEAST_STEP_SECS: f64 = 1e-6;
 
-/// Name of a time in seconds among JSON keys.
+/// JSON key of a time in seconds.
 const SECONDS: &str = "time [s]";
 
-/// How a device prints its rows.
+/// Form in which a device prints its rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowForm {
-    /// A table with a header that names a time, or JSON lines with a time.
+    /// Table with a time in its header, or JSON lines with a time.
     Table,
-    /// Numbers: gauges in the order of the calibration, then auxiliary channels.
+    /// Plain numbers: gauges in the order of the calibration, then auxiliary channels.
     Numbers,
-    /// A time, then numbers.
+    /// Time, then the numbers as in [`Self::Numbers`].
     TimedNumbers,
-    /// `name:value` pairs, as Arduino's plotter reads them.
+    /// Pairs `name:value`, as Arduino's plotter reads them.
     Pairs,
     /// Teleplot: a line `>name:time:value` or `>name:value` for each value.
     Teleplot,
@@ -37,7 +37,7 @@ pub enum RowForm {
 }
 
 impl RowForm {
-    /// All forms, with their names on the command line and what they are.
+    /// All forms, with their names on the command line and their descriptions.
     pub const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Table, "table", "a table with a header, or JSON lines, with a time"),
         (Self::Numbers, "numbers", "numbers without a header: the gauges, then auxiliary channels"),
@@ -51,13 +51,13 @@ impl RowForm {
         (Self::Json, "json", "JSON lines without a time"),
     ];
 
-    /// Returns what the form is, in words.
+    /// Returns the description of the form.
     pub fn words(self) -> &'static str {
         let own = Self::ALL.iter().find(|(form, ..)| *form == self);
         own.map_or("", |(_, _, words)| words)
     }
 
-    /// Returns the form of most of these lines; `None` if most of them are rows of no device.
+    /// Returns the form of most of these lines; `None` if most of them have no known form.
     pub(super) fn guess(lines: &[String], n_needed: usize) -> Option<Self> {
         let lines: Vec<&str> = lines.iter().map(|line| without_stamp(line).1).collect();
         let lines: Vec<&str> = lines.into_iter().filter(|line| !line.trim().is_empty()).collect();
@@ -81,7 +81,7 @@ impl RowForm {
     }
 }
 
-/// Splits off the stamp before an arrow, as terminals for serial ports write it.
+/// Splits off the time stamp and the arrow that terminals for serial ports write.
 fn without_stamp(line: &str) -> (Option<&str>, &str) {
     match stamped(line.as_bytes()) {
         Some((time, row)) => (line.get(..time), line.get(row..).unwrap_or_default()),
@@ -89,24 +89,24 @@ fn without_stamp(line: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// Returns what stands between the numbers of a line; `None` if it is no row of numbers.
+/// Returns the delimiter of the numbers in a line; `None` if the line is not a row of numbers.
 fn delimiter(line: &str) -> Option<Delimiter> {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
         let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
-        // One number alone has commas between cells, so that none is taken for a decimal point.
+        // For a single number the delimiter is a comma, so that no comma is read as a decimal point.
         let is_cut = *own == Comma || cells(line, *own).nth(1).is_some();
         is_cut && cells(line, *own).all(|cell| layout.number(cell).is_some())
     })
 }
 
-/// Returns the cells of a line; a delimiter at its end begins no cell.
+/// Returns the cells of a line. A delimiter at the end of the line is ignored.
 fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
     let line = line.trim_end().trim_end_matches(char::from(delimiter.byte()));
     Cells::new(line.as_bytes(), delimiter)
 }
 
-/// Returns the numbers of a line that holds nothing else.
+/// Returns the numbers of a line that consists only of numbers.
 fn numbers(line: &str) -> Option<Vec<f64>> {
     let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
@@ -114,8 +114,11 @@ fn numbers(line: &str) -> Option<Vec<f64>> {
 
 /// Returns the names and values of a line of pairs.
 fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
+    if line.starts_with(['>', '{']) {
+        return None;
+    }
     let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
-    // After a colon there may be a blank.
+    // A blank may follow a colon.
     let mut joined: Vec<(&str, &str)> = Vec::new();
     for cell in cells {
         match (cell.split_once(':'), joined.last_mut()) {
@@ -124,7 +127,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
             _ => return None,
         }
     }
-    (!joined.is_empty() && !line.starts_with('>')).then_some(joined)
+    (!joined.is_empty()).then_some(joined)
 }
 
 /// Returns the name, the time (ms) and the value of a Teleplot line.
@@ -138,27 +141,28 @@ fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
     })
 }
 
-/// Brings lines of a device to lines of a table.
+/// Converter from lines of a device to lines of a table.
 #[derive(Debug)]
 pub(super) struct DeviceRows {
-    /// How rows are printed.
+    /// Form of the rows.
     pub form: RowForm,
-    /// How the time of a row is known, in words.
+    /// Source of the times, in words.
     pub clock: &'static str,
     rate_hz: Option<f64>,
     delimiter: Delimiter,
     n_rows: f64,
     last_secs: f64,
-    /// Names of the calibration, the first of which begins a Teleplot row.
+    /// Channel names of the calibration. The first one begins a Teleplot row.
     cycle: Vec<String>,
-    /// Values of the Teleplot row that is not whole yet.
+    /// Values of the incomplete Teleplot row.
     pending: Vec<(String, String)>,
-    /// Name and text of the time of that row, where the device says it.
+    /// Name and text of the time of the incomplete row, if the device sends it.
     pending_time: Option<(&'static str, String)>,
 }
 
 impl DeviceRows {
-    /// Looks at the first lines. Returns the translation with the map of its table; none where the names of the columns tell.
+    /// Creates the converter from the first lines, with the map of its table. The map is `None` if the names of the columns
+    /// give their roles.
     pub fn new(
         form: RowForm,
         lines: &[String],
@@ -179,7 +183,7 @@ impl DeviceRows {
             form,
             clock: match (has_own_time, source.rate_hz) {
                 (true, _) => "their own times",
-                (false, Some(_)) => "the rate that was given",
+                (false, Some(_)) => "the given rate",
                 (false, None) => "the clock of this computer",
             },
             rate_hz: source.rate_hz,
@@ -195,7 +199,7 @@ impl DeviceRows {
         (own, map)
     }
 
-    /// The first column is the time, the others are those of the calibration.
+    /// Returns the map of a table with the time first, then the channels of the calibration.
     fn map(&self, row: &str, stamp: Option<&str>, source: LiveSource<'_>) -> ColumnMap {
         let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
         let is_timed = self.form == RowForm::TimedNumbers;
@@ -220,7 +224,7 @@ impl DeviceRows {
         }
     }
 
-    /// Returns the line of the table that a line of the device ends, which came at this time (s); `None` where it ends none.
+    /// Converts a line that arrived at this time (s). Returns the line of the table that is then complete, or `None`.
     pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
         let (stamp, row) = without_stamp(line);
         match self.form {
@@ -244,7 +248,8 @@ impl DeviceRows {
         }
     }
 
-    /// A row begins with the first gauge, or where a name comes again; it is whole once all that the calibration needs has come.
+    /// Adds a Teleplot value. A row begins with the first gauge or with a repeated name. It is complete when it has all channels
+    /// of the calibration.
     fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
         let (name, time, value) = teleplot(row)?;
         let is_first = self.cycle.first().is_some_and(|first| first == name);
@@ -269,8 +274,8 @@ impl DeviceRows {
         object((name, &time), &values)
     }
 
-    /// Returns the time of the next row: its stamp, else by the rate, else when it came. Rows that were read at once follow each
-    /// other by a microsecond.
+    /// Returns the time of the next row: from its stamp, else from the rate, else from its arrival. Rows that were read at once
+    /// are a microsecond apart.
     fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
         let secs = match self.rate_hz {
             Some(rate_hz) => self.n_rows / rate_hz,
@@ -282,7 +287,7 @@ impl DeviceRows {
     }
 }
 
-/// A line of JSON with a time and these values.
+/// Returns a line of JSON with a time and these values.
 fn object(time: (&str, &str), values: &[(&str, &str)]) -> String {
     let text = |text: &str| serde_json::Value::from(text).to_string();
     let members = [time].into_iter().chain(values.iter().copied());

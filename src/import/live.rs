@@ -40,33 +40,33 @@ pub struct LiveSource<'a> {
     pub map: Option<&'a ColumnMap>,
     /// Sample interval of the recordings from which the calibration was made (s).
     pub step_secs: Option<f64>,
-    /// The gauges of the calibration, in its order.
+    /// Gauges of the calibration, in its order.
     pub gauges: &'a [String],
-    /// The auxiliary channels that the calibration needs, in its order.
+    /// Auxiliary channels of the calibration, in its order.
     pub auxiliary: &'a [String],
-    /// How the rows are printed; guessed from the first ten lines if it is not given.
+    /// Form of the rows; if absent, it is guessed from the first ten lines.
     pub form: Option<RowForm>,
-    /// Rows a second where they have no time (Hz); without it the clock of this computer is their time.
+    /// Row rate for rows without a time (Hz). If absent, the clock of this computer gives the times.
     pub rate_hz: Option<f64>,
 }
 
-/// A table and the rows among its first lines.
+/// Table, and the rows among its first lines.
 pub type Begun = (LiveTable, Vec<LiveRow>);
 
-/// Why a line is no row.
+/// Reason why a line is not a usable row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rejected {
-    /// Its time (s), if it has one.
+    /// Time of the line (s), if it has one.
     pub time: Option<f64>,
-    /// Which value is wrong.
+    /// Description of the wrong value.
     pub why: String,
 }
 
-/// The first lines of a source, until they tell what its rows are.
+/// First lines of a source, collected until its columns are known.
 #[derive(Debug)]
 pub struct LiveHead {
     lines: Vec<String>,
-    /// When each line came, from the start on (s).
+    /// Time of arrival of each line since the start (s).
     arrived_secs: Vec<f64>,
     start: Instant,
 }
@@ -83,10 +83,10 @@ impl LiveHead {
         self.lines.is_empty()
     }
 
-    /// Takes the next line. Returns the table once it is known.
+    /// Adds the next line. Returns the table once its columns are known.
     ///
     /// # Errors
-    /// [`ReadError`] if no more lines will make a table of them.
+    /// [`ReadError`] if further lines cannot make the table valid.
     pub fn push(
         &mut self,
         line: String,
@@ -106,10 +106,10 @@ impl LiveHead {
         }
     }
 
-    /// Returns the table where no more lines come.
+    /// Returns the table when no further lines follow.
     ///
     /// # Errors
-    /// [`ReadError`] if they make no table.
+    /// [`ReadError`] if the lines are not a table.
     pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
         match self.of_device(source, true)? {
             Some(begun) => Ok(begun),
@@ -167,9 +167,8 @@ pub struct LiveTable {
     /// Keys of the columns in JSON lines.
     keys: Option<LineKeys>,
     n_rows: f64,
-    /// Newest value of each auxiliary channel.
     held: Vec<Newest>,
-    /// What brings the lines of a device to lines of this table, and when its clock started.
+    /// Converter for the lines of a device, with the start of its clock.
     device: Option<(DeviceRows, Instant)>,
 }
 
@@ -178,7 +177,6 @@ pub struct LiveTable {
 struct Newest {
     /// Value; NaN before the first one.
     value: f64,
-    /// Time of the value (s).
     secs: f64,
     /// Time since the first value (s), and the number of values after the first.
     since_first: (f64, u64),
@@ -350,10 +348,10 @@ impl LiveTable {
         }
     }
 
-    /// Reads one line; `None` where a row needs more lines.
+    /// Reads one line; returns `None` if the row needs more lines.
     ///
     /// # Errors
-    /// [`Rejected`] if the line is no usable row.
+    /// [`Rejected`] if the line is not a usable row.
     pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
         let translated = match &mut self.device {
             None => return self.table_row(line).map(Some),
@@ -446,9 +444,7 @@ const TAIL_BYTES: usize = 256;
 pub struct GrowingFile {
     path: PathBuf,
     file: File,
-    /// Number of bytes read so far.
     n_read: u64,
-    /// Last bytes that were read.
     tail: Vec<u8>,
     lines: ArrivingLines,
 }
@@ -582,8 +578,9 @@ mod tests {
         let refused = LiveTable::begin(&lines(1.2), of(Some(0.05))).unwrap_err();
         let refused = refused.to_string();
         assert!(
-            refused
-                .contains("log.csv:1: column 1 (time) has no unit, and its steps of 1.2 fit none"),
+            refused.contains(
+                "log.csv, line 1: column 1 (time) has no unit, and its steps of 1.2 fit none"
+            ),
             "{refused}"
         );
         let labelled: Vec<String> = ["time [s],S1", "0,1"].map(str::to_owned).to_vec();

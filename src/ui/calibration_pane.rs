@@ -1,4 +1,4 @@
-//! The calibration matrices with their features named.
+//! Pane with the calibration matrices and the names of their features.
 
 use std::ops::Range;
 
@@ -18,22 +18,22 @@ use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
 
-/// Between two columns of a matrix (points).
+/// Space between two columns of a matrix (points).
 const GAP: f32 = 12.0;
-/// Characters of a name that have room over a column.
+/// Number of characters of a name that fit over a column.
 const NAME_LENGTH: usize = 24;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "calibration",
     title: "Calibration",
-    explanation: "The matrices with their features named",
+    explanation: "The calibration matrices with the names of their features",
 });
 
-/// What is chosen.
+/// View state of the pane.
 #[derive(Debug, Default)]
 pub struct View {
-    /// Whether coefficients are shown with their standard errors.
+    /// True if coefficients are shown with their standard errors.
     uncertain: bool,
 }
 
@@ -64,8 +64,9 @@ impl View {
                     None => "",
                 };
                 let text = format!("Comp. = {linear}{}", learned.describe());
-                ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
-                    .on_hover_text("Too much to show as a matrix; the .json file has all of it");
+                ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
+                    "Too large to show as a matrix; the .json export holds everything",
+                );
                 ui.add_space(6.0);
             }
             let compensated = calibration.compensated.as_ref();
@@ -102,7 +103,7 @@ impl View {
     }
 }
 
-/// A matrix, one row per axis and one column per feature.
+/// Returns a matrix with one row per axis and one column per feature.
 fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
     Table::of(axes.iter().zip(&map.matrix))
         .words("", |(axis, _)| axis.label())
@@ -114,7 +115,7 @@ fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
         .table("", "")
 }
 
-/// A group of columns: the sign that stands for it in the equation, and which columns they are.
+/// A group of columns with its symbol in the equation.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     symbol: String,
@@ -122,7 +123,7 @@ struct Block {
     columns: Range<usize>,
 }
 
-/// The groups of a matrix' columns: the gauges, what each history appends, products, the offset.
+/// Returns the groups of a matrix' columns: the gauges, each history block, products, the offset.
 fn blocks(columns: &[Column]) -> Vec<Block> {
     let is_one_block = |one: &Column, other: &Column| match (one, other) {
         (Column::Gauge(_), Column::Gauge(_)) => true,
@@ -149,7 +150,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
     blocks.collect()
 }
 
-/// The equation that a matrix stands for: the load is the matrix times what the blocks append, plus the offset.
+/// Returns the equation of a matrix: the load is the matrix times the features, plus the offset.
 fn equation(blocks: &[Block]) -> String {
     let symbols: Vec<&str> =
         (blocks.iter().filter(|block| !block.is_offset)).map(|block| &*block.symbol).collect();
@@ -161,7 +162,7 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// Draws a matrix between brackets, its blocks apart, its numbers under each other.
+/// Draws a matrix between brackets, with its blocks apart and its numbers aligned.
 fn matrix(
     ui: &mut egui::Ui,
     name: &str,

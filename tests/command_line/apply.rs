@@ -272,7 +272,7 @@ fn rows_are_answered_as_devices_print_them() {
         ("commas", print(&|_, [a, b]| format!("{a},{b}\n")), &rate[..]),
         ("blanks", print(&|_, [a, b]| format!("{a} {b}\r\n")), &rate),
         ("decimal commas", print(&|_, [a, b]| format!("{a};{b}\n").replace('.', ",")), &rate),
-        ("after a boot message", print(&|_, [a, b]| format!("{a}\t{b}\n")), &rate),
+        ("tabs", print(&|_, [a, b]| format!("{a}\t{b}\n")), &rate),
         ("a time first", print(&|t, [a, b]| format!("{:.0} {a} {b}\n", 1e3 * t)), &[]),
         ("an arrow", print(&|t, [a, b]| format!("{}{a},{b}\n", stamp(t))), &[]),
         ("pairs", print(&|_, [a, b]| format!("S2:{b} S1: {a}\n")), &rate),
@@ -316,7 +316,7 @@ fn rows_on_standard_input_are_an_instrument() {
     assert_eq!(rows.len(), 8);
     assert_eq!(rows[1]["t"], 0.02);
     assert_eq!(rows[1]["why"], "S2 is \"oops\"");
-    let load = |row: &serde_json::Value| row["Fz_comp"].as_f64().unwrap();
+    let load = |row: &serde_json::Value| row["Fz_conv"].as_f64().unwrap();
     assert!(load(&rows[3]).abs() < 1e-9 && load(&rows[7]).abs() < 1e-9, "{answers}");
     assert!(load(&rows[2]).abs() > 1e-3 && load(&rows[4]).abs() > 1e-3, "{answers}");
     assert_eq!(rows[5]["status"], "taring");

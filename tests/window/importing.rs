@@ -254,7 +254,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     for (column, role) in [("roll", "Pose roll"), ("pitch", "Pose pitch"), ("yaw", "Pose yaw")] {
         choose(&mut window, column, role);
     }
-    let weight = "The load is that of a known weight, by the pose columns";
+    let weight = "Computes the load of a known weight from the pose columns";
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
     told(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");

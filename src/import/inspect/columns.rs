@@ -32,7 +32,7 @@ pub struct ColumnReport {
     pub content: Content,
     /// First cells.
     pub first: Vec<String>,
-    /// Numbers at even places of the rows that were read, to draw.
+    /// Numbers at evenly spaced rows of the sample, for drawing.
     #[serde(skip)]
     pub outline: Vec<f32>,
     /// Minimum.

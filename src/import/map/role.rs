@@ -114,7 +114,7 @@ impl ColumnRole {
         }
     }
 
-    /// As people call it.
+    /// Returns the label in the window.
     pub fn label(self) -> String {
         match self {
             Self::TimeReference => "Reference clock".to_owned(),

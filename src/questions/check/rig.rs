@@ -12,8 +12,8 @@ use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::lag::{Lag, LagRun, lag_by_run, lags};
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
-use crate::shown::first_clauses;
+use crate::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig, Run, Where};
+use crate::shown::{first, first_clauses};
 
 /// Units that are taken for one another, and by which factor.
 const UNITS: [(f64, &str); 6] = [
@@ -93,6 +93,9 @@ impl RigReport {
         if findings.is_empty() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
+        findings.extend(
+            rig.channel_faults(training).iter().map(|own| channel_fault(own, &gauges, rig.axes())),
+        );
         progress.check()?;
         let (answers, axes) = (rig.answers(), rig.axes().to_vec());
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
@@ -190,6 +193,28 @@ fn no_gauge(own: &NoGauge, gauges: &[String]) -> String {
     }
 }
 
+fn channel_fault(own: &ChannelFault, gauges: &[String], axes: &[Axis]) -> Finding {
+    let doubtful = |id: Id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
+    match own {
+        ChannelFault::Hum { gauges: hum, hz, amplitude } => {
+            let names = first(NAMED, hum.iter().map(|gauge| &gauges[*gauge]));
+            let seen = format!("{names} hum at {} Hz, where no load moves", significant(*hz, 3));
+            doubtful(Id::Hum, seen).with(format!("amplitude {} of the range", percent(*amplitude)))
+        }
+        ChannelFault::Bent(gauge, bend) => {
+            let seen = format!("{} bends where the other gauges do not", gauges[*gauge]);
+            doubtful(Id::Bent, seen).with(format!("by up to {} of its range", percent(*bend)))
+        }
+        ChannelFault::ClippedReference { axis, load, visits } => {
+            let (axis, load) = (axes[*axis], significant(*load, 4));
+            let (symbol, unit) = (axis.symbol(), axis.unit());
+            let seen =
+                format!("the reference of {symbol} stays at {load} {unit} while the gauges go on");
+            doubtful(Id::ReferenceClipped, seen).with(format!("{visits} times"))
+        }
+    }
+}
+
 impl Contradiction {
     fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
         let value = self.values.first().copied().unwrap_or(1.0);
@@ -224,6 +249,11 @@ impl Contradiction {
             Cause::SwappedAxes(a, b) => {
                 let [a, b] = [a, b].map(|axis| axes(&[*axis]));
                 (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
+            }
+            Cause::Noise(own) => {
+                let names = first(NAMED, own.iter().map(|gauge| &gauges[*gauge]));
+                let times = significant(value, 2);
+                (Id::Noisy, format!("the noise of {names} is {times} times that in any other"))
             }
             Cause::Unlike => (Id::Odd, "contradicts the others".to_owned()),
         };
