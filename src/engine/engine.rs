@@ -44,6 +44,7 @@ use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 use crate::scoring::numbers::significant;
 
@@ -66,7 +67,8 @@ enum InTurn {
     /// By recordings, not by places, which may move while it waits.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
-    Simulate,
+    /// The built-in sensor, or the set that tells lag from hysteresis.
+    Simulate(Option<Late>),
 }
 
 impl InTurn {
@@ -94,8 +96,8 @@ pub enum Action {
     Show(View),
     /// Open recordings, calibrations, a session, or folders of them.
     Open(Vec<PathBuf>),
-    /// Open the built-in simulated sensor instead of what is loaded.
-    OpenBuiltIn,
+    /// Open the built-in simulated sensor, or the set that tells lag from hysteresis, instead of what is loaded.
+    OpenBuiltIn(Option<Late>),
     /// Tare these recordings.
     Tare(Vec<usize>, Tare),
     /// Leave what is faulty out of all recordings.

@@ -22,6 +22,7 @@ use crate::import::Loaded;
 use crate::progress::Progress;
 use crate::questions::View;
 use crate::questions::metrology::MetrologySettings;
+use crate::recording::simulated::Late;
 use crate::recording::{
     Axis, GaugeRange, Identity, Recording, RecordingSet, Source, Tare, ValidRange,
 };
@@ -42,6 +43,7 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// | `notes` | free text |
 /// | `identity` | which sensor it is, who calibrates it, when, and against what |
 /// | `built_in` | whether the built-in sensor was open; then there are no files |
+/// | `built_in_lag` | which of the sets that tell lag from hysteresis it was: `lag`, `hysteresis` or `both` |
 /// | `files` | the recordings' files, in the order of opening |
 /// | `cut` | recordings are cut in time: this first share trains |
 /// | `calibration` | the file of a calibration that is applied instead of fitted |
@@ -63,6 +65,8 @@ pub struct Session {
     #[serde(skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
     pub built_in: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub built_in_lag: Option<Late>,
     pub files: Vec<SessionFile>,
     pub cut: Option<f64>,
     pub calibration: Option<PathBuf>,
@@ -216,6 +220,7 @@ impl Session {
             notes: project.notes.clone(),
             identity: project.identity.clone(),
             built_in: project.recordings.is_simulated(),
+            built_in_lag: Late::of(&project.recordings),
             files,
             cut: project.split.as_ref().map(|split| split.fraction),
             calibration: project.applied.as_ref().map(|own| own.path.clone()),

@@ -17,6 +17,7 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::questions::Model;
 use crate::questions::question::{Answered, Query, Work};
+use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
 
@@ -94,9 +95,12 @@ impl Task {
     }
 
     /// Makes the built-in recordings, to stand in the place of these.
-    pub fn simulate(replaced: Arc<RecordingSet>) -> Self {
+    pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
-            let made = simulated::demonstration(simulated::DEFAULT_SEED);
+            let made = match late {
+                Some(late) => simulated::late_set(simulated::DEFAULT_SEED, late),
+                None => simulated::demonstration(simulated::DEFAULT_SEED),
+            };
             progress.check()?;
             Ok(Done::Simulated(Arc::clone(&replaced), made))
         })

@@ -78,7 +78,7 @@ impl Shell {
         let was_given_files = !files.is_empty();
         let mut engine = Engine::new(Arc::clone(&notify));
         if files.iter().all(|path| is_calibration(path)) {
-            engine.act(Action::OpenBuiltIn);
+            engine.act(Action::OpenBuiltIn(None));
         }
         engine.act(Action::Open(files));
         Self {

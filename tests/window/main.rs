@@ -505,7 +505,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     let files = Files::new();
     let mut window = window(files.three());
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Action::OpenBuiltIn);
+    shell.send(Action::OpenBuiltIn(None));
     shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
     until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
