@@ -92,7 +92,7 @@ impl View {
                 let paths = self.paths();
                 let names =
                     first(TARGETS.len(), paths.iter().map(|path| path.display().to_string()));
-                let export = ui.press("Export", format!("Writes {names}"));
+                let export = ui.press("Write files", format!("Writes {names}"));
                 if export || entered {
                     out.extend(
                         paths.into_iter().map(|path| Action::Export(path, Existing::Ask).into()),

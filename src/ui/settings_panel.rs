@@ -94,7 +94,8 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         decimation(ui, &mut settings);
         ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
     });
-    if header.header_response.clicked() {
+    let about = "Further thresholds, features, ridge, offset, history rate, decimation, full scale";
+    if header.header_response.on_hover_text(about).clicked() {
         let advanced = !preferences.advanced;
         out.push(Action::Prefer(Preferences { advanced, ..preferences.clone() }).into());
     }

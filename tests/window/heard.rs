@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
     let files = Files::new();
-    let window = window(files.three());
+    let mut window = window(files.three());
     let quality = &analysis(&window).calibration.quality;
     let scores = &quality.compensated;
     for (set, rmse) in [("Train", &scores.train_rmse), ("Test", &scores.test_rmse)] {
@@ -20,6 +20,7 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
         let number: f64 = number.parse().expect("a number");
         assert!((number / rmse - 1.0).abs() < 1e-3, "{said:?} {rmse}");
     }
+    show(&mut window, "calibration");
     // A number of the matrix is known by its axis and its feature.
     assert!(has(&window, "Fx S1 "));
 }

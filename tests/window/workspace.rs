@@ -453,11 +453,12 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
     let files = Files::new();
     let mut window = window(files.three());
     let path = files.write("there.csv", "precious");
+    show(&mut window, "export");
     type_into(&mut window, "Export to", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Export");
+    click(&mut window, Role::Button, "Write files");
     click(&mut window, Role::Button, "Leave it");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
-    click(&mut window, Role::Button, "Export");
+    click(&mut window, Role::Button, "Write files");
     click(&mut window, Role::Button, "Replace it");
     told(&mut window, Level::Info, "there.csv");
     assert!(std::fs::read_to_string(&path).unwrap().contains("S1_past"));
