@@ -10,6 +10,7 @@ mod error;
 mod examples;
 mod exports;
 mod fit;
+mod history;
 mod inputs;
 mod inspect;
 mod installed;

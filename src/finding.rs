@@ -191,6 +191,8 @@ pub enum Id {
     HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
+    UnknownState,
+    ColdStart,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -205,6 +207,10 @@ pub enum Id {
     FrameTurned,
     ColumnsSwapped,
     Odd,
+    Noisy,
+    Hum,
+    Bent,
+    ReferenceClipped,
     Lag,
     SameSamples,
     OneSided,
@@ -317,6 +323,16 @@ impl Id {
                 "left-out parts learn next to nothing from the kernel; take another regressor",
                 &[Way::Regressor],
             ),
+            Self::UnknownState => (
+                "cold_start",
+                "until then it says nothing; take a smaller radius, or loads that move farther",
+                &[Way::Features],
+            ),
+            Self::ColdStart => (
+                "cold_start",
+                "on a robot, wait for so long after switching on, or take features that settle sooner",
+                &[Way::Features],
+            ),
             Self::LinearAlone => (
                 "regressor",
                 "on left-out samples it is not surely better there, so the linear part stands alone; a \
@@ -371,10 +387,32 @@ impl Id {
             Self::ColumnsSwapped => {
                 ("rig", "give the columns their roles in this recording", &[Way::Columns])
             }
+            Self::Noisy => (
+                "rig",
+                "the fit weighs this recording like the others; look at cables, shields and supply, or take it out of training",
+                &[Way::Roles],
+            ),
+            Self::Hum => (
+                "rig",
+                "it adds to every error; look at shields, grounds and the logger's filter, and record again",
+                &[],
+            ),
+            Self::Bent => (
+                "rig",
+                "the matrix takes it for a straight line, and errs most at large loads; look whether its amplifier or its mounting \
+                 yields, take a smaller gain, or add a polynomial",
+                &[Way::Features],
+            ),
+            Self::ReferenceClipped => (
+                "rig",
+                "the fit makes these loads too small; take a larger range of the reference, or leave such samples out",
+                &[],
+            ),
             Self::Lag => (
                 "lag",
-                "the clocks of gauges and reference differ, or one of them is filtered; mend it before the past is used, since a look-back \
-                 would learn it",
+                "a time lag is not hysteresis, and thresholds or play radii fitted to it describe a filter. If stamps are late, set the clock \
+                 offset in the import; if the sensor is slow, add a fixed lag to the features, which the exported code then needs too; \
+                 else use a logger that samples both at once",
                 &[Way::Columns],
             ),
             Self::SameSamples => (

@@ -118,7 +118,7 @@ fn check_parquet(folder: &Path) {
         assert_eq!(recording.n_samples(), N - 2);
         assert_eq!(recording.gauges()[..4], [1.0, 1.25, 1.5, 2.25]);
         assert!(
-            messages.contains(":4: column 2 (S1) holds NaN, which is not a finite"),
+            messages.contains(", line 4: column 2 (S1) contains NaN, not a finite"),
             "{messages}"
         );
         assert!(messages.contains("(2 times, last on line 5)"), "{messages}");
@@ -171,7 +171,7 @@ fn check_structs(folder: &Path) {
     let path = folder.join("structs.mat");
     let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &Axis::ALL);
-    assert!(messages.contains("run(1) is read, not read: run(2)"), "{messages}");
+    assert!(messages.contains("run(1). Not read: run(2)"), "{messages}");
     let both = read_parts(&path, &["run(1)", "run(2)"]).unwrap();
     let lengths: Vec<usize> = both.recordings.iter().map(Recording::n_samples).collect();
     assert_eq!(lengths, [N, 10]);
@@ -216,7 +216,7 @@ fn check_hdf5(folder: &Path) {
     let path = folder.join("runs.h5");
     let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &[]);
-    assert!(messages.contains("second is read, not read: first"), "{messages}");
+    assert!(messages.contains("second. Not read: first"), "{messages}");
     let first = read_parts(&path, &["first"]).unwrap();
     assert_eq!(first.recordings[0].n_samples(), 10);
 }
@@ -227,7 +227,7 @@ fn check_workbooks(folder: &Path) {
     let (recording, messages) = sound(&path);
     check(&recording, 0.0, 6, &Axis::ALL);
     assert_eq!(recording.gauge_units()[0], "mV/V");
-    assert!(messages.contains("Data is read, not read: Short"), "{messages}");
+    assert!(messages.contains("Data. Not read: Short"), "{messages}");
     assert!(messages.contains("label (text), Notes (no table of numbers)"), "{messages}");
     check_dated(&folder.join("dated.xlsx"));
     let short = read_parts(&path, &["Short"]).unwrap();
@@ -255,7 +255,7 @@ fn check_labview(folder: &Path) {
 fn check_several_topics(folder: &Path) {
     let path = folder.join("several.mcap");
     let (recording, messages) = sound(&path);
-    let text = "/strain, /ati/wrench is read, not read: /ft, /joints, /estimate, /temperatures";
+    let text = "/strain, /ati/wrench. Not read: /ft, /joints, /estimate, /temperatures";
     assert!(messages.contains(text), "{messages}");
     assert_eq!((recording.gauges()[0], recording.loads()[0]), (gauge(0, 0), -load(0, 0)));
     let other = read_parts(&path, &["/ft", "/temperatures"]).unwrap();
@@ -422,7 +422,7 @@ fn lines_of_json_are_samples() {
     assert_eq!(recording.clock_time(0), 1_709_632_800.0);
     assert_eq!(recording.auxiliary().names(), ["T"]);
     for part in [
-        ":4: column 2 (S1) holds NaN",
+        ", line 4: column 2 (S1) holds NaN",
         "(3 times, last on line 6)",
         "lines that are no JSON objects (1)",
         "ends early",
@@ -540,7 +540,7 @@ fn an_array_without_names_needs_a_map_and_is_read_by_it() {
     let path = fixture("lone.npy");
     let messages = error(&path);
     assert!(
-        messages.contains("an array of 13 columns without names; say what they are"),
+        messages.contains("an array of 13 columns without names. Give their roles"),
         "{messages}"
     );
     let proposed = inspect(&path, Known::Nothing, &Progress::default()).unwrap();

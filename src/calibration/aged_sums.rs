@@ -9,8 +9,7 @@
 use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::NormalEquations;
 use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
-use crate::calibration::sums::Piece;
-use crate::calibration::sums::{Pass, TakesRows, cold_past};
+use crate::calibration::sums::{Pass, Piece, TakesRows};
 use crate::features::Design;
 use crate::progress::Progress;
 
@@ -111,23 +110,31 @@ pub fn aged_sums(
     let (times, n_axes) = (recording.times(), recording.axes().len());
     let further = ages.further.iter().map(Vec::as_slice);
     let past = std::iter::once(ages.past).chain(further);
-    let clipped: Vec<Vec<u32>>;
-    let past: Vec<&[u32]> = match is_cold {
-        true => {
-            clipped = past.map(|past| cold_past(past, pieces)).collect();
-            clipped.iter().map(Vec::as_slice).collect()
-        }
-        false => past.collect(),
-    };
-    let first = past[0];
-    let pass = Pass::new(design, conventional, past, progress);
-    let pass = if is_cold { pass.cold() } else { pass };
+    let pass = Pass::new(design, conventional, past, is_cold, progress);
     let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
-    pass.sums(pieces, empty, |k| {
-        let own = first[k] as usize;
+    pass.sums(pieces, empty, |k, past| {
+        let own = past[0][k] as usize;
         let age = times[k] - times[own];
         (own != k).then(|| ages.t_ths_secs.partition_point(|t_th| *t_th < age))
     })
+}
+
+/// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
+/// [`recording_sums`](crate::calibration::recording_sums), to the last bit.
+///
+/// # Panics
+/// As there.
+pub fn look_back_sums(
+    design: &Design,
+    conventional: PresentLoads<'_>,
+    past: &[Vec<u32>],
+    pieces: &[Piece],
+    progress: &Progress,
+) -> Vec<AgedSums> {
+    let n_axes = conventional.recording.axes().len();
+    let pass = Pass::new(design, conventional, past.iter().map(Vec::as_slice), false, progress);
+    let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
+    pass.sums(pieces, empty, |k, past| past.iter().any(|own| own[k] as usize != k).then_some(0))
 }
 
 #[cfg(test)]
@@ -174,7 +181,7 @@ mod tests {
             aged_sums(&design, conventional_loads, ages, &pieces, false, &Progress::default());
         let direct = |own: Vec<u32>| {
             let past = [own, further[0].clone()];
-            recording_sums(&design, conventional_loads, &past, &pieces, &Progress::default())
+            recording_sums(&design, conventional_loads, &past, &pieces, false, &Progress::default())
         };
         let mut running = direct((0..n as u32).collect());
         for (class, t_th_secs) in t_ths_secs.into_iter().enumerate() {

@@ -4,12 +4,13 @@
 //! gives the same loads as the fit.
 
 use std::borrow::Cow;
-use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use crate::calibration::coefficient_errors::CoefficientErrors;
+use crate::calibration::cross_validation::CrossValidation;
+use crate::calibration::error::CalibrationError;
 use crate::calibration::expected_error::ExpectedError;
 use crate::calibration::kernel::GridEdge;
 use crate::calibration::learned::{Learned, LearnedScratch};
@@ -17,18 +18,12 @@ use crate::calibration::linear_map::{LinearMap, loads_from_gauges};
 use crate::calibration::settings::Regressor;
 use crate::calibration::sums::RowsOf;
 use crate::calibration::used_recording::UsedRecording;
-use crate::calibration::validate::CalibrationError;
 use crate::features::{
     AuxiliaryChannel, Column, Design, FeatureSettings, FeatureStream, GaugeScale, LoadPath,
 };
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
-use crate::recording::{Axis, GroupedBy, Identity, Recording, Tare, span};
-
-/// Value of the key `format` in a calibration file.
-pub const FORMAT: &str = "loopscope calibration";
-/// Version of calibration files that this program writes and reads.
-pub const VERSION: u32 = 2;
+use crate::recording::{Axis, Identity, Recording, Tare, span};
 
 /// Root mean squared errors per axis; `None` if there is nothing to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -132,41 +127,7 @@ pub struct BlockRidge {
     pub strengths: Vec<Option<f64>>,
 }
 
-/// Groups that cross-validation holds out in turn.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CrossValidation {
-    /// Criterion of the groups.
-    pub by: GroupedBy,
-    /// Number of groups.
-    pub groups: usize,
-    /// Number of folds. It is smaller than the number of groups if some groups are held out together.
-    pub parts: usize,
-}
-
-impl CrossValidation {
-    /// Returns true if contiguous blocks are held out because there are too few recordings.
-    pub fn is_by_block(&self) -> bool {
-        self.by == GroupedBy::Block
-    }
-}
-
-impl fmt::Display for CrossValidation {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { by, groups, parts } = self;
-        if self.is_by_block() {
-            return write!(f, "by {parts} contiguous blocks of the training recordings");
-        }
-        let noun = if *by == GroupedBy::Recording { "recordings" } else { "groups" };
-        if parts < groups {
-            write!(f, "by {by}: {groups} {noun} left out in {parts} parts")
-        } else {
-            let one = by.to_string().replace(' ', "-");
-            write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
-        }
-    }
-}
-
-/// Fit with at least as many coefficients as samples, which could reproduce every training sample.
+/// A fit that could go through every sample it was made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined {
     /// Number of training samples.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::calibration::calibration::CrossValidation;
+use crate::calibration::cross_validation::CrossValidation;
 use crate::calibration::linear_map::LinearMap;
 
 /// Maximum number of features with standard errors. More would take too long after each move of a slider.

@@ -6,9 +6,9 @@
 //! [`STRAYS`] samples, so no load is that of an older sample. Exported code behaves the same.
 
 use crate::calibration::calibration::{Calibration, learned_inputs};
+use crate::calibration::error::CalibrationError;
 use crate::calibration::learned::LearnedScratch;
 use crate::calibration::status::Status;
-use crate::calibration::validate::CalibrationError;
 use crate::features::{Design, FeatureStream, LiveLookBack};
 use crate::recording::gap::{LEAP_SECS, after_wrap};
 
@@ -104,9 +104,15 @@ impl<'a> Estimator<'a> {
         self.check_numbers(mean, &[])?;
         let zero = mean.iter().zip(self.calibration.unloaded());
         self.gauge_zero = zero.map(|(mean, unloaded)| mean - unloaded).collect();
+        self.reset();
+        Ok(())
+    }
+
+    /// Starts anew as after a cold start; a tare is kept.
+    pub fn reset(&mut self) {
         self.forget();
         self.last_secs = None;
-        Ok(())
+        self.wrapped_secs = 0.0;
     }
 
     /// Sets the offsets that were already subtracted from the gauges of later samples. They are needed only to detect

@@ -4,7 +4,7 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use crate::calibration::calibration::Calibration;
-use crate::calibration::validate::CalibrationError;
+use crate::calibration::error::CalibrationError;
 use crate::calibration::validate::{check_features, check_head};
 use crate::features::FeatureSettings;
 

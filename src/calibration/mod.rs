@@ -7,6 +7,8 @@ mod calibration;
 mod choice;
 mod coefficient_errors;
 mod conventional;
+mod cross_validation;
+mod error;
 mod estimator;
 mod expected_error;
 mod file_form;
@@ -24,17 +26,19 @@ mod unloaded;
 mod used_recording;
 mod validate;
 
-pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums};
-pub use calibration::{AppliedLoads, Calibration, CrossValidation};
+pub(crate) use aged_sums::{AgedSums, ThresholdAges, aged_sums, look_back_sums};
+pub use calibration::{AppliedLoads, Calibration};
 pub(crate) use calibration::{
-    BlockRidge, FORMAT, FactoryScores, NEVER_REACHED, Past, Quality, Scores, Undetermined, VERSION,
+    BlockRidge, FactoryScores, NEVER_REACHED, Past, Quality, Scores, Undetermined,
     history_step_by_rate, learned_inputs, past_samples,
 };
 pub use choice::{Blocks as ErrorBlocks, Choice, Refusal};
-pub(crate) use choice::{NEARLY, SHARES, best_share, simplest_good, weighed};
+pub(crate) use choice::{HARM, NEARLY, SHARES, best_share, simplest_good, weighed};
 pub use coefficient_errors::CoefficientErrors;
 pub(crate) use coefficient_errors::MOST_FEATURES;
 pub(crate) use conventional::Conventional;
+pub use cross_validation::CrossValidation;
+pub(crate) use error::{CalibrationError, FORMAT, VERSION};
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError};
 pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut, counted};
@@ -52,6 +56,5 @@ pub(crate) use normal_equations::NormalEquations;
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub use status::Status;
-pub(crate) use sums::{Piece, RowsOf, cold_sums, look_back_sums, recording_sums};
+pub(crate) use sums::{Piece, RowsOf, recording_sums};
 pub(crate) use used_recording::UsedRecording;
-pub(crate) use validate::CalibrationError;

@@ -8,7 +8,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::calibration::aged_sums::AgedSums;
 use crate::calibration::linear_map::PresentLoads;
 use crate::calibration::normal_equations::NormalEquations;
 use crate::features::{Design, FeatureStream};
@@ -65,15 +64,10 @@ impl<'a> Pass<'a> {
         design: &'a Design,
         conventional: PresentLoads<'a>,
         past: impl IntoIterator<Item = &'a [u32]>,
+        is_cold: bool,
         progress: &'a Progress,
     ) -> Self {
-        Self { design, conventional, past: past.into_iter().collect(), progress, is_cold: false }
-    }
-
-    /// Starts the state of the blocks anew at each piece, as if a robot were switched on there. Past samples must be
-    /// [`cold_past`] samples.
-    pub fn cold(self) -> Self {
-        Self { is_cold: true, ..self }
+        Self { design, conventional, past: past.into_iter().collect(), progress, is_cold }
     }
 
     /// Returns the sums of each piece. The pieces must cover the recording from its first sample without gaps, because
@@ -85,8 +79,16 @@ impl<'a> Pass<'a> {
         &self,
         pieces: &[Piece],
         empty: impl Fn() -> T + Sync,
-        class: impl Fn(usize) -> Option<usize> + Copy + Sync,
+        class: impl Fn(usize, &[&[u32]]) -> Option<usize> + Copy + Sync,
     ) -> Vec<T> {
+        let cold: Vec<Vec<u32>> = match self.is_cold {
+            true => self.past.iter().map(|past| cold_past(past, pieces)).collect(),
+            false => Vec::new(),
+        };
+        let past: Vec<&[u32]> = match self.is_cold {
+            true => cold.iter().map(Vec::as_slice).collect(),
+            false => self.past.clone(),
+        };
         let (design, recording) = (self.design, self.conventional.recording);
         let stride = NormalEquations::stride_of(design.n_columns() + recording.axes().len());
         let add = |stream: &mut FeatureStream<'_>, samples: Range<usize>| {
@@ -102,10 +104,10 @@ impl<'a> Pass<'a> {
             };
             for start in samples.clone().step_by(BLOCK) {
                 let samples = start..(start + BLOCK).min(samples.end);
-                let (stream, filled) = (&mut *stream, &mut block);
+                let (stream, past, filled) = (&mut *stream, &past[..], &mut block);
                 pulp::Arch::new().dispatch(
                     #[inline(always)]
-                    move || self.fill(stream, samples, class, filled),
+                    move || self.fill(stream, (past, samples), class, filled),
                 );
                 sums.add_rows(&block.rows[..block.classes.len() * stride], &block.classes);
             }
@@ -149,8 +151,8 @@ impl<'a> Pass<'a> {
     fn fill(
         &self,
         stream: &mut FeatureStream<'_>,
-        samples: Range<usize>,
-        class: impl Fn(usize) -> Option<usize>,
+        (past, samples): (&[&[u32]], Range<usize>),
+        class: impl Fn(usize, &[&[u32]]) -> Option<usize>,
         block: &mut Block,
     ) {
         let (design, conventional) = (self.design, self.conventional);
@@ -163,14 +165,14 @@ impl<'a> Pass<'a> {
         kept.clear();
         classes.clear();
         for k in samples {
-            // Blocks with a state need every sample.
-            if let Some(class) = class(k).or(has_memory.then_some(NONE)) {
+            // The other blocks remember every sample.
+            if let Some(class) = class(k, past).or(has_memory.then_some(NONE)) {
                 kept.push(k);
                 classes.push(class);
             }
         }
         let rows = &mut rows[..kept.len() * stride];
-        from.standardised_rows(stream, &self.past, kept, (rows, stride));
+        from.standardised_rows(stream, past, kept, (rows, stride));
         for (row, k) in rows.chunks_exact_mut(stride).zip(&*kept) {
             residual(reference, conventional, *k, &mut row[n_columns..][..n_axes]);
         }
@@ -208,35 +210,18 @@ pub fn recording_sums(
     conventional: PresentLoads<'_>,
     past: &[Vec<u32>],
     pieces: &[Piece],
+    is_cold: bool,
     progress: &Progress,
 ) -> Vec<NormalEquations> {
     let n_axes = conventional.recording.axes().len();
     let past = past.iter().map(Vec::as_slice);
-    let pass = Pass::new(design, conventional, past, progress);
+    let pass = Pass::new(design, conventional, past, is_cold, progress);
     let empty = || NormalEquations::new(design.n_columns(), n_axes);
-    pass.sums(pieces, empty, |_| Some(0))
+    pass.sums(pieces, empty, |_, _| Some(0))
 }
 
-/// Returns [`recording_sums`] with a state that starts anew at each piece, as needed for scores.
-///
-/// # Panics
-/// As [`recording_sums`].
-pub fn cold_sums(
-    design: &Design,
-    conventional: PresentLoads<'_>,
-    past: &[Vec<u32>],
-    pieces: &[Piece],
-    progress: &Progress,
-) -> Vec<NormalEquations> {
-    let n_axes = conventional.recording.axes().len();
-    let past: Vec<Vec<u32>> = past.iter().map(|past| cold_past(past, pieces)).collect();
-    let pass = Pass::new(design, conventional, past.iter().map(Vec::as_slice), progress).cold();
-    let empty = || NormalEquations::new(design.n_columns(), n_axes);
-    pass.sums(pieces, empty, |_| Some(0))
-}
-
-/// Returns past samples within the same piece. Samples whose past sample is before the piece get their own index.
-pub fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
+/// Returns past samples that lie in the same piece; where one lies before it, the sample itself.
+fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;
         let samples = piece.samples.clone();
@@ -245,29 +230,7 @@ pub fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// Returns the contribution of the look-backs to the sums of each piece. Added to the sums without look-back, it gives
-/// [`recording_sums`], bit for bit.
-///
-/// # Panics
-/// As [`recording_sums`].
-pub fn look_back_sums(
-    design: &Design,
-    conventional: PresentLoads<'_>,
-    past: &[Vec<u32>],
-    pieces: &[Piece],
-    progress: &Progress,
-) -> Vec<AgedSums> {
-    let n_axes = conventional.recording.axes().len();
-    let slices = past.iter().map(Vec::as_slice);
-    let pass = Pass::new(design, conventional, slices, progress);
-    let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
-    pass.sums(pieces, empty, |k| {
-        let finds = past.iter().any(|own| own[k] as usize != k);
-        finds.then_some(0)
-    })
-}
-
-/// Samples of a recording for the computation of rows.
+/// The samples of a recording, as rows are made of them.
 #[derive(Clone, Copy)]
 pub(crate) struct RowsOf<'a> {
     times: &'a [f64],
@@ -377,8 +340,7 @@ mod tests {
             let path = LoadPath::new(&loads, &weights);
             let past = past_samples(&design.features, &path, recording, &Progress::default());
             let present = PresentLoads { map: &conventional.map, recording, kept: Some(&loads) };
-            let sums = if is_cold { cold_sums } else { recording_sums };
-            sums(&design, present, &past, pieces, &Progress::default())
+            recording_sums(&design, present, &past, pieces, is_cold, &Progress::default())
         };
         let n = recording.n_samples();
         let cuts = [0, n / 3, n / 2, n];

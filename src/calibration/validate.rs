@@ -1,53 +1,11 @@
 //! Validation of a calibration, which may have been edited by hand or made for another sensor.
 
-use crate::calibration::calibration::{Calibration, FORMAT, VERSION};
-use crate::calibration::learned::LearnedError;
-use crate::calibration::length::{WrongLength, check_length};
+use crate::calibration::calibration::Calibration;
+use crate::calibration::error::{CalibrationError, FORMAT, VERSION};
+use crate::calibration::length::check_length;
 use crate::calibration::linear_map::LinearMap;
 use crate::calibration::linear_map::{LARGEST, is_usable};
-use crate::features::{Column, FeatureError, FeatureSettings};
-
-/// Fault of a calibration, or of a recording to which it is applied.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    #[error("not a calibration file: \"format\" is not \"{FORMAT}\"")]
-    Format,
-    #[error(
-        "the calibration file has version {version}, but this program reads version {VERSION}; fit the calibration again"
-    )]
-    Version { version: u32 },
-    #[error("the calibration has no {what}")]
-    Nothing { what: &'static str },
-    #[error("the axes must be distinct and in the order Fx Fy Fz Mx My Mz")]
-    AxisOrder,
-    #[error(transparent)]
-    Length(#[from] WrongLength),
-    #[error("the unit of {axis} is {actual:?}, but it must be {expected:?}")]
-    Unit { axis: &'static str, expected: &'static str, actual: String },
-    #[error(
-        "{field} is {value:?}, but it must be between {least:?} and {LARGEST:?}; correct the file, or fit with other units"
-    )]
-    Number { field: String, value: f64, least: f64 },
-    #[error("the decimation is 0; it must be 1 (every sample) or more")]
-    Decimation,
-    #[error(
-        "full_scale is 0 on every axis, so the calibration was fitted without any load; fit it to recordings with load"
-    )]
-    NoFullScale,
-    #[error("{field}: feature {position} is {actual:?}, but it must be {expected:?}")]
-    Feature { field: &'static str, position: usize, expected: String, actual: String },
-    #[error(
-        "{recording} has no auxiliary channel {channel}, which the calibration needs (found: {}); rename the column, or set its role to \"auxiliary\" in a \
-         column map", if .found.is_empty() { "none" } else { .found }
-    )]
-    Auxiliary { recording: String, channel: String, found: String },
-    #[error("features: {0}")]
-    Features(#[from] FeatureError),
-    #[error("learned: {0}")]
-    Learned(#[from] LearnedError),
-    #[error("{recording} has the gauges {}, but the calibration is for {}; use a recording of the same sensor", .actual.join(" "), .expected.join(" "))]
-    Gauges { recording: String, expected: Vec<String>, actual: Vec<String> },
-}
+use crate::features::{Column, FeatureSettings};
 
 /// Checks that all numbers are at least `least` and small enough to compute a load.
 fn usable(field: &str, numbers: &[f64], least: f64) -> Result<(), CalibrationError> {

@@ -13,12 +13,14 @@ use super::rated::Rated;
 use super::reading::ReadArgs;
 use super::run::{Run, Work, make_directory};
 use super::traces::TraceArgs;
-use super::values::named_file;
+use super::values::{named_file, number_in, one_of};
 use crate::calibration::Calibration;
 use crate::export::{
     ReadCalibrationError, Together, name_gauges, names_gauges, read_with_notes, target_for,
     write_atomically, write_loads_csv,
 };
+use crate::features::Range;
+use crate::import::live::RowForm;
 use crate::recording::{Recording, Tare};
 
 /// Apply a calibration: Conv. and Comp. of each sample as CSV.
@@ -33,8 +35,8 @@ pub struct ApplyJob {
     /// A calibration: .json, or an ATI-style .cal, whose gauges are taken in the order of the recording.
     #[arg(value_parser = named_file())]
     calibration: PathBuf,
-    /// Recordings with the gauges that it was made for; or - for rows on standard input, CSV with a header or JSON lines, each
-    /// answered as it comes on standard output.
+    /// Recordings with the gauges that it was made for; or - for rows on standard input, each answered as it comes on
+    /// standard output. The lines "tare", "tare SECONDS" and "reset" among them tare the sensor or start the history anew.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Where `<name>_loads.csv` goes; made if it is not there.
@@ -48,6 +50,15 @@ pub struct ApplyJob {
     /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
+    /// How a device prints the rows of - or --follow; by default guessed from the first ten lines.
+    #[arg(long, value_name = "FORM", value_parser = one_of(RowForm::ALL))]
+    rows: Option<RowForm>,
+    /// Rows a second (Hz) of - or --follow, where they have no time; by default the clock of this computer is their time.
+    #[arg(long, value_name = "HZ", value_parser = number_in(Range::Positive))]
+    rate: Option<f64>,
+    /// Answer the rows of - or --follow as JSON lines.
+    #[arg(long, conflicts_with_all = ["out", "traces"])]
+    json: bool,
     #[command(flatten)]
     traces: TraceArgs,
     /// Write over files that are there already.
@@ -150,6 +161,9 @@ impl ApplyJob {
             names_gauges: names_gauges(&self.calibration),
             map: self.read.map()?,
             tare: self.read.tare,
+            form: self.rows,
+            rate_hz: self.rate,
+            json: self.json,
         };
         match path.as_os_str() == "-" {
             true => live::standard_input(tap),

@@ -16,6 +16,9 @@ const USAGE: u8 = 2;
 /// Exit code for recordings that do not determine the model, and for calibrations that exceed their limits.
 const NOT_MET: u8 = 3;
 
+/// Exit code for live rows whose source broke off.
+const SOURCE_ENDED: u8 = 4;
+
 /// Error of a job.
 #[derive(Debug)]
 pub enum JobError {
@@ -25,6 +28,8 @@ pub enum JobError {
     NotMet(String),
     /// The user stopped the job. The results found so far are written.
     Interrupted,
+    /// The source of live rows broke off.
+    SourceEnded(String),
     /// Standard output cannot be written to.
     Output(io::Error),
     /// Any other error, with its message.
@@ -57,6 +62,7 @@ impl JobError {
         match self {
             Self::Usage(_) => ExitCode::from(USAGE),
             Self::NotMet(_) => ExitCode::from(NOT_MET),
+            Self::SourceEnded(_) => ExitCode::from(SOURCE_ENDED),
             Self::Interrupted => ExitCode::from(interrupted_code()),
             Self::Output(_) | Self::Other(_) => ExitCode::FAILURE,
         }
@@ -66,7 +72,9 @@ impl JobError {
 impl fmt::Display for JobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Usage(message) | Self::NotMet(message) => f.write_str(message),
+            Self::Usage(message) | Self::NotMet(message) | Self::SourceEnded(message) => {
+                f.write_str(message)
+            }
             Self::Interrupted => f.write_str("interrupted before all models were tried"),
             Self::Output(error) => write!(f, "cannot write to standard output: {error}"),
             Self::Other(error) => f.write_str(&in_words(&**error)),

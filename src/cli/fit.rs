@@ -11,6 +11,7 @@ use super::choices::ModelArgs;
 use super::error::JobError;
 use super::examples::examples;
 use super::exports::{check_determined, check_endings, export};
+use super::history::with_history_that_fits;
 use super::inputs::Files;
 use super::messages::Messages;
 use super::recordings::{LimitsArgs, RecordingArgs, SensorArgs, keep_limits};
@@ -96,7 +97,10 @@ impl Work for FitJob {
                 })?;
             }
         }
-        let request = Request::fit(Arc::new(recordings), settings);
+        let mut request = Request::fit(Arc::new(recordings), settings);
+        if !self.export.is_empty() {
+            request = with_history_that_fits(run, request)?;
+        }
         let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
         let step = request.settings.decimation;
         self.traces.check_intervals(all(), step)?;
@@ -195,8 +199,8 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     }
 }
 
-/// Returns the mean over the axes of the cross-validation error, as a share of full scale.
-fn mean_error(calibration: &Calibration) -> Option<f64> {
+/// The mean over the axes of the error in cross-validation, as a share of full scale.
+pub fn mean_error(calibration: &Calibration) -> Option<f64> {
     let errors = calibration.quality.compensated.cv_rmse.as_ref()?;
     let shares = errors.iter().zip(&calibration.full_scale);
     let shares: Vec<f64> =

@@ -1,5 +1,6 @@
 //! `loopscope apply CAL -` and `--follow`: each sample is answered as it comes.
 
+use std::fmt;
 use std::io::{self, BufRead as _};
 use std::path::Path;
 
@@ -8,7 +9,10 @@ use super::messages::Messages;
 use crate::calibration::{Calibration, Estimator, Status};
 use crate::export::{LiveSample, LoadRows, name_gauges};
 use crate::formats::text::ArrivingLines;
-use crate::import::live::{GrowingFile, Grown, LiveRow, LiveSource, LiveTable};
+use crate::import::ReadError;
+use crate::import::live::{
+    GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Rejected, RowForm,
+};
 use crate::import::map::ColumnMap;
 use crate::recording::gap::pause_by_step;
 use crate::recording::{Axis, Tare, TareError};
@@ -33,7 +37,7 @@ pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
             }
             let new = match input.fill_buf() {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                new => new?,
+                new => new.map_err(|error| hung_up(path, &error))?,
             };
             let n = new.len();
             if n == 0 {
@@ -54,7 +58,7 @@ pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
         .map_err(|error| JobError::other(format!("{}: {error}", path.display())))?;
     let say = tap.say;
     tap.answer(path, &mut || {
-        let grown = file.look()?;
+        let grown = file.look().map_err(|error| hung_up(path, &error))?;
         if grown == Grown::Replaced {
             say.note(format_args!(
                 "{}: another file has taken its place, or it was cut; it is followed from its beginning",
@@ -63,6 +67,11 @@ pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
         }
         Ok(Some(grown))
     })
+}
+
+/// The end of a job whose source cannot be read any more.
+fn hung_up(path: &Path, error: &io::Error) -> JobError {
+    JobError::SourceEnded(format!("{}: the source hung up: {error}", path.display()))
 }
 
 /// What answers samples.
@@ -78,6 +87,54 @@ pub struct Tap<'a> {
     pub map: Option<ColumnMap>,
     /// In which of the first rows the sensor is unloaded.
     pub tare: Option<Tare>,
+    /// How rows are printed, where that is given.
+    pub form: Option<RowForm>,
+    /// Rows a second where they have no time (Hz).
+    pub rate_hz: Option<f64>,
+    /// Whether answers are JSON lines.
+    pub json: bool,
+}
+
+/// What a line asks for that is no row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Request {
+    /// The newest row, or the mean of the rows of the next seconds, is that of the unloaded sensor.
+    Tare(f64),
+    /// The history starts anew.
+    Reset,
+}
+
+impl fmt::Display for Request {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tare(0.0) => f.write_str("tared by the newest row"),
+            Self::Tare(secs) => write!(f, "taring by the rows of the next {secs} s"),
+            Self::Reset => f.write_str("reset: the history starts anew"),
+        }
+    }
+}
+
+/// What came.
+enum Arrived {
+    Row(LiveRow),
+    Rejected(Rejected),
+    Request(Request),
+}
+
+impl Request {
+    /// Returns what a line asks for; `None` for a row.
+    fn of(line: &str) -> Option<Self> {
+        let mut words = line.split_whitespace();
+        let request = match (words.next()?, words.next()) {
+            ("tare", None) => Self::Tare(0.0),
+            ("tare", Some(secs)) => {
+                Self::Tare(secs.parse().ok().filter(|secs: &f64| secs.is_finite() && *secs >= 0.0)?)
+            }
+            ("reset", None) => Self::Reset,
+            _ => return None,
+        };
+        words.next().is_none().then_some(request)
+    }
 }
 
 /// Averages the gauges of the first rows.
@@ -132,7 +189,7 @@ impl Tap<'_> {
     fn answer(
         mut self,
         path: &Path,
-        next: &mut dyn FnMut() -> io::Result<Option<Grown>>,
+        next: &mut dyn FnMut() -> Result<Option<Grown>, JobError>,
     ) -> Result<(), JobError> {
         let mut out = None;
         let mut n_broken = 0;
@@ -144,6 +201,12 @@ impl Tap<'_> {
         while let Some((mut table, rows)) = self.begin(path, next)? {
             if !self.names_gauges {
                 name_gauges(&mut self.calibration, table.gauge_names());
+            }
+            if let Some(found) = table.device() {
+                self.say.note(format_args!(
+                    "{}: {found}; --rows and --rate say otherwise",
+                    path.display()
+                ));
             }
             if let Some(unit) = table.assumed_unit() {
                 self.say.note(format_args!(
@@ -168,7 +231,12 @@ impl Tap<'_> {
                 Some(out) => out,
                 None => {
                     let axes: Vec<Axis> = table.axes().to_vec();
-                    out.insert(LoadRows::new(&self.calibration, axes, true, io::stdout().lock())?)
+                    out.insert(LoadRows::live(
+                        &self.calibration,
+                        axes,
+                        self.json,
+                        io::stdout().lock(),
+                    )?)
                 }
             };
             let needed = self.calibration.features.auxiliary_names();
@@ -181,21 +249,39 @@ impl Tap<'_> {
             let mut auxiliary = vec![0.0; auxiliary_places.len()];
             let mut gauges = vec![0.0; places.len()];
             let axes = table.axes().to_vec();
-            let mut write = |row: Result<LiveRow, Option<f64>>| -> Result<(), JobError> {
-                let row = match row {
-                    Ok(row) => row,
-                    Err(time) => {
-                        out.write_without_load(time, &Status::REJECTED_VALUE.to_string())?;
+            let mut has_row = false;
+            let mut write = |line: Arrived| -> Result<(), JobError> {
+                let row = match line {
+                    Arrived::Request(Request::Reset) => {
+                        estimator.reset();
+                        return Ok(());
+                    }
+                    Arrived::Request(Request::Tare(secs)) if secs > 0.0 => {
+                        taring = Some(Taring::new((0.0, secs), 0));
+                        return Ok(());
+                    }
+                    // Without a row there is nothing to tare by.
+                    Arrived::Request(Request::Tare(_)) if !has_row => return Ok(()),
+                    Arrived::Request(Request::Tare(_)) => {
+                        estimator.tare(&gauges)?;
+                        unloaded = Some(gauges.clone());
+                        return Ok(());
+                    }
+                    Arrived::Rejected(rejected) => {
+                        let status = Status::REJECTED_VALUE.to_string();
+                        out.write_without_load(rejected.time, &status, Some(&rejected.why))?;
                         return Ok(out.flush()?);
                     }
+                    Arrived::Row(row) => row,
                 };
+                has_row = true;
                 for (gauge, place) in gauges.iter_mut().zip(&places) {
                     *gauge = row.gauges[*place];
                 }
                 if let Some(own) = &mut taring {
                     match own.take(row.time, &gauges)? {
                         None => {
-                            out.write_without_load(Some(row.time), TARING)?;
+                            out.write_without_load(Some(row.time), TARING, None)?;
                             return Ok(out.flush()?);
                         }
                         Some(mean) => {
@@ -222,7 +308,7 @@ impl Tap<'_> {
                 Ok(out.flush()?)
             };
             for row in rows {
-                write(Ok(row))?;
+                write(Arrived::Row(row))?;
             }
             loop {
                 match next()? {
@@ -235,14 +321,23 @@ impl Tap<'_> {
                     Some(Grown::Nothing) => {}
                     Some(Grown::Replaced) => break,
                     Some(Grown::Line(line)) => {
-                        let row = table.row(&line);
-                        if row.is_err() {
-                            n_broken += 1;
-                            if n_broken <= TOLD_ONE_BY_ONE {
-                                self.say.warning(format_args!("a line is no row: {line}"));
+                        if let Some(request) = Request::of(&line) {
+                            self.say.note(request);
+                            write(Arrived::Request(request))?;
+                            continue;
+                        }
+                        match table.row(&line) {
+                            Ok(row) => row.map(Arrived::Row).map_or(Ok(()), &mut write)?,
+                            Err(rejected) => {
+                                n_broken += 1;
+                                if n_broken <= TOLD_ONE_BY_ONE {
+                                    let why = &rejected.why;
+                                    self.say
+                                        .warning(format_args!("a line is no row: {line}: {why}"));
+                                }
+                                write(Arrived::Rejected(rejected))?;
                             }
                         }
-                        write(row)?;
                     }
                 }
             }
@@ -254,24 +349,58 @@ impl Tap<'_> {
     fn begin(
         &self,
         path: &Path,
-        next: &mut dyn FnMut() -> io::Result<Option<Grown>>,
+        next: &mut dyn FnMut() -> Result<Option<Grown>, JobError>,
     ) -> Result<Option<(LiveTable, Vec<LiveRow>)>, JobError> {
-        let source =
-            LiveSource { path, map: self.map.as_ref(), step_secs: self.calibration.step_secs() };
-        let mut head = Vec::new();
+        let auxiliary = self.calibration.features.auxiliary_names();
+        let source = LiveSource {
+            path,
+            map: self.map.as_ref(),
+            step_secs: self.calibration.step_secs(),
+            gauges: &self.calibration.gauges,
+            auxiliary: &auxiliary,
+            form: self.form,
+            rate_hz: self.rate_hz,
+        };
+        // What is advised for files cannot be done with rows that come once.
+        let unread = |error: ReadError| {
+            JobError::other(format!("{error}; --rows says how the rows are printed"))
+        };
+        let mut head = LiveHead::default();
         loop {
             match next()? {
                 None if head.is_empty() => return Ok(None),
-                None => return Ok(Some(LiveTable::of_all(&head, source)?)),
+                None => return Ok(Some(head.end(source).map_err(unread)?)),
                 Some(Grown::Nothing) => {}
-                Some(Grown::Replaced) => head.clear(),
+                Some(Grown::Replaced) => head = LiveHead::default(),
+                // Before the first row there is nothing to tare and no history.
+                Some(Grown::Line(line)) if Request::of(&line).is_some() => {}
                 Some(Grown::Line(line)) => {
-                    head.push(line);
-                    if let Some(begun) = LiveTable::begin(&head, source)? {
+                    if let Some(begun) = head.push(line, source).map_err(unread)? {
                         return Ok(Some(begun));
                     }
                 }
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_asks_for_a_tare_or_a_reset_or_is_a_row() {
+        for (line, request) in [
+            ("tare", Some(Request::Tare(0.0))),
+            ("  tare 0.5\r", Some(Request::Tare(0.5))),
+            ("reset", Some(Request::Reset)),
+            ("tare -1", None),
+            ("tare 1 2", None),
+            ("tared", None),
+            ("1,2,3", None),
+            ("", None),
+        ] {
+            assert_eq!(Request::of(line), request, "{line:?}");
         }
     }
 }

@@ -44,6 +44,7 @@ use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 use crate::scoring::numbers::significant;
 
@@ -66,7 +67,8 @@ enum InTurn {
     /// Recordings instead of indices, because indices may change while the request waits.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
-    Simulate,
+    /// Simulate the built-in sensor, or the set that distinguishes lag from hysteresis.
+    Simulate(Option<Late>),
 }
 
 impl InTurn {
@@ -94,8 +96,8 @@ pub enum Action {
     Show(View),
     /// Open recordings, calibrations, a session, or folders of them.
     Open(Vec<PathBuf>),
-    /// Replace the loaded recordings by the built-in simulated sensor.
-    OpenBuiltIn,
+    /// Replace the loaded recordings by the built-in sensor, or by the set that distinguishes lag from hysteresis.
+    OpenBuiltIn(Option<Late>),
     /// Tare these recordings.
     Tare(Vec<usize>, Tare),
     /// Leave out the faulty samples of all recordings.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, Estimator};
-use crate::import::live::{GrowingFile, Grown, LiveRow, LiveSource, LiveTable};
+use crate::import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable};
 use crate::progress::Progress;
 use crate::questions::question::{Query, Unanswered, Work};
 use crate::recording::Axis;
@@ -102,7 +102,7 @@ impl Follow {
 /// Rows of the newest minute, and earlier rows within the window of the calibration.
 #[derive(Default)]
 struct Minute {
-    head: Vec<String>,
+    head: LiveHead,
     table: Option<LiveTable>,
     rows: VecDeque<LiveRow>,
     kept_secs: f64,
@@ -112,6 +112,8 @@ struct Minute {
     refused: Option<String>,
     /// Sampling step of the calibration with which the table was started (s).
     step_secs: Option<f64>,
+    /// Gauges of that calibration, and the auxiliary channels that it needs.
+    channels: [Vec<String>; 2],
     /// True if there are new rows to show.
     changed: bool,
 }
@@ -133,6 +135,7 @@ impl Minute {
             counts: self.counts,
             notes,
             step_secs: self.step_secs,
+            channels: std::mem::take(&mut self.channels),
             ..Self::default()
         };
     }
@@ -154,18 +157,27 @@ impl Minute {
             Some(table) => {
                 let row = table.row(&line);
                 self.counts.1 += u64::from(row.is_err());
-                Vec::from_iter(row.ok())
+                Vec::from_iter(row.ok().flatten())
             }
             None if self.refused.is_some() => Vec::new(),
             None => {
-                self.head.push(line);
-                let source = LiveSource { path, map: None, step_secs: self.step_secs };
-                match LiveTable::begin(&self.head, source) {
+                let [gauges, auxiliary] = &self.channels;
+                let source = LiveSource {
+                    path,
+                    map: None,
+                    step_secs: self.step_secs,
+                    gauges,
+                    auxiliary,
+                    form: None,
+                    rate_hz: None,
+                };
+                match self.head.push(line, source) {
                     Ok(None) => Vec::new(),
                     Ok(Some((table, rows))) => {
                         let unit = table.assumed_unit();
                         let note = |unit| format!("the times have no unit; {unit} is assumed");
                         self.notes.extend(unit.map(note));
+                        self.notes.extend(table.device());
                         self.table = Some(table);
                         rows
                     }
@@ -230,8 +242,10 @@ impl Minute {
         let because = |error: &dyn ToString| Unanswered::Because(error.to_string());
         let mut estimator =
             Estimator::new(calibration, &design).map_err(|error| because(&error))?;
-        if self.step_secs != calibration.step_secs() {
+        let channels = [calibration.gauges.clone(), calibration.features.auxiliary_names()];
+        if self.step_secs != calibration.step_secs() || self.channels != channels {
             self.step_secs = calibration.step_secs();
+            self.channels = channels;
             // The unit of time may be wrong, so the file is read again.
             *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
             self.restart(Vec::new());

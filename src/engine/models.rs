@@ -51,6 +51,8 @@ enum Origin {
     Paper(u64, usize),
     /// The user kept this model.
     Kept,
+    /// Model of the present settings.
+    Present,
 }
 
 /// Row of the list.
@@ -250,6 +252,27 @@ impl Models {
             mark: Mark::None,
             data: String::new(),
             origin: Origin::Kept,
+            recordings: Arc::downgrade(recordings),
+        });
+    }
+
+    /// Returns true if the present settings have a row with the present recordings.
+    pub(super) fn has_present(&self, project: &Project) -> bool {
+        self.rows.iter().any(|row| row.is_present(project) && !row.is_stale(project))
+    }
+
+    /// Replaces the row of earlier present settings by the model of the present settings.
+    pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
+        self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
+        self.push(Row {
+            id: 0,
+            name: "Settings of now".to_owned(),
+            is_pinned: false,
+            settings: model.settings.clone(),
+            state: State::Ready(Box::new(model)),
+            mark: Mark::None,
+            data: String::new(),
+            origin: Origin::Present,
             recordings: Arc::downgrade(recordings),
         });
     }

@@ -22,6 +22,7 @@ use crate::import::Loaded;
 use crate::progress::Progress;
 use crate::questions::View;
 use crate::questions::metrology::MetrologySettings;
+use crate::recording::simulated::Late;
 use crate::recording::{
     Axis, GaugeRange, Identity, Recording, RecordingSet, Source, Tare, ValidRange,
 };
@@ -42,6 +43,7 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// | `notes` | free text |
 /// | `identity` | identity of the sensor, and date, operator and reference of the calibration |
 /// | `built_in` | whether the built-in sensor was open; there are no files then |
+/// | `built_in_lag` | built-in set that distinguishes lag from hysteresis: `lag`, `hysteresis` or `both` |
 /// | `files` | files of the recordings, in the order of opening |
 /// | `cut` | first share of each recording that trains, if recordings are split in time |
 /// | `calibration` | file of a calibration that is applied instead of a fit |
@@ -63,6 +65,8 @@ pub struct Session {
     #[serde(skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
     pub built_in: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub built_in_lag: Option<Late>,
     pub files: Vec<SessionFile>,
     pub cut: Option<f64>,
     pub calibration: Option<PathBuf>,
@@ -214,6 +218,7 @@ impl Session {
             notes: project.notes.clone(),
             identity: project.identity.clone(),
             built_in: project.recordings.is_simulated(),
+            built_in_lag: Late::of(&project.recordings),
             files,
             cut: project.split.as_ref().map(|split| split.fraction),
             calibration: project.applied.as_ref().map(|own| own.path.clone()),

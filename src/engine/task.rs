@@ -17,6 +17,7 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::questions::Model;
 use crate::questions::question::{Answered, Query, Work};
+use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
 
@@ -56,6 +57,8 @@ pub enum Done {
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
     /// Model of these recordings to be listed.
     Kept(Arc<RecordingSet>, Box<Model>),
+    /// Model of the present settings, for these recordings.
+    Present(Arc<RecordingSet>, Box<Model>),
 }
 
 impl Task {
@@ -92,9 +95,12 @@ impl Task {
     }
 
     /// Simulates the built-in recordings, which replace these.
-    pub fn simulate(replaced: Arc<RecordingSet>) -> Self {
+    pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
-            let made = simulated::demonstration(simulated::DEFAULT_SEED);
+            let made = match late {
+                Some(late) => simulated::late_set(simulated::DEFAULT_SEED, late),
+                None => simulated::demonstration(simulated::DEFAULT_SEED),
+            };
             progress.check()?;
             Ok(Done::Simulated(Arc::clone(&replaced), made))
         })
@@ -180,6 +186,19 @@ impl Task {
             let model = Model::fitted(settings.clone(), &calibration, &recordings);
             Ok(Done::Kept(Arc::clone(&recordings), Box::new(model)))
         })
+    }
+
+    /// Measures the cost of the calibration with the present settings, to list it. The task is not shown.
+    pub fn list_present(
+        recordings: Arc<RecordingSet>,
+        settings: FitSettings,
+        calibration: Arc<Calibration>,
+    ) -> Self {
+        let task = Self::new("Listing the settings of now", move |_| {
+            let model = Model::fitted(settings.clone(), &calibration, &recordings);
+            Ok(Done::Present(Arc::clone(&recordings), Box::new(model)))
+        });
+        Self { is_seen: false, ..task }
     }
 }
 

@@ -35,6 +35,7 @@ use crate::questions::question::Query;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, View, analyse};
+use crate::recording::simulated::Late;
 use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Source, Tare};
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
@@ -351,7 +352,7 @@ fn a_calibration_opened_before_the_built_in_sensor_is_ready_is_applied_to_it() {
 #[test]
 fn the_built_in_sensor_is_made_when_it_is_asked_for() {
     let mut engine = engine();
-    engine.act(Action::OpenBuiltIn);
+    engine.act(Action::OpenBuiltIn(None));
     assert!(engine.is_busy());
     settle_until(&mut engine, "the built-in sensor", |engine| {
         engine.project().recordings.is_simulated()
@@ -1282,6 +1283,15 @@ fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
     assert!(engine.project().recordings.is_simulated() && !engine.is_unsaved());
     let split = engine.project().split.as_ref();
     assert_eq!(split.map(|split| split.fraction), Some(0.75));
+}
+
+#[test]
+fn a_session_of_a_set_with_a_lag_opens_that_set() {
+    let mut engine = engine();
+    engine.act(Action::OpenBuiltIn(Some(Late::Both)));
+    settle_until(&mut engine, "the set", |engine| engine.project().recordings.is_simulated());
+    let session = Session::of(engine.project(), None);
+    assert_eq!((session.built_in, session.built_in_lag), (true, Some(Late::Both)));
 }
 
 #[test]

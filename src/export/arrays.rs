@@ -1,4 +1,4 @@
-//! A calibration as named arrays: what NumPy and MATLAB are given.
+//! A calibration as named arrays, for NumPy and MATLAB.
 
 use super::code::input_by_input;
 use super::fields::{Value, fields};
@@ -6,9 +6,9 @@ use super::target::Export;
 use crate::calibration::{Kernel, Learned, Network};
 use crate::formats::{Array, Entry};
 
-/// Everything that a fit leaves behind but the kernel's band.
+/// Returns all arrays of a calibration, without the kernel's band.
 ///
-/// Weights of layers stand input by input: `values @ weights + biases`.
+/// The weights of layers are stored input by input: `values @ weights + biases`.
 pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     let calibration = export.calibration;
     let about = export.lines(str::to_owned);
@@ -45,7 +45,7 @@ pub(super) fn arrays(export: &Export<'_>) -> Vec<Entry> {
     arrays
 }
 
-/// A matrix, row-major; one row is a vector.
+/// Returns a row-major matrix; one row is a vector.
 fn numbers(name: &str, n_columns: usize, values: Vec<f64>) -> Entry {
     let shape = if values.len() == n_columns {
         vec![n_columns]

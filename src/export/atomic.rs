@@ -1,9 +1,9 @@
-//! Files are written whole or not at all.
+//! Atomic writing: a file is written completely, or not at all.
 //!
-//! Guarantees: the new content goes to a temporary file in the same directory, reaches the disk, and only then takes the
-//! name; whatever goes wrong before, an old file of that name stays as it was. A temporary file is locked by whoever
-//! writes it and goes when the program is asked to end; what a killed program left goes when the same file is written
-//! again. Pipes and devices are never replaced. Files that are written [`Together`] take their names once all are whole.
+//! Guarantees: new content goes to a temporary file in the same folder, reaches the disk, and only then takes the file's
+//! name. If anything fails before, an old file of that name stays unchanged. A temporary file is locked by its program and
+//! removed when the program is asked to end. Files left by a killed program are removed when the same file is written again.
+//! Pipes and devices are never replaced. Files that are written [`Together`] take their names once all are complete.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -15,25 +15,25 @@ use std::time::Duration;
 
 use crate::progress::Progress;
 
-/// How temporary files begin and end; between the two are the name that they are to take, and some letters by chance.
+/// Prefix and suffix of temporary files. Between them are the name of the final file and some random letters.
 const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
-/// Maximum number of characters taken from a name: the whole must be a file name, too.
+/// Maximum number of characters taken from a name, so that the temporary name is a valid file name.
 const NAME_CHARS: usize = 50;
 
-/// A file could not be written; what was there is unchanged.
+/// A file could not be written; an existing file is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", .path.display())]
 pub struct WriteError {
-    /// The file that was to be written.
+    /// File that could not be written.
     pub path: PathBuf,
-    /// What went wrong.
+    /// Cause of the failure.
     pub source: io::Error,
 }
 
-/// Replaces the file at `path` by what `write` writes.
+/// Replaces the file at `path` by the output of `write`.
 ///
 /// # Errors
-/// [`WriteError`] if the directory is not there, the file cannot be written, or `write` fails.
+/// [`WriteError`] if the folder does not exist, the file cannot be written, or `write` fails.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -45,7 +45,7 @@ pub fn write_atomically(
 
 /// Files that take their names together: all of them, or none.
 ///
-/// Dropped before it is finished it leaves nothing behind.
+/// If dropped before it is finished, it removes its temporary files.
 #[derive(Debug, Default)]
 pub struct Together {
     written: Vec<(Target, tempfile::NamedTempFile, Forget)>,
@@ -53,10 +53,10 @@ pub struct Together {
 }
 
 impl Together {
-    /// Writes what is to replace the file at `path`; until [`finish`](Self::finish) that stays as it is.
+    /// Writes the new content of the file at `path`. The file itself is unchanged until [`finish`](Self::finish).
     ///
     /// # Errors
-    /// [`WriteError`] if the directory is not there, the file cannot be written, or `write` fails.
+    /// [`WriteError`] if the folder does not exist, the file cannot be written, or `write` fails.
     pub fn write(
         &mut self,
         path: &Path,
@@ -66,10 +66,10 @@ impl Together {
         Ok(())
     }
 
-    /// Makes what is to be the folder at `path`, of files, each a path in it with its content.
+    /// Makes the new folder at `path` from files, each with its path in the folder and its content.
     ///
     /// # Errors
-    /// [`WriteError`] if a file is there already, it cannot be written, or `make` fails.
+    /// [`WriteError`] if `path` is an existing file, the folder cannot be written, or `make` fails.
     pub fn folder(
         &mut self,
         path: &Path,
@@ -80,22 +80,22 @@ impl Together {
         Ok(())
     }
 
-    /// Gives all files and folders their names.
+    /// Gives all files and folders their final names.
     ///
     /// # Errors
-    /// [`WriteError`] if one cannot have its name, though it could be written beside it; those before it have theirs, then.
+    /// [`WriteError`] if one of them cannot be renamed. Those before it then already have their final names.
     pub fn finish(self) -> Result<(), WriteError> {
-        // Outlives the list's lock, which it takes when it goes.
+        // Declared first, so that it is dropped after the lock of the list, which it takes.
         let mut forgotten = Vec::new();
         let mut named = Ok(());
-        // Held until the last has its name, so that nobody who asks the program to end gets some of them.
+        // The lock is held until the last file has its name, so that an interrupt never leaves only some of the files.
         let being_written = being_written();
         for (target, temporary, forget) in self.written {
             forgotten.push(forget);
             if named.is_ok() {
                 let made = temporary.persist(&target.path).map(drop);
                 named = made.map_err(|error| at(&target.path)(error.error));
-                // The name reaches the disk, too; where that cannot be had, the file is in its place all the same.
+                // The folder entry is flushed to the disk, too. A failure of that is ignored, because the file is complete.
                 #[cfg(unix)]
                 let _ = File::open(target.directory()).and_then(|directory| directory.sync_all());
             }
@@ -111,13 +111,13 @@ impl Together {
     }
 }
 
-/// Says which file an error is of.
+/// Returns an error with the path of the file.
 fn at(path: &Path) -> impl FnOnce(io::Error) -> WriteError {
     let path = path.to_owned();
     |source| WriteError { path, source }
 }
 
-/// The folder that a path stands in.
+/// Returns the folder of a path.
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -125,26 +125,26 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Checks, without writing it, whether a file can be written.
+/// Checks whether a file can be written, without writing it.
 ///
 /// # Errors
-/// [`WriteError`] if it cannot.
+/// [`WriteError`] if the file cannot be written.
 pub(super) fn check_writable(path: &Path) -> Result<(), WriteError> {
     let check = || {
         let target = Target::of(path)?;
-        // Goes as it comes: it has no name, or loses it at once.
+        // The temporary file is removed at once.
         tempfile::tempfile_in(target.directory()).map(drop)
     };
     check().map_err(at(path))
 }
 
-/// Exit code of an interrupted program (128 + SIGINT), as shells report it; 128 + SIGTERM where it was asked to end.
+/// Exit code of an interrupted program (128 + SIGINT), as shells report it; 128 + SIGTERM if the program was asked to end.
 static EXIT_CODE: AtomicU8 = AtomicU8::new(130);
 
-/// Removes temporary files when the program is interrupted or asked to end, says so, and ends it. Work that [`interrupt_stops`] is
-/// stopped instead, the first time.
+/// Installs the handler that removes temporary files and ends the program when it is interrupted or asked to end. The first
+/// interrupt only stops the work registered by [`interrupt_stops`], if there is any.
 ///
-/// A signal that the program was started to ignore (`nohup`) stays ignored.
+/// A signal that is ignored from the start (`nohup`) stays ignored.
 pub fn clean_up_when_asked_to_end() {
     let is_terminated = Arc::new(AtomicBool::new(false));
     let asked_to_end = Arc::clone(&is_terminated);
@@ -167,7 +167,7 @@ pub fn clean_up_when_asked_to_end() {
             work.cancel();
             return;
         }
-        // Held until the end, so that no new one begins.
+        // The lock is held until the end, so that no new temporary file is begun.
         let being_written = being_written();
         for path in being_written.iter() {
             let _ = fs::remove_file(path);
@@ -177,7 +177,7 @@ pub fn clean_up_when_asked_to_end() {
     });
     #[cfg(unix)]
     if set.is_ok() {
-        // It calls the handler above, too.
+        // This call runs the handler above, too.
         let _ = signal_hook::flag::register(signal_hook::consts::SIGTERM, is_terminated);
     }
     #[cfg(not(unix))]
@@ -189,49 +189,49 @@ pub fn interrupted_code() -> u8 {
     EXIT_CODE.load(Ordering::SeqCst)
 }
 
-/// Lets the first interrupt stop this work instead of the program.
+/// Registers work that the first interrupt stops instead of the program.
 pub fn interrupt_stops(progress: &Progress) {
     *work() = Some(progress.clone());
 }
 
-/// The work that an interrupt stops.
+/// Work that an interrupt stops.
 fn work() -> MutexGuard<'static, Option<Progress>> {
     static WORK: Mutex<Option<Progress>> = Mutex::new(None);
     WORK.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The temporary files of this program.
+/// Temporary files of this program.
 fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     static PATHS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     PATHS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Where a file goes.
+/// Destination of a file.
 #[derive(Debug)]
 struct Target {
     path: PathBuf,
-    /// What the file there may be used for.
+    /// Permissions of the existing file.
     permissions: Option<fs::Permissions>,
 }
 
 impl Target {
     fn of(path: &Path) -> io::Result<Self> {
-        // Through a link to the file it names, so that the link stays a link.
+        // A link is followed to its file, so that the link stays a link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let old = fs::metadata(&path).ok();
         if old.as_ref().is_some_and(fs::Metadata::is_dir) {
             return Err(io::Error::other(
-                "this is a directory; name a file in it, or with a / at the end a new directory",
+                "this is a folder; name a file in it, or add a / for a new folder",
             ));
         }
         if old.as_ref().is_some_and(|old| !old.is_file()) {
-            return Err(io::Error::other("this is no file but a pipe or a device; name a file"));
+            return Err(io::Error::other("this is a pipe or a device; name a file"));
         }
         let permissions = old.map(|old| old.permissions());
         let target = Self { path, permissions };
         if !target.directory().is_dir() {
-            // Not the system's own message: that names a temporary file which nobody asked for.
-            let message = format!("there is no directory {}", target.directory().display());
+            // The system's own message would name a temporary file that the user does not know.
+            let message = format!("there is no folder {}", target.directory().display());
             return Err(io::Error::new(io::ErrorKind::NotFound, message));
         }
         let is_read_only = fs::Permissions::readonly;
@@ -245,14 +245,14 @@ impl Target {
         folder_of(&self.path)
     }
 
-    /// What the names of its temporary files begin with.
+    /// Returns the prefix of the names of its temporary files.
     fn prefix(&self) -> String {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name: String = name.chars().take(NAME_CHARS).collect();
         format!("{}{name}-", TEMPORARY.0)
     }
 
-    /// A new file beside it, which is forgotten once it is gone or has its name.
+    /// Creates a new temporary file beside the destination, and registers it until it is removed or renamed.
     fn temporary(&self) -> io::Result<(Forget, tempfile::NamedTempFile)> {
         let prefix = self.prefix();
         let mut builder = tempfile::Builder::new();
@@ -267,12 +267,12 @@ impl Target {
     }
 }
 
-/// Takes away what programs that are gone left in a folder of their own, whatever it was to become.
+/// Removes folders that ended programs left inside a folder of temporary files.
 pub(crate) fn clean_up_in(folder: &Path) {
     clean_up(folder, TEMPORARY.0);
 }
 
-/// Takes away what programs that are gone left under names that begin so; a living one holds its lock.
+/// Removes files that ended programs left under names with this prefix. A running program holds a lock on its file.
 fn clean_up(folder: &Path, prefix: &str) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
@@ -292,23 +292,23 @@ fn clean_up(folder: &Path, prefix: &str) {
     }
 }
 
-/// A new file that nobody else takes for one that was left.
+/// Creates a new file that no other program takes for a leftover.
 fn new_file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    // The permissions are those of any new file; the default for temporary files is for the owner alone.
+    // The permissions are those of any new file. The default of temporary files would be the owner alone.
     options.write(true).create_new(true);
     loop {
         let file = options.open(path)?;
-        // Where files cannot be locked, nothing that is left is taken away either.
+        // If files cannot be locked, leftovers are never removed either.
         let _ = file.lock();
-        // Another program may have locked it first, and taken it away.
+        // Another program may have locked the file first, and removed it.
         if path.exists() {
             return Ok(file);
         }
     }
 }
 
-/// Strikes a temporary file off the list of those that are written.
+/// Removes a temporary file from the list.
 #[derive(Debug)]
 struct Forget(PathBuf);
 
@@ -318,7 +318,7 @@ impl Drop for Forget {
     }
 }
 
-/// The whole content in a temporary file beside the one that it is to replace.
+/// Complete content in a temporary file beside the file that it replaces.
 fn whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -326,7 +326,7 @@ fn whole(
     let target = Target::of(path)?;
     clean_up(target.directory(), &target.prefix());
     let (forget, temporary) = target.temporary()?;
-    // The file itself: the messages of the temporary one say its name, which nobody asked for.
+    // The file handle is used directly, because errors of the temporary file would name it.
     let file = temporary.as_file();
     if let Some(permissions) = &target.permissions {
         file.set_permissions(permissions.clone())?;
@@ -339,17 +339,18 @@ fn whole(
     Ok((target, temporary, forget))
 }
 
-/// Makes a folder of files, each a path in it with its content, beside where it is to be.
+/// Makes a folder from files beside its final place. Each file has a path in the folder and its content.
 fn whole_folder(
     path: &Path,
     make: impl FnOnce() -> io::Result<Vec<(String, String)>>,
 ) -> io::Result<(Target, tempfile::TempDir)> {
     let target = Target::of(path)?;
     if target.permissions.is_some() {
-        return Err(io::Error::other("this is there already, as a file"));
+        return Err(io::Error::other("this is an existing file"));
     }
     let files = make()?;
-    // In a folder that goes whatever happens; inside, so that the permissions are those of any new one.
+    // The files are made in a folder inside a temporary one, so that failures remove everything and the permissions are those
+    // of a new folder.
     let mut builder = tempfile::Builder::new();
     let around = builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     let around = around.tempdir_in(target.directory())?;
@@ -362,7 +363,7 @@ fn whole_folder(
     Ok((target, around))
 }
 
-/// What a folder is called until it has its name.
+/// Temporary name of a folder.
 const INSIDE: &str = "folder";
 
 #[cfg(test)]

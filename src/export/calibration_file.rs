@@ -1,4 +1,4 @@
-//! Calibrations as files: JSON holds everything and reads back to the same predictions; the other formats hold what they can.
+//! Calibration files: JSON holds everything and reads back to the same predictions; other formats hold a part.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,43 +9,42 @@ use crate::calibration::Calibration;
 use crate::export::atomic::{Together, WriteError};
 use crate::small_file::read_small;
 
-/// A larger file is no calibration.
+/// Largest size of a calibration file (bytes).
 const LARGEST_FILE_BYTES: u64 = 64 << 20;
 
-/// Why a calibration could not be read.
+/// Reason why a calibration could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadCalibrationError {
     #[error("cannot read {}: {source}", .path.display())]
     Io { path: PathBuf, source: io::Error },
     #[error("{}: {source}", .path.display())]
     Content { path: PathBuf, source: Refusal },
-    #[error("{}: such a file is not read back, it is not a calibration in {}; take the .json of the same fit", .path.display(), readable())]
+    #[error("{}: this format cannot be read back; use a calibration in {}, such as the .json of the same fit", .path.display(), readable())]
     WriteOnly { path: PathBuf },
 }
 
-/// The formats that are read back.
+/// Returns the formats that can be read back.
 fn readable() -> String {
     let readable = TARGETS.iter().filter(|target| target.reader.is_some());
     let names: Vec<&str> = readable.map(|target| target.name).collect();
     names.join(" or ")
 }
 
-/// Writes a calibration, whole or not at all, in the format of the file's ending; without a known ending completely; as the
-/// folder of a library where the path ends with `/`.
+/// Writes a calibration atomically, in the format of the file's ending. An unknown ending means the complete format; a path
+/// that ends with `/` means the folder of a library.
 ///
-/// # Errors
-/// [`WriteError`] if the file cannot be written, or the format cannot carry the calibration (a [`Refusal`] is its source
-/// then).
+/// [`WriteError`] if the file cannot be written, or the format cannot hold the calibration (its source is then a
+/// [`Refusal`]).
 pub fn write_calibration(calibration: &Calibration, path: &Path) -> Result<(), WriteError> {
     let mut files = Together::default();
     add_calibration(&mut files, calibration, path)?;
     files.finish()
 }
 
-/// [`write_calibration`], which takes its name with other files.
+/// Writes like [`write_calibration`], as one of several files.
 ///
 /// # Errors
-/// Likewise.
+/// As for [`write_calibration`].
 pub fn add_calibration(
     files: &mut Together,
     calibration: &Calibration,
@@ -59,27 +58,27 @@ pub fn add_calibration(
     files.write(path, |out| (target.write)(&of_target(target, calibration, &name)?, out))
 }
 
-/// What is to be told before a calibration is written into this file; see [`Target::caution`](super::target::Target::caution).
+/// Returns a warning for a file that leaves out a part; see [`Target::caution`](super::target::Target::caution).
 pub fn caution(calibration: &Calibration, path: &Path) -> Option<String> {
     let left_out = (target_for(path)?.caution)(calibration)?;
     Some(format!("{} leaves out {left_out}", path.display()))
 }
 
-/// Reads a calibration and checks it, in the format of the file's ending; without a known ending as a complete one.
+/// Reads a calibration and checks it, in the format of the file's ending. An unknown ending means the complete format.
 ///
-/// Where the format does not [name gauges](crate::export::names_gauges), they are called SG0, SG1 and so on; see
+/// If the format does not [name gauges](crate::export::names_gauges), they are called SG0, SG1 and so on; see
 /// [`name_gauges`](crate::export::name_gauges).
 ///
 /// # Errors
-/// [`ReadCalibrationError`] if it cannot be read, is not one, or is not whole.
+/// [`ReadCalibrationError`] if the file cannot be read, is no calibration, or is incomplete.
 pub fn read_calibration(path: &Path) -> Result<Calibration, ReadCalibrationError> {
     Ok(read_with_notes(path)?.0)
 }
 
-/// [`read_calibration`], with what its user must know of the file.
+/// Reads like [`read_calibration`], and returns notes for the user.
 ///
 /// # Errors
-/// Likewise.
+/// As for [`read_calibration`].
 pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCalibrationError> {
     let at = || path.to_owned();
     let io = |source| ReadCalibrationError::Io { path: at(), source };

@@ -1,4 +1,4 @@
-//! What every export says of itself: where it comes from, what it holds, what it leaves out, and how good it is.
+//! Facts that every export states: its origin, its contents, the parts that are left out, and its errors.
 
 use std::borrow::Cow;
 
@@ -7,13 +7,13 @@ use crate::features::AuxiliaryChannel;
 use crate::scoring::numbers::significant;
 use crate::shown::first;
 
-/// More recordings than this are counted, not named.
+/// Maximum number of recordings that are named; further ones are counted.
 const NAMED_RECORDINGS: usize = 40;
 
-/// A name, unlike those of all other facts of a calibration, and a text.
+/// A unique name and a text.
 pub(super) type Fact = (Cow<'static, str>, String);
 
-/// Facts with their names, in the order in which they are told; texts as they are in the calibration, not escaped.
+/// Facts in their order. The texts are those of the calibration, not escaped.
 pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) -> Vec<Fact> {
     let quality = &calibration.quality;
     let mut facts = vec![
@@ -39,7 +39,7 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
     facts.chain(source_files(&calibration.sources)).collect()
 }
 
-/// What was fitted, how, and to what.
+/// Facts on the fit: its model, its settings and its recordings.
 pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let axes = || calibration.axes.iter().zip(&calibration.units);
@@ -100,7 +100,7 @@ fn regressor(calibration: &Calibration) -> String {
     }
 }
 
-/// Each file by what it held, as far as they are named.
+/// Returns each file with its hash, up to the maximum number of named files.
 fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
     let files = sources.iter().enumerate().take(NAMED_RECORDINGS);
     let mut facts: Vec<Fact> = files
@@ -119,7 +119,7 @@ fn source_files(sources: &[UsedRecording]) -> Vec<Fact> {
     facts
 }
 
-/// Errors per axis, held-out ones first: those are the ones to expect.
+/// Returns errors per axis, held-out ones first, because these are to be expected.
 fn scores(scores: &Scores) -> String {
     let sets = [
         ("on test recordings", &scores.test_rmse),

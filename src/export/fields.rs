@@ -1,24 +1,24 @@
-//! What a calibration is made of, under the names that files of settings and of arrays give it; told once for all of them.
+//! Parts of a calibration with their names in files of settings and arrays, defined once for all of them.
 //!
-//! Networks and kernels are not in it: only files of arrays have room for them.
+//! Networks and kernels are not among them, because only files of arrays hold them.
 
 use self::Value::{Count, Flag, Flags, Matrix, Number, Numbers, Table, Text, Texts};
 use crate::calibration::{Calibration, LinearMap, Scores};
 use crate::features::{AuxiliaryChannel, Setting, Stored, Thresholds};
 
-/// One of its parts.
+/// A part of the calibration.
 pub(super) struct Field {
-    /// The part that it is a part of; empty for the calibration itself.
+    /// Name of the group that the part belongs to; empty for the calibration itself.
     pub group: &'static str,
     pub name: &'static str,
-    /// What a reader of the number alone must know; may be empty.
+    /// Explanation for readers of the number; may be empty.
     pub about: &'static str,
     pub value: Value,
 }
 
 pub(super) enum Value {
     Flag(bool),
-    /// One per axis.
+    /// One value per axis.
     Flags(Vec<bool>),
     Count(u64),
     Number(f64),
@@ -27,15 +27,15 @@ pub(super) enum Value {
     Numbers(Vec<f64>),
     /// One row per axis.
     Matrix(Vec<Vec<f64>>),
-    /// Columns of one table, as long as each other.
+    /// Columns of one table, all of the same length.
     Table(Vec<(&'static str, Vec<f64>)>),
 }
 
-/// All of them, those of a group one after the other.
+/// Returns all parts; the parts of a group follow each other.
 pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     let features = &calibration.features;
     let scale = &calibration.gauge_scale;
-    // None is rated where nobody entered any.
+    // No axis is rated if the user entered no rated load.
     let rated = (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true));
     let rated = rated.collect();
     let symbols = calibration.axes.iter().map(|axis| axis.symbol().to_owned());
@@ -51,18 +51,18 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         field(
             "",
             "rated",
-            "whether each full scale is the rated load that somebody entered",
+            "1 if the full scale is the rated load that the user entered",
             Flags(rated),
         ),
         field(
             "",
             "limits",
-            "beyond these nothing is known of the sensor; 0 where that is not known",
+            "largest loads of the recordings; 0 if unknown",
             Numbers(calibration.limits.clone()),
         ),
         field("", "offset", "", Flag(calibration.offset)),
         field("", "regressor", "", Text(calibration.regressor.key().to_owned())),
-        field("", "gap_secs", "a longer step than this is a gap (s)", Number(calibration.gap_secs)),
+        field("", "gap_secs", "a longer step in time is a gap (s)", Number(calibration.gap_secs)),
         field(
             "",
             "history_step_secs",
@@ -75,7 +75,7 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
     ];
     let clipped_at = calibration.clipped_at().into_iter().flatten();
     let names = ["gauge_low", "gauge_high"].into_iter();
-    let clipped = "a gauge that reaches this is clipped; 1e30 from zero where that is not known";
+    let clipped = "a gauge that reaches this value is clipped; 1e30 in magnitude if unknown";
     fields
         .extend(names.zip(clipped_at).map(|(name, ends)| field("", name, clipped, Numbers(ends))));
     let rate = calibration.rate_hz.into_iter();
@@ -122,10 +122,10 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         fields.extend([
             field("auxiliary", "channels", "", Texts(features.auxiliary_names())),
             field("auxiliary", "units", "", Texts(units.collect())),
-            of("reference", "what the effect counts from", |own| own.reference),
+            of("reference", "value at which the effect is zero", |own| own.reference),
             of("inverse_scale", "", |own| own.inverse_scale),
-            of("min", "the least value that was trained", |own| own.min),
-            of("max", "the greatest value that was trained", |own| own.max),
+            of("min", "minimum in the training recordings", |own| own.min),
+            of("max", "maximum in the training recordings", |own| own.max),
         ]);
     }
     let scale = [

@@ -1,27 +1,27 @@
-//! What a format is that something else than a calibration is written in.
+//! A file format for anything but calibrations.
 
 use std::path::Path;
 
-/// A format, known by the ending of its files; `W` is what writes it.
+/// A format, known by the ending of its files. `W` is its writer.
 pub struct FileFormat<W> {
-    /// What people call it.
+    /// Name for users.
     pub name: &'static str,
-    /// The ending of its files, in small letters and without the dot.
+    /// Ending of its files, in lower case and without the dot.
     pub ending: &'static str,
-    /// What its files hold.
+    /// Contents of its files.
     pub holds: &'static str,
-    /// What writes it.
+    /// Writer.
     pub write: W,
 }
 
 impl<W> FileFormat<W> {
-    /// The one of these formats that a file's ending asks for.
+    /// Returns the format that belongs to a file's ending.
     pub fn for_path<'a>(all: &'a [Self], path: &Path) -> Option<&'a Self> {
         let ending = path.extension()?.to_str()?;
         all.iter().find(|own| own.ending.eq_ignore_ascii_case(ending))
     }
 
-    /// The endings of these formats with their dots, as messages list them.
+    /// Returns the endings of these formats with their dots, for messages.
     pub fn listed(all: &[Self]) -> String {
         let endings = all.iter().map(|own| format!(".{}", own.ending));
         endings.collect::<Vec<_>>().join(" or ")

@@ -1,4 +1,4 @@
-//! What a file holds, as one short text: to know it again.
+//! Hash of a file's content, by which the file is recognised.
 
 use std::fmt::Write as _;
 use std::io::{self, Read as _};
@@ -8,13 +8,13 @@ use sha2::{Digest as _, Sha256};
 
 use crate::small_file::open_regular;
 
-/// Length that is read at once (bytes).
+/// Number of bytes that are read at a time.
 const BLOCK_BYTES: usize = 1 << 16;
 
-/// The SHA-256 of a file, in hexadecimal digits.
+/// Returns the SHA-256 of a file in hexadecimal digits.
 ///
 /// # Errors
-/// What opening or reading it gives.
+/// The I/O error of opening or reading the file.
 pub fn sha256(path: &Path) -> io::Result<String> {
     let mut file = open_regular(path)?;
     let mut hasher = Sha256::new();

@@ -1,5 +1,5 @@
-//! What leaves the program: calibration files, source code that runs them, tables and pictures, each written whole or not at
-//! all.
+//! Outputs of the program: calibration files, source code that runs calibrations, tables and figures, each written
+//! atomically.
 
 mod arrays;
 mod atomic;

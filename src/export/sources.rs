@@ -1,4 +1,4 @@
-//! The files that recordings were read from, by what is in them.
+//! The files of recordings, with the hashes of their contents.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -7,9 +7,9 @@ use crate::calibration::{Calibration, UsedRecording};
 use crate::export::hash::sha256;
 use crate::recording::{RecordingSet, Role};
 
-/// Every recording of a set with its role, its file's name and what that file holds now, as a SHA-256.
+/// Returns every recording of a set with its role, its file's name, and the present SHA-256 of the file.
 ///
-/// Each file is read once, however many recordings come from it. What cannot be read any more has no hash.
+/// Each file is read once, even if several recordings come from it. A file that cannot be read has no hash.
 pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
     let mut hashes: HashMap<&Path, Option<String>> = HashMap::new();
     let entries = recordings.entries().iter();
@@ -32,9 +32,9 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
         .collect()
 }
 
-/// A calibration that was fitted to these recordings, with what their files hold.
+/// Returns a calibration that was fitted to these recordings, with the hashes of their files.
 ///
-/// It reads every file anew, so it belongs where something is written, not where something is fitted.
+/// Every file is read again, so this is called when a file is written, not in a fit.
 pub fn with_sources(calibration: &Calibration, recordings: &RecordingSet) -> Calibration {
     let used = used_recordings(recordings).into_iter();
     Calibration {

@@ -1,6 +1,7 @@
-//! What a format is that calibrations are written in.
+//! Format of calibration files.
 //!
-//! Guarantees: what a format cannot carry at all is refused before a byte is written; what it carries in part says so inside.
+//! Guarantees: a calibration that a format cannot hold is refused before a byte is written. A file that holds only a part
+//! says so inside.
 
 use std::error::Error;
 use std::io;
@@ -10,37 +11,37 @@ use crate::calibration::{Calibration, FitSettings};
 use crate::features::FeatureSettings;
 use crate::recording::{Axis, Layout};
 
-/// Why a calibration cannot be written in a format, or what a file holds is none.
+/// Reason why a calibration cannot be written in a format, or why a file is no calibration.
 pub type Refusal = Box<dyn Error + Send + Sync>;
 
-/// Makes a calibration of what is in a file, with what its user must know of it.
+/// Reads a calibration from the content of a file, with notes for the user.
 pub type ReadBack = fn(&[u8]) -> Result<(Calibration, Vec<String>), Refusal>;
 
-/// A format that calibrations are written in. All of them stand in [`TARGETS`](super::TARGETS).
+/// A format of calibration files. All formats are listed in [`TARGETS`](super::TARGETS).
 pub struct Target {
-    /// What people call it.
+    /// Name for users.
     pub name: &'static str,
-    /// The endings of its files, in small letters and without the dot; the usual one first.
+    /// Endings of its files, in lower case and without the dot; the usual one first.
     pub endings: &'static [&'static str],
-    /// What its files hold of a calibration.
+    /// Contents of its files.
     pub holds: &'static str,
-    /// What a file leaves out of a calibration.
+    /// Parts of the calibration that a file leaves out.
     pub leaves_out: fn(&Calibration) -> &'static str,
-    /// What is to be told before a file of a calibration is written: that whoever loads it gets other loads than this program
-    /// shows. It follows "leaves out".
+    /// Warning before a file is written: users of the file get other loads than this program shows. The text follows "leaves
+    /// out".
     pub caution: fn(&Calibration) -> Option<String>,
-    /// Checks whether the format can carry what is outlined; the refusal says what to do instead.
+    /// Checks whether the format can hold a calibration with this outline. A refusal names a way out.
     pub check: fn(&Outline<'_>) -> Result<(), Refusal>,
     /// Writes a calibration that was checked.
     pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
-    /// What reads its files back, where something does.
+    /// Reader of its files, if there is one.
     pub reader: Option<ReadBack>,
-    /// Whether its files name the gauges; where they do not, gauges are known by their order.
+    /// True if its files name the gauges. Otherwise gauges are known by their order.
     pub names_gauges: bool,
 }
 
 impl Target {
-    /// A format that leaves out nothing, carries every calibration and is not read back.
+    /// Returns a format that leaves nothing out, holds every calibration, and cannot be read back.
     pub(super) const PLAIN: Self = Self {
         name: "",
         endings: &[],
@@ -54,7 +55,7 @@ impl Target {
     };
 }
 
-/// What a calibration is made of, as far as it is known before the fit.
+/// Parts of a calibration that are known before the fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Outline<'a> {
     pub n_gauges: usize,
@@ -63,7 +64,7 @@ pub struct Outline<'a> {
 }
 
 impl<'a> Outline<'a> {
-    /// Of a calibration that is there.
+    /// Returns the outline of an existing calibration.
     pub fn of(calibration: &'a Calibration) -> Self {
         Self {
             n_gauges: calibration.gauges.len(),
@@ -72,7 +73,7 @@ impl<'a> Outline<'a> {
         }
     }
 
-    /// Of what these settings will make of recordings of this layout.
+    /// Returns the outline of a calibration by these settings, of recordings with this layout.
     pub fn of_fit(settings: &'a FitSettings, layout: &'a Layout) -> Self {
         Self {
             n_gauges: layout.gauge_names.len(),
@@ -82,19 +83,19 @@ impl<'a> Outline<'a> {
     }
 }
 
-/// What is written.
+/// Data of an export.
 #[derive(Debug)]
 pub struct Export<'a> {
-    /// The whole calibration.
+    /// The complete calibration.
     pub calibration: &'a Calibration,
-    /// What the file says of itself.
+    /// Facts that the file states.
     pub(super) facts: Vec<Fact>,
-    /// What names inside are made of.
+    /// Base of the names inside the file.
     pub name: &'a str,
 }
 
 impl Export<'_> {
-    /// What the file says of itself, a line each; `shown` makes texts harmless where they stand.
+    /// Returns the facts, one line each. `shown` escapes texts for the file.
     pub(super) fn lines<'s>(
         &'s self,
         shown: impl Fn(&str) -> String + 's,
@@ -104,7 +105,7 @@ impl Export<'_> {
     }
 }
 
-/// Checks the calibration for a format that is to write it; `name` is what names inside are made of.
+/// Checks a calibration for its format. `name` is the base of the names inside the file.
 pub(super) fn of_target<'a>(
     target: &Target,
     calibration: &'a Calibration,

@@ -110,7 +110,7 @@ mod tests {
         assert_eq!(exists.ways(), [Way::Replace]);
         assert_eq!(check(&[], &a, true), Ok(()));
         let gone = [at("gone/a.csv")];
-        assert!(check(&[], &gone, true).unwrap_err().contains("no directory"));
+        assert!(check(&[], &gone, true).unwrap_err().contains("no folder"));
     }
 
     #[cfg(unix)]

@@ -43,11 +43,7 @@ const REFERENCE_TIMES: [&str; 8] = [
 #[derive(Clone, Debug)]
 pub(crate) enum Entry {
     Numbers(Array),
-    /// List of texts.
-    Texts {
-        name: String,
-        texts: Vec<String>,
-    },
+    Texts { name: String, texts: Vec<String> },
 }
 
 impl Entry {
@@ -83,14 +79,14 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
     for array in arrays {
         let is_reference_time = array.is_reference_time();
         let n_rows = match reference_rows {
-            Some(rows) if is_reference_time || (is_load(&array.name) && array.lies_in(rows)) => {
+            Some(rows) if is_reference_time || (is_load(&array.name) && array.has_rows(rows)) => {
                 rows
             }
             _ => n_rows,
         };
-        let array = if array.lies_in(n_rows) { array } else { array.turned() };
+        let array = if array.has_rows(n_rows) { array } else { array.transposed() };
         let n_columns = array.values.len().checked_div(n_rows).unwrap_or(0);
-        if !array.lies_in(n_rows) || table.columns.len() + n_columns > COLUMN_LIMIT {
+        if !array.has_rows(n_rows) || table.columns.len() + n_columns > COLUMN_LIMIT {
             left_out.push(format!("{} ({})", array.name, shape_in_words(&array.shape)));
             continue;
         }
@@ -132,7 +128,7 @@ impl Array {
     }
 
     /// Returns true if the array has `n_rows` rows.
-    fn lies_in(&self, n_rows: usize) -> bool {
+    fn has_rows(&self, n_rows: usize) -> bool {
         match self.shape[..] {
             _ if n_rows == 0 || self.values.is_empty() => false,
             [length] => length == n_rows,
@@ -141,8 +137,7 @@ impl Array {
         }
     }
 
-    /// Returns the transposed matrix.
-    fn turned(mut self) -> Self {
+    fn transposed(mut self) -> Self {
         if self.shape.len() == 2 {
             self.shape.reverse();
             self.is_by_column = !self.is_by_column;

@@ -17,7 +17,6 @@ pub struct FilePart {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Columns {
     pub columns: Vec<Column>,
-    /// True if the columns have names.
     pub is_named: bool,
     /// Index of the separate clock of the reference, if there is one.
     pub reference_time: Option<usize>,
@@ -115,7 +114,6 @@ pub(super) const PLACES: usize = 64;
 /// Number of rows sampled at each place.
 pub(super) const ROWS_AT_A_PLACE: usize = 8;
 
-/// Contents of one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Cell<'a> {
     /// Text as written, without quotes; may be empty.

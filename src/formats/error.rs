@@ -126,7 +126,8 @@ impl From<io::Error> for FileError {
     }
 }
 
-/// Returns a conversion of an I/O error while `what` is read. An unexpected end becomes [`FileError::CutShort`].
+/// Returns a function that turns an I/O error in `what` into a file error. An unexpected end becomes
+/// [`FileError::CutShort`].
 pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
         io::ErrorKind::UnexpectedEof => FileError::cut_short(what),

@@ -32,7 +32,6 @@ pub struct Format {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source<'a> {
     pub path: &'a Path,
-    /// First bytes of the file.
     pub head: &'a [u8],
     pub n_bytes: u64,
     /// Names of the tables that the user chose; empty for an automatic choice.

@@ -1,7 +1,7 @@
 //! JSON lines (`.jsonl`, `.ndjson`): one object per sample. Its numbers become columns named by their paths.
 //!
 //! Guarantees: rows keep their line numbers. A JSON document, such as a file of this program, is not read as JSON lines.
-//! Memory stays within the budget of the file for any keys.
+//! Memory use is limited by the size of the file, even if every line has new keys.
 
 use std::collections::HashMap;
 use std::fmt::{self, Write as _};
@@ -27,7 +27,7 @@ const LINE_LIMIT_BYTES: usize = 1 << 20;
 const NAME_LIMIT_BYTES: usize = 1 << 10;
 const VALUE_BYTES: u64 = size_of::<f64>() as u64;
 /// Number of first non-blank lines that are checked. Two of three must be objects; a document over several lines has one.
-const LOOKED_AT: usize = 3;
+const CHECKED_LINES: usize = 3;
 /// Forms of a time in text that can be read in only one way.
 const TIMES: [TimeForm; 2] = [TimeForm::Date(DateOrder::YearMonthDay), TimeForm::TimeOfDay];
 
@@ -35,7 +35,7 @@ const TIMES: [TimeForm; 2] = [TimeForm::Date(DateOrder::YearMonthDay), TimeForm:
 fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut n_objects = 0;
     let mut first = Lines::open(source)?;
-    for _ in 0..LOOKED_AT {
+    for _ in 0..CHECKED_LINES {
         match first.next() {
             Ok(Some(line)) => n_objects += usize::from(row(line).is_some()),
             Ok(None) | Err(FileError::LineTooLong { .. }) => break,
@@ -282,7 +282,6 @@ impl<'de> Visitor<'de> for Values<'_> {
     }
 }
 
-/// Rows that were read so far.
 struct Table {
     budget: Budget,
     channels: Vec<Channel>,

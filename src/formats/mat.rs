@@ -264,7 +264,6 @@ impl Fields {
     }
 }
 
-/// Maximum depth of nested structs.
 const DEPTH_LIMIT: usize = 8;
 
 /// Returns the fields of each element of a struct, read after its name.
@@ -407,7 +406,6 @@ fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
     Some(number.all(bytes, is_big_endian))
 }
 
-/// Reader of successive elements.
 struct Elements<'a> {
     bytes: &'a [u8],
     is_big_endian: bool,

@@ -19,7 +19,6 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 const HEADER_LIMIT: usize = 1 << 16;
 /// Number of bytes read at a time; a record that is longer is read whole.
 const BLOCK_BYTES: usize = 1 << 16;
-/// Maximum depth of nested records.
 const DEPTH_LIMIT: usize = 8;
 
 /// Contents of one element of an array: one number, or the fields of a record.
@@ -39,7 +38,6 @@ struct Header {
     shape: Vec<usize>,
 }
 
-/// Contents of a file.
 #[derive(Debug)]
 pub(super) struct Content {
     /// One array, or one array per field of the records, named like the field.

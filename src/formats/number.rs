@@ -23,7 +23,6 @@ impl Number {
         }
     }
 
-    /// Returns the stored value.
     pub fn value(self, bytes: &[u8], is_big_endian: bool) -> f64 {
         self.value_since(bytes, is_big_endian, &Since::zero())
     }

@@ -32,7 +32,6 @@ pub(crate) struct Opened {
     pub encoding: Encoding,
     /// Length of the file (bytes).
     pub file_bytes: u64,
-    /// Number of bytes that are read.
     pub read_bytes: u64,
     table: Table,
 }
@@ -46,7 +45,6 @@ enum Table {
 /// Part of a file's rows.
 #[derive(Clone, Debug)]
 pub(crate) enum Part<'a> {
-    /// Whole lines.
     Lines(&'a [u8]),
     Rows(&'a Columns, Range<usize>),
 }

@@ -21,7 +21,6 @@ pub(super) struct Group {
     pub arrays: Vec<Array>,
 }
 
-/// Checks that all wanted tables exist.
 pub(super) fn check_wanted<'a>(
     wanted: &[String],
     names: impl Iterator<Item = &'a str> + Clone,

@@ -18,7 +18,7 @@ use crate::recording::{Recording, Source};
 const RECORDING_LIMIT: usize = 50_000;
 
 /// Returns the reason why no row is usable.
-pub(super) fn why_nothing_is_usable(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
+pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
     let is_culprit = |&&n_bad: &&u64| n_bad > 0 && n_bad == n_full_rows;
     let mut culprits = rows

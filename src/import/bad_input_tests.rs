@@ -75,7 +75,7 @@ fn a_few_zero_bytes_cost_only_their_rows() {
     }
     assert_eq!(n_samples(&text), 99);
     assert!(
-        messages(&text).contains("run.csv:3: column 2 (S1) holds \"\\0\\0\""),
+        messages(&text).contains("run.csv, line 3: column 2 (S1) contains \"\\0\\0\""),
         "{}",
         messages(&text)
     );
@@ -86,9 +86,12 @@ fn rows_of_wrong_length_are_reported_with_both_lengths() {
     let text = "t,S1,Fx\n0,1,2\n1,1\n2,1,2,3\n3,1,2\n";
     assert_eq!(n_samples(text), 3);
     assert!(
-        messages(text).contains("run.csv:3: 2 cells where the table has 3 columns; row skipped")
+        messages(text)
+            .contains("run.csv, line 3: 2 cells, but the table has 3 columns. Row skipped")
     );
-    assert!(messages(text).contains("run.csv:4: 4 cells where the table has 3 columns; the extra"));
+    assert!(
+        messages(text).contains("run.csv, line 4: 4 cells, but the table has 3 columns. Extra")
+    );
 }
 
 #[test]
@@ -105,13 +108,13 @@ fn values_that_are_not_finite_are_never_kept() {
     {
         let text = format!("t,S1\n0,1\n1,{cell}\n2,2\n");
         assert_eq!(n_samples(&text), 2);
-        let place = format!("run.csv:3: column 2 (S1) holds {shown}, which is not a finite number");
+        let place = format!("run.csv, line 3: column 2 (S1) contains {shown}, not a finite number");
         assert!(messages(&text).contains(&place), "{}", messages(&text));
     }
     // The number is finite, but its value in newtons is not.
     assert!(
         messages("t,S1,Fx [kN]\n0,1,1e307\n1,1,1\n")
-            .contains("run.csv:2: column 3 (Fx) holds 1e307")
+            .contains("run.csv, line 2: column 3 (Fx) contains 1e307")
     );
 }
 
@@ -119,16 +122,16 @@ fn values_that_are_not_finite_are_never_kept() {
 fn repeated_names_are_refused_with_both_places() {
     assert!(
         messages("t,S1,S1\n0,1,2\n")
-            .contains("run.csv:1: columns 2 and 3 are both gauge S1; give each")
+            .contains("run.csv, line 1: columns 2 and 3 are both gauge S1. Give each")
     );
-    assert!(messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both Fx; rename"));
+    assert!(messages("t,S1,Fx,Fx\n0,1,2,3\n").contains("columns 3 and 4 are both Fx. Rename"));
 }
 
 #[test]
 fn empty_files_and_headers_alone_are_distinguished() {
     assert!(messages("").contains("run.csv: the file is empty"));
     assert!(messages("\n\n#x\n").contains("run.csv: no header"));
-    assert!(messages("t,S1\n\n").contains("run.csv:1: no rows follow"));
+    assert!(messages("t,S1\n\n").contains("run.csv, line 1: no rows follow"));
 }
 
 #[test]
@@ -156,7 +159,7 @@ fn a_wrong_delimiter_shows_in_the_number_of_columns() {
     let layout = TextLayout { header: true, ..TextLayout::default() };
     let inspection = inspect(&file.path, Known::Layout(&layout), &Progress::default()).unwrap();
     let messages = inspection.check.error.unwrap();
-    assert!(messages.contains("run.csv:1: no time column among t;S1;Fx"), "{messages}");
+    assert!(messages.contains("run.csv, line 1: no time column among t;S1;Fx"), "{messages}");
     let known = inspect(&file.path, Known::Nothing, &Progress::default()).unwrap();
     assert_eq!(known.check.error, None);
     let wrong = ColumnMap::from_json(
@@ -164,11 +167,9 @@ fn a_wrong_delimiter_shows_in_the_number_of_columns() {
             "columns": [{ "column": 1, "is": "time" }, { "column": 2, "is": "gauge" }] } }"#,
     );
     let error = read(&file.path, Some(&wrong.unwrap()), &[], &Progress::default()).unwrap_err();
-    assert!(
-        error
-            .to_string()
-            .contains("run.csv:1: the column map is for files with 3 columns, this one has 1")
-    );
+    assert!(error.to_string().contains(
+        "run.csv, line 1: the column map is for files with 3 columns, but this one has 1"
+    ));
 }
 
 #[test]

@@ -23,7 +23,7 @@ const FINE_POINTS: f64 = 16_384.0;
 const LARGEST_SHARE: f64 = 0.2;
 /// Explained share that an offset may lose against the best one; half of the unexplained share if that is larger.
 /// Repeated loads fit nearly as well at many offsets, so the smallest of the offsets within this tolerance is returned.
-const NEARLY_AS_GOOD: f64 = 0.01;
+const EXPLAINED_TOLERANCE: f64 = 0.01;
 /// Minimum share of a gauge's variance that the other gauges do not explain. Below it the gauge adds nothing.
 const SMALLEST_SHARE: f64 = 1e-9;
 
@@ -163,7 +163,7 @@ impl Grids {
         let explained: Vec<f64> = (-reach..=reach).map(|lag| self.explained(lag)).collect();
         let at = |lag: isize| explained.get((reach + lag) as usize).copied().unwrap_or(0.0);
         let best = explained.iter().copied().fold(0.0, f64::max);
-        let is_good = |lag: &isize| best - at(*lag) <= NEARLY_AS_GOOD.max(0.5 * (1.0 - best));
+        let is_good = |lag: &isize| best - at(*lag) <= EXPLAINED_TOLERANCE.max(0.5 * (1.0 - best));
         let mut lag = (0..=reach).flat_map(|lag| [lag, -lag]).find(is_good).unwrap_or(0);
         while let Some(next) = [lag - 1, lag + 1].into_iter().find(|next| at(*next) > at(lag)) {
             lag = next;
@@ -228,8 +228,8 @@ mod tests {
         [first, (0.7 * t).cos() - (0.23 * t).sin()]
     }
 
-    /// Returns three gauges that mix two loads, sampled every `step` seconds with jitter, and both loads at other times on
-    /// a clock that is `late` seconds behind.
+    /// Returns three gauges that mix two loads, sampled every `step` seconds with jitter. Returns both loads at other times,
+    /// on a clock that is `late` seconds behind.
     fn run(step: f64, late: f64) -> [(Vec<f64>, Vec<f64>); 2] {
         let times = |step: f64, phase: f64| -> Vec<f64> {
             let jitter = |k: f64| 0.2 * step * (7.0 * k).sin();

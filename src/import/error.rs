@@ -1,4 +1,4 @@
-//! Why a file gives no recording, in one sentence each.
+//! Errors of reading a file, each with the place and a way out.
 
 use std::path::{Path, PathBuf};
 
@@ -11,50 +11,50 @@ use crate::progress::Cancelled;
 use crate::recording::{Axis, TareError};
 use crate::shown::{listed, shown};
 
-/// What is wrong with a table, at one of its lines. Columns are counted from 1.
+/// Fault of a table at one of its lines. Columns are counted from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     #[error(
-        "no header: the first line holds only numbers; name the columns, e.g. t,S1,S2,Fx, in a line without #, or say what they are in a column map"
+        "no header: the first line holds only numbers. Name the columns in a line without #, e.g. t,S1,S2,Fx, or give their roles in a column map"
     )]
     HeaderIsNumbers,
     #[error(
-        "no time column among {}; name one t or time, with its unit, e.g. t_ms, or say in a column map which it is",
+        "no time column among {}. Name one t or time, with its unit, e.g. t_ms, or choose it in a column map",
         listed(names)
     )]
     NoTime { names: Vec<String> },
     #[error(
-        "no gauge column among {}; name them S1, S2 and so on (also ch1, ai0, SG1, raw_1), or say in a column map which they are",
+        "no gauge column among {}. Name the gauges S1, S2 and so on (also ch1, ai0, SG1, raw_1), or choose them in a column map",
         listed(names)
     )]
     NoGauges { names: Vec<String> },
-    #[error("{count} gauge columns where at most {limit} are supported: {}", listed(names))]
+    #[error("{count} gauge columns, but at most {limit} are supported: {}", listed(names))]
     TooManyGauges { count: usize, limit: usize, names: Vec<String> },
-    #[error("columns {first} and {second} are both gauge {}; give each its own name", shown(name))]
+    #[error("columns {first} and {second} are both gauge {}. Give each its own name", shown(name))]
     DuplicateGauge { name: String, first: usize, second: usize },
-    #[error("columns {first} and {second} are both {}; rename the one that is not the reference", axis.symbol())]
+    #[error("columns {first} and {second} are both {}. Rename the one that is not the reference", axis.symbol())]
     DuplicateAxis { axis: Axis, first: usize, second: usize },
-    #[error("{column} has the unknown unit {}; understood here: {known}", shown(unit))]
+    #[error("{column} has the unknown unit {}. Known units: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
-        "no reference load among {}; name its columns Fx, Fy and so on, or say in a column map which they are",
+        "no reference load among {}. Name its columns Fx, Fy and so on, or choose them in a column map",
         listed(names)
     )]
     NoLoads { names: Vec<String> },
     #[error(
-        "{column} is one auxiliary channel too many: each needs a name of its own, and there are at most {limit}; make it \"ignore\" in the column map"
+        "{column} cannot be an auxiliary channel: its name is used twice, or there are more than {limit}. Rename it, or make it \"ignore\" in the column map"
     )]
     Auxiliaries { column: NamedColumn, limit: usize },
     #[error(
-        "a log of ATI's Net F/T: it holds the reference load, but no gauges; name it as \"reference\" in the column map of the file with the gauges"
+        "this log of ATI's Net F/T holds the reference load but no gauges. Name it as \"reference\" in the column map of the file with the gauges"
     )]
     ReferenceAlone,
     #[error(
-        "{column} counts samples, but nothing says how many make a second; add \"sample_rate_hz\" to the column map"
+        "{column} counts samples, but the sample rate is unknown. Set \"sample_rate_hz\" in the column map"
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "{column} has no unit, and its steps of {step} fit none: the calibration is of a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}; write the unit in the header, e.g. {} [ms], or say it in a column map",
+        "{column} has no unit, and its steps of {step} fit none: the calibration expects a sample every {trained_secs} s, and the nearest unit, {nearest}, is off by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -64,14 +64,14 @@ pub enum TableError {
         nearest: &'static str,
         off: f64,
     },
-    #[error("columns {first} and {second} are both \"{role}\" in the column map; only one can be")]
+    #[error("columns {first} and {second} are both \"{role}\" in the column map. Keep one of them")]
     RoleTwice { role: ColumnRole, first: usize, second: usize },
     #[error(
-        "the column map is for files with {expected} columns, this one has {actual}; take another map, or none"
+        "the column map is for files with {expected} columns, but this one has {actual}. Use another map, or none"
     )]
     MapShape { expected: usize, actual: usize },
     #[error(
-        "the column map is for another kind of file: column {column} is {} where {} is expected; take another map, or none",
+        "the column map is for another kind of file: column {column} is {} instead of {}. Use another map, or none",
         shown(actual),
         shown(expected)
     )]
@@ -79,59 +79,58 @@ pub enum TableError {
     #[error(transparent)]
     MapKey(#[from] KeyError),
     #[error(
-        "the reference's time goes back from {from_secs} s to {to_secs} s; two clocks can be joined only where both go on, so cut the files there"
+        "the reference's time goes back from {from_secs} s to {to_secs} s, so the two clocks cannot be joined. Cut the files there"
     )]
     ReferenceGoesBack { from_secs: f64, to_secs: f64 },
     #[error("no rows follow the header")]
     NoRows,
     #[error(
-        "{what} {} (column {}) has no number in any row; mend or delete the column",
+        "{what} {} (column {}) has no number in any row. Correct or delete the column",
         shown(&column.name),
         column.number
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
-    #[error("time jumps or goes back at {count} places, the first here; is {column} the time?")]
+    #[error("time jumps or goes back at {count} places, the first one here. Is {column} the time?")]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
 
-/// Why a file gives no recording. Lines are counted from 1.
+/// Reason why a file gives no recording. Lines are counted from 1.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReadError {
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: FileError },
-    #[error("{}:{line}: {source}", path.display())]
+    #[error("{}, line {line}: {source}", path.display())]
     Table { path: PathBuf, line: u64, source: TableError },
-    #[error("{}: an array of {columns} columns without names; say what they are in a column map", path.display())]
+    #[error("{}: an array of {columns} columns without names. Give their roles in a column map", path.display())]
     NoNames { path: PathBuf, columns: usize },
-    #[error("{}: no header: all lines are blank or comments (#); name the columns, e.g. t,S1,S2,Fx", path.display())]
+    #[error("{}: no header: all lines are blank or comments (#). Name the columns, e.g. t,S1,S2,Fx", path.display())]
     NoHeader { path: PathBuf },
     #[error(transparent)]
     Tare(#[from] TareError),
     #[error("the column map: {0}")]
     Map(#[from] MapError),
-    #[error("{}: the column map is for another kind of file: it speaks of {what}, and the start of this file does not have them; take another map, or none", path.display())]
+    #[error("{}: the column map is for another kind of file: it has {what}, but the start of this file does not. Use another map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file holds none of the mounts {}, or two of them; name it after one, or make a column \"mount\"", path.display(), listed(mounts))]
+    #[error("{}: the name of the file contains none of the mounts {}, or two of them. Name the file after one mount, or make a column \"mount\"", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
-    #[error("{}: a weight is found by the forces on it: map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
+    #[error("{}: estimating a weight needs a pose and measured forces. Map a pose, and the columns Fx, Fy and Fz (Mx, My and Mz for its centre)", path.display())]
     NothingToWeigh { path: PathBuf },
-    #[error("{}: gravity keeps its direction in the sensor's frame, so a weight cannot be told from an offset; turn the sensor", path.display())]
+    #[error("{}: gravity keeps its direction in the sensor's frame, so weight and offset cannot be separated. Turn the sensor during the recording", path.display())]
     NeverTurned { path: PathBuf },
-    #[error("{}: no sample has a reference: the gauges run from {} s to {} s, the reference in {} from {} s to {} s; if their clocks differ, say by how much", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    #[error("{}: no sample has a reference. The gauges run from {} s to {} s, the reference in {} from {} s to {} s. If their clocks differ, enter the offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,
         reference_path: PathBuf,
         gauges: (f64, f64),
         reference: (f64, f64),
     },
-    #[error("{first} - and no other row is usable either")]
+    #[error("{first}. No other row is usable")]
     NoUsableRow { first: Box<LoadWarning> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped, mostly like this: {first}{}. Say in a column map how the table is written, \
-         or mend the file",
+        "{}: {skipped} of {rows} rows would be skipped, mostly for this reason: {first}{}. Describe the layout of the table in a column map, or correct the file",
         .path.display(),
-        if *are_largest { "; those rows hold the largest values, so the others would make a wrong calibration" } else { "" }
+        if *are_largest { ". These rows hold the largest values, so the others would give a wrong calibration" } else { "" }
     )]
     ManySkipped {
         path: PathBuf,
@@ -169,7 +168,7 @@ impl Advice for ReadError {
 }
 
 impl ReadError {
-    /// Returns true if a column map can mend it.
+    /// Returns true if a column map can resolve the error.
     pub const fn wants_a_map(&self) -> bool {
         use TableError::{
             DuplicateAxis, DuplicateGauge, HeaderIsNumbers, NoGauges, NoSampleRate, NoTime,
@@ -192,7 +191,7 @@ impl ReadError {
         )
     }
 
-    /// Of a file that is a copy: the error with the path that people know.
+    /// Returns the error with the path that the user knows, for an error about a temporary copy.
     pub(super) fn known_as(mut self, known: &Path) -> Self {
         match &mut self {
             Self::File { path, .. }
@@ -205,12 +204,12 @@ impl ReadError {
     }
 }
 
-/// A table is not as it should be.
+/// Returns a function that adds the file and the line to a table error.
 pub(super) fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
     move |source| ReadError::Table { path: path.to_owned(), line, source }
 }
 
-/// A file could not be read.
+/// Returns a function that adds the path to a file error.
 pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
     move |error| match error {
         FileError::Cancelled => ReadError::Cancelled,

@@ -6,13 +6,16 @@
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+pub use super::device_rows::RowForm;
+use super::device_rows::{DeviceRows, GUESSED_BY};
 use super::error::{at, of_file};
 use super::load::{Reading, by_names};
 use super::map::ColumnMap;
 use super::plan::{Plan, Side, TimeScale};
 use super::rows::Rows;
+use super::warning::Cause;
 use crate::formats::text::ArrivingLines;
 use crate::formats::{LineKeys, Opened, Part};
 use crate::import::error::ReadError;
@@ -37,6 +40,107 @@ pub struct LiveSource<'a> {
     pub map: Option<&'a ColumnMap>,
     /// Sample interval of the recordings from which the calibration was made (s).
     pub step_secs: Option<f64>,
+    /// Gauges of the calibration, in its order.
+    pub gauges: &'a [String],
+    /// Auxiliary channels of the calibration, in its order.
+    pub auxiliary: &'a [String],
+    /// Form of the rows; if absent, it is guessed from the first ten lines.
+    pub form: Option<RowForm>,
+    /// Row rate for rows without a time (Hz). If absent, the clock of this computer gives the times.
+    pub rate_hz: Option<f64>,
+}
+
+/// Table, and the rows among its first lines.
+pub type Begun = (LiveTable, Vec<LiveRow>);
+
+/// Reason why a line is not a usable row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejected {
+    /// Time of the line (s), if it has one.
+    pub time: Option<f64>,
+    /// Description of the wrong value.
+    pub why: String,
+}
+
+/// First lines of a source, collected until its columns are known.
+#[derive(Debug)]
+pub struct LiveHead {
+    lines: Vec<String>,
+    /// Time of arrival of each line since the start (s).
+    arrived_secs: Vec<f64>,
+    start: Instant,
+}
+
+impl Default for LiveHead {
+    fn default() -> Self {
+        Self { lines: Vec::new(), arrived_secs: Vec::new(), start: Instant::now() }
+    }
+}
+
+impl LiveHead {
+    /// Returns true before the first line.
+    pub fn is_empty(&self) -> bool {
+        self.lines.is_empty()
+    }
+
+    /// Adds the next line. Returns the table once its columns are known.
+    ///
+    /// # Errors
+    /// [`ReadError`] if further lines cannot make the table valid.
+    pub fn push(
+        &mut self,
+        line: String,
+        source: LiveSource<'_>,
+    ) -> Result<Option<Begun>, ReadError> {
+        self.lines.push(line);
+        self.arrived_secs.push(self.start.elapsed().as_secs_f64());
+        let is_table = matches!(source.form, None | Some(RowForm::Table));
+        let begun = match is_table {
+            true => LiveTable::begin(&self.lines, source),
+            false => Ok(None),
+        };
+        match begun {
+            Ok(None) if source.form.is_none() && self.lines.len() < GUESSED_BY => Ok(None),
+            Ok(None) => self.of_device(source, false),
+            begun => begun,
+        }
+    }
+
+    /// Returns the table when no further lines follow.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the lines are not a table.
+    pub fn end(&self, source: LiveSource<'_>) -> Result<Begun, ReadError> {
+        match self.of_device(source, true)? {
+            Some(begun) => Ok(begun),
+            None => LiveTable::of_all(&self.lines, source),
+        }
+    }
+
+    fn of_device(&self, source: LiveSource<'_>, is_all: bool) -> Result<Option<Begun>, ReadError> {
+        let n_needed = source.gauges.len() + source.auxiliary.len();
+        let form = match (source.form, source.map) {
+            (Some(form), _) => Some(form),
+            (None, None) => RowForm::guess(&self.lines, n_needed),
+            (None, Some(_)) => None,
+        };
+        let Some(form) = form.filter(|form| *form != RowForm::Table && n_needed > 0) else {
+            return Ok(None);
+        };
+        let (mut device, map) = DeviceRows::new(form, &self.lines, source);
+        let lines = self.lines.iter().zip(&self.arrived_secs);
+        let rows: Vec<String> =
+            lines.filter_map(|(line, arrived)| device.line(line, *arrived)).collect();
+        let table_source = LiveSource { map: map.as_ref(), ..source };
+        let begun = match is_all || !rows.is_empty() && self.lines.len() >= GUESSED_BY {
+            true => Some(LiveTable::of_all(&rows, table_source)?),
+            false => LiveTable::begin(&rows, table_source)?,
+        };
+        Ok(begun.map(|(mut table, rows)| {
+            table.device = Some((device, self.start));
+            (table, rows)
+        }))
+    }
 }
 
 /// One live row.
@@ -63,8 +167,9 @@ pub struct LiveTable {
     /// Keys of the columns in JSON lines.
     keys: Option<LineKeys>,
     n_rows: f64,
-    /// Newest value of each auxiliary channel.
     held: Vec<Newest>,
+    /// Converter for the lines of a device, with the start of its clock.
+    device: Option<(DeviceRows, Instant)>,
 }
 
 /// Newest value of an auxiliary channel.
@@ -72,7 +177,6 @@ pub struct LiveTable {
 struct Newest {
     /// Value; NaN before the first one.
     value: f64,
-    /// Time of the value (s).
     secs: f64,
     /// Time since the first value (s), and the number of values after the first.
     since_first: (f64, u64),
@@ -133,6 +237,12 @@ impl LiveTable {
     /// Returns the assumed unit of the times if the header has none: the one whose step is nearest to the calibration's.
     pub fn assumed_unit(&self) -> Option<&'static str> {
         self.assumed_unit.map(TimeUnit::symbol)
+    }
+
+    /// Returns a description of a device's rows: their form, and the source of their times.
+    pub fn device(&self) -> Option<String> {
+        let (device, _) = self.device.as_ref()?;
+        Some(format!("rows are {}; the time is by {}", device.form.words(), device.clock))
     }
 
     /// Creates the table from the first lines, with the rows among them; returns `None` if more lines are needed.
@@ -198,6 +308,7 @@ impl LiveTable {
             plan,
             keys,
             n_rows: 0.0,
+            device: None,
         };
         let rows = table.rows(rows);
         Ok(Some((table, rows)))
@@ -237,25 +348,42 @@ impl LiveTable {
         }
     }
 
-    /// Reads one line.
+    /// Reads one line; returns `None` if the row needs more lines.
     ///
     /// # Errors
-    /// The time of a line that is not a usable row (s); `None` if it has no time.
-    pub fn row(&mut self, line: &str) -> Result<LiveRow, Option<f64>> {
+    /// [`Rejected`] if the line is not a usable row.
+    pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
+        let translated = match &mut self.device {
+            None => return self.table_row(line).map(Some),
+            Some((device, start)) => device.line(line, start.elapsed().as_secs_f64()),
+        };
+        translated.map(|line| self.table_row(&line)).transpose()
+    }
+
+    fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
         let columns;
         let part = match &self.keys {
             Some(keys) => {
-                columns = keys.row(line).ok_or(None)?;
+                columns = keys.row(line).ok_or_else(|| Rejected {
+                    time: None,
+                    why: "the line is no JSON object".to_owned(),
+                })?;
                 Part::Rows(&columns, 0..1)
             }
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
+        let why = rows.findings.first_skipped(Path::new("")).map(|own| own.cause);
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
             // An unusable row still counts where the time is a row number.
             self.n_rows += f64::from(time.is_some());
-            time.map(|time| time / self.per_second)
+            let why = match why {
+                Some(Cause::Cell { column, value, .. }) => format!("{} is {value:?}", column.name),
+                Some(cause) => cause.to_string().trim_end_matches("; row skipped").to_owned(),
+                None => "the line is blank or a comment".to_owned(),
+            };
+            Rejected { time: time.map(|time| time / self.per_second), why }
         })
     }
 
@@ -305,7 +433,7 @@ fn by_step_of(
 }
 
 /// Interval at which a file that does not grow is checked again.
-const LOOK_AGAIN: Duration = Duration::from_millis(50);
+const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
 /// Number of bytes read at a time. The last [`TAIL_BYTES`] of them show later whether the file was rewritten.
 const READ_BYTES: usize = 1 << 16;
@@ -316,9 +444,7 @@ const TAIL_BYTES: usize = 256;
 pub struct GrowingFile {
     path: PathBuf,
     file: File,
-    /// Number of bytes read so far.
     n_read: u64,
-    /// Last bytes that were read.
     tail: Vec<u8>,
     lines: ArrivingLines,
 }
@@ -423,7 +549,15 @@ mod tests {
     }
 
     fn of(step_secs: Option<f64>) -> LiveSource<'static> {
-        LiveSource { path: Path::new("log.csv"), map: None, step_secs }
+        LiveSource {
+            path: Path::new("log.csv"),
+            map: None,
+            step_secs,
+            gauges: &[],
+            auxiliary: &[],
+            form: None,
+            rate_hz: None,
+        }
     }
 
     /// 0, 50, 100 … as `millis()` counts, and the same times in other units, with a calibration at 20 Hz.
@@ -444,8 +578,9 @@ mod tests {
         let refused = LiveTable::begin(&lines(1.2), of(Some(0.05))).unwrap_err();
         let refused = refused.to_string();
         assert!(
-            refused
-                .contains("log.csv:1: column 1 (time) has no unit, and its steps of 1.2 fit none"),
+            refused.contains(
+                "log.csv, line 1: column 1 (time) has no unit, and its steps of 1.2 fit none"
+            ),
             "{refused}"
         );
         let labelled: Vec<String> = ["time [s],S1", "0,1"].map(str::to_owned).to_vec();
@@ -478,9 +613,10 @@ mod tests {
         assert_eq!(rows, [row(0.02, [1.0, 2.0], 3.0)]);
         for broken in ["", "30,1", "x,1,2,0", "30,nan,2,0", "{}", "\u{0}"] {
             let time = broken.starts_with("30,").then_some(0.03);
-            assert_eq!(table.row(broken), Err(time), "{broken:?}");
+            assert_eq!(table.row(broken).unwrap_err().time, time, "{broken:?}");
         }
-        assert_eq!(table.row("30,4,5,0.001"), Ok(row(0.03, [4.0, 5.0], 1.0)));
+        assert_eq!(table.row("30,x,2,0").unwrap_err().why, "S1 is \"x\"");
+        assert_eq!(table.row("30,4,5,0.001"), Ok(Some(row(0.03, [4.0, 5.0], 1.0))));
     }
 
     #[test]
@@ -489,11 +625,11 @@ mod tests {
         assert_eq!(table.auxiliary_names(), ["T"]);
         assert!(rows[0].auxiliary[0].is_nan());
         assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
-        let held = table.row("2,3,").unwrap();
+        let held = table.row("2,3,").unwrap().unwrap();
         assert_eq!(held.auxiliary, rows[1].auxiliary);
         assert_eq!([rows[1].auxiliary_ages[0], held.auxiliary_ages[0]], [(0.0, 0.0), (1.0, 0.0)]);
         table.row("3,3,213").unwrap();
-        assert_eq!(table.row("9,3,").unwrap().auxiliary_ages[0], (6.0, 2.0));
+        assert_eq!(table.row("9,3,").unwrap().unwrap().auxiliary_ages[0], (6.0, 2.0));
     }
 
     #[test]
@@ -504,7 +640,7 @@ mod tests {
         assert_eq!(table.places(&own), Some(vec![0, 1]));
         assert_eq!(table.places(&own[1..]), None);
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
-        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap();
+        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap().unwrap();
         assert_eq!((row.time, row.gauges, row.loads), (0.6, vec![7.0, 8.0], vec![4.0]));
         let nested =
             r#"{"header": {"stamp": {"sec": 7, "nanosec": 250000000}}, "gauges": [1], "Fz": 3}"#;
@@ -534,7 +670,7 @@ mod tests {
         for n_head in [1, 4] {
             let (mut table, mut rows) =
                 LiveTable::begin(&lines[..n_head], of(None)).unwrap().unwrap();
-            rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap()));
+            rows.extend(lines[n_head..].iter().map(|line| table.row(line).unwrap().unwrap()));
             assert_eq!(table.gauge_names(), file.gauge_names());
             assert_eq!(table.auxiliary_names(), ["temp_degC"]);
             assert_eq!(table.axes(), file.axes());

@@ -39,7 +39,6 @@ pub struct Loaded {
     pub map: Option<Box<ColumnMap>>,
 }
 
-/// Settings for reading files.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading<'a> {
     pub progress: &'a Progress,
@@ -86,7 +85,6 @@ impl<'a> Reading<'a> {
         Ok(Loaded { map: map.map(|map| Box::new(map.clone())), ..sides.joined()? })
     }
 
-    /// Reads gauges and reference.
     pub fn sides(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Sides, ReadError> {
         let parts = map.map_or(&[][..], |map| &map.table.text.parts);
         let opened = self.open(path, parts)?;
@@ -188,7 +186,7 @@ impl<'a> Reading<'a> {
             Stamps::Spread => timeline::spread(&mut rows.times),
         }
         if rows.times.is_empty() {
-            return Err(assemble::why_nothing_is_usable(path, &plan, rows));
+            return Err(assemble::no_usable_row(path, &plan, rows));
         }
         Ok(Table { path: path.to_owned(), plan, rows, day })
     }

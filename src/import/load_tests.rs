@@ -12,7 +12,6 @@ use crate::import::map::ColumnMap;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
-/// Temporary folder with files.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -40,7 +39,6 @@ fn map(parts: &str) -> ColumnMap {
     ColumnMap::from_json(text.as_bytes()).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// Reads one file by one map.
 fn read_one(content: &str, parts: &str) -> Result<Loaded, ReadError> {
     Folder::with(&[("run.csv", content)]).read("run.csv", &map(parts))
 }
@@ -109,7 +107,7 @@ fn an_auxiliary_channel_of_a_map_has_its_name_and_unit() {
     let again =
         again.replace("{ \"column\": 3, \"is\": \"Fz\" }", "{ \"column\": 3, \"is\": \"gauge\" }");
     let error = read_one("0,1,1,2500\n1,2,2,2400\n", &again).unwrap_err().to_string();
-    assert!(error.contains("column 4 (supply) is one auxiliary channel too many"), "{error}");
+    assert!(error.contains("column 4 (supply) cannot be an auxiliary channel"), "{error}");
 }
 
 const HEADERLESS: &str = r#""table": { "shape": { "columns": 4 }, "text": { "delimiter": "semicolon", "decimal": "comma" },
@@ -206,7 +204,10 @@ fn a_units_row_is_read_by_names() {
     assert_eq!((recording.times(), recording.loads()), (&[0.0, 0.01][..], &[2000.0, 4000.0][..]));
     assert_eq!(recording.gauge_units(), ["mV/V"]);
     let messages = loaded.warnings[0].to_string();
-    assert!(messages.ends_with("run.csv:3: 2 lines above the table are skipped"), "{messages}");
+    assert!(
+        messages.ends_with("run.csv, line 3: 2 lines above the table are skipped"),
+        "{messages}"
+    );
 }
 
 const TWO_CLOCKS: &str = r#""table": { "shape": { "columns": 4 }, "columns": [
@@ -260,14 +261,14 @@ fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
         folder.read("a.csv", &map(TWO_FILES)).unwrap_err().text(Face::CommandLine)
     };
     let apart = messages("100,1\n101,2\n");
-    assert!(apart.contains("the gauges run from 0 s to 1 s, the reference in"), "{apart}");
+    assert!(apart.contains("The gauges run from 0 s to 1 s, the reference in"), "{apart}");
     assert!(apart.contains("clock_offset_secs"), "{apart}");
     let back = messages("0,1\n1,2\n0.5,3\n");
     assert!(
-        back.contains("a_ref.csv:3: the reference's time goes back from 1 s to 0.5 s"),
+        back.contains("a_ref.csv, line 3: the reference's time goes back from 1 s to 0.5 s"),
         "{back}"
     );
-    assert!(messages("0,-1\n1,-1\n").contains("a_ref.csv:1: column 2 (Fx) holds -1"));
+    assert!(messages("0,-1\n1,-1\n").contains("a_ref.csv, line 1: column 2 (Fx) contains -1"));
     let folder = Folder::with(&[("a.csv", "0,1\n1,2\n")]);
     let gone = folder.read("a.csv", &map(TWO_FILES)).unwrap_err();
     assert!(gone.to_string().contains("a_ref.csv: cannot be read"), "{gone}");
@@ -294,7 +295,7 @@ fn a_held_reference_is_reported() {
     let folder = Folder::with(&[("run.csv", &text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
     let messages = loaded.warnings[0].to_string();
-    assert!(messages.contains("changes only every 4 samples and is held"), "{messages}");
+    assert!(messages.contains("changes only every 4 samples (sample-and-hold)"), "{messages}");
 }
 
 const NET_FT: &str = "Start Time: Nov 5, 2026, 3:00:00 PM\nRDT Sample Rate: 100\nForce Units: N\n\
@@ -344,7 +345,7 @@ fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
         (
             "1;2;3\n",
             HEADERLESS,
-            "run.csv:1: the column map is for files with 4 columns, this one has 3",
+            "run.csv, line 1: the column map is for files with 4 columns, but this one has 3",
         ),
         ("1,2,3,4\n", HEADERLESS, "is for files with 4 columns, this one has 1"),
         ("t,A,B,C\n0,1,2,3\n", named, "is for files with 3 columns, this one has 4"),
@@ -353,7 +354,7 @@ fn a_map_for_another_file_is_refused_with_expected_and_actual_columns() {
         ("t,A,A\n0,1,2\n", named, "columns 2 and 3 are both named A"),
         ("# nothing\n", named, "the start of this file does not have them"),
         ("t,A,B\n", named, "no rows follow"),
-        ("0;a;b;c\n", HEADERLESS, "run.csv:1: column 2 (Fz) holds \"a\", which is not a number"),
+        ("0;a;b;c\n", HEADERLESS, "run.csv, line 1: column 2 (Fz) contains \"a\", not a number"),
     ] {
         let error = read_one(content, parts).unwrap_err().to_string();
         assert!(error.contains(messages), "{content}: {error}");
@@ -395,7 +396,7 @@ fn a_column_listed_by_name_and_by_number_is_an_error_that_names_both() {
         let error = read_one(text, &parts(columns)).unwrap_err();
         assert!(matches!(error, ReadError::Table { source: TableError::MapKey(_), .. }), "{error}");
         let messages = error.to_string();
-        let place = format!("run.csv:1: the column map lists column {number} twice, {keys}");
+        let place = format!("run.csv, line 1: the column map lists column {number} twice, {keys}");
         assert!(messages.contains(&place), "{messages}");
     }
     let both_known = parts(r#"{ "column": "Fx [N]", "is": "Fx" }, { "column": 4, "is": "Fy" }"#)

@@ -19,6 +19,7 @@
 
 mod assemble;
 pub mod clock_offset;
+mod device_rows;
 mod error;
 mod estimate;
 mod folder;
@@ -124,7 +125,7 @@ mod tests {
         let loaded = TestFile::new(content).read().unwrap();
         let message = |warning: &LoadWarning| {
             let message = warning.to_string();
-            let (_, place_and_text) = message.split_once("run.csv:").unwrap();
+            let (_, place_and_text) = message.split_once("run.csv, line ").unwrap();
             place_and_text.to_owned()
         };
         loaded.warnings.iter().map(message).collect()
@@ -172,7 +173,9 @@ mod tests {
             let loaded = TestFile::new(text).read().unwrap();
             assert_eq!(loaded.recordings[0].times(), [0.5, 1.0]);
             assert_eq!(loaded.recordings[0].gauges(), [1.5, -2.5]);
-            assert!(messages(text)[0].starts_with("2: column 1 (t) holds 0,5; its comma is read"));
+            assert!(
+                messages(text)[0].starts_with("2: column 1 (t) contains 0,5. Its comma is read")
+            );
         }
         let quoted = "t,S1,S2\n\"0,5\",\"1,125\",3\n\"1,0\",\"-2,5\",\"4,25\"\n";
         let loaded = TestFile::new(quoted).read().unwrap();
@@ -193,10 +196,10 @@ mod tests {
         assert_eq!(
             messages(text),
             [
-                "3: column 2 (S1) holds \"abc\", which is not a number; row skipped (2 times, last on line 4)",
-                "5: column 2 (S1) is empty; row skipped",
-                "6: column 3 (Fx) holds NaN, which is not a finite number; row skipped (2 times, last on line 7)",
-                "8: 2 cells where the table has 3 columns; row skipped",
+                "3: column 2 (S1) contains \"abc\", not a number. Row skipped (2 times, last on line 4)",
+                "5: column 2 (S1) is empty. Row skipped",
+                "6: column 3 (Fx) contains NaN, not a finite number. Row skipped (2 times, last on line 7)",
+                "8: 2 cells, but the table has 3 columns. Row skipped",
             ]
         );
     }
@@ -213,9 +216,7 @@ mod tests {
     fn extra_cells_are_left_out_and_reported_once() {
         let reported = messages("t,S1\n0,1,9\n0.1,2\n0.2,3,\n");
         assert_eq!(reported.len(), 1);
-        assert!(
-            reported[0].starts_with("2: 3 cells where the table has 2 columns; the extra ones")
-        );
+        assert!(reported[0].starts_with("2: 3 cells, but the table has 2 columns. Extra cells"));
         assert!(reported[0].ends_with("(2 times, last on line 4)"));
     }
 
@@ -251,10 +252,10 @@ mod tests {
     #[test]
     fn a_file_without_usable_rows_gives_the_reason() {
         let culprit = error("t,S1,S2\n0,1,nan\n1,x,nan\n2,3\n").to_string();
-        assert!(culprit.contains("run.csv:1: gauge S2 (column 3) has no number in any row"));
+        assert!(culprit.contains("run.csv, line 1: gauge S2 (column 3) has no number in any row"));
         let first = error("t,S1,S2\n0,x,1\n1,2,y\n").to_string();
-        assert!(first.contains("run.csv:2: column 2 (S1) holds \"x\""));
-        assert!(first.contains("no other row is usable"));
+        assert!(first.contains("run.csv, line 2: column 2 (S1) contains \"x\""));
+        assert!(first.contains("No other row is usable"));
     }
 
     #[test]

@@ -29,7 +29,6 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// Returns the map of the table.
     pub fn table(&self, text: &TextLayout, head: &Head) -> TableMap {
         let rules = self.rules.iter();
         TableMap {
@@ -184,8 +183,8 @@ fn auxiliary(
     }
 }
 
-/// If an axis occurs in several topics or structs, keeps the reference in only one of them: one whose name says
-/// reference, else the one with most axes, else the first.
+/// If an axis occurs in several topics or structs, keeps the reference in only one of them. A name for a reference counts
+/// first, then the number of axes, then the order in the file.
 fn choose_reference(columns: &mut [ColumnName]) -> Option<(Cause, Vec<usize>)> {
     const REFERENCES: [&str; 7] =
         ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];

@@ -1,5 +1,5 @@
-//! Loads from poses: the load of a known weight on a sensor whose orientation is known (the paper's Calc.), and the
-//! weight from poses and a measured load.
+//! Computes the load of a known weight from the orientation of the sensor (the paper's Calc.). Estimates a weight from
+//! poses and a measured load.
 //!
 //! Guarantees: a pose that is not a rotation is never used. Without inertia the force never exceeds the weight.
 
@@ -48,7 +48,7 @@ pub fn rotation(attitude: Attitude, angles: Angles, numbers: &[f64]) -> Option<R
     is_rotation(&rotation).then_some(rotation)
 }
 
-fn less(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+fn difference(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
@@ -96,13 +96,13 @@ pub fn accelerations(
             start += 1;
         }
         let end = start + weights[start..end].iter().take_while(|w| **w == weights[k]).count();
-        accelerations.push(bend(&times[start..end], &centres[start..end], times[k]));
+        accelerations.push(second_derivative(&times[start..end], &centres[start..end], times[k]));
     }
     accelerations
 }
 
 /// Returns the second derivative of the least-squares parabola through a path.
-fn bend(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
+fn second_derivative(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
     if times.len() < FEWEST_POSES {
         return [0.0; 3];
     }
@@ -172,7 +172,7 @@ pub fn estimate_weight(
     let mut spread = [[0.0; 3]; 3];
     let mut along = 0.0;
     for (pull, force) in pulls.iter().zip(forces) {
-        let (pull, force) = (less(pull, &pull_mean), less(force, &force_mean));
+        let (pull, force) = (difference(pull, &pull_mean), difference(force, &force_mean));
         along += dot(&pull, &force);
         for i in 0..3 {
             for j in 0..3 {
@@ -186,10 +186,10 @@ pub fn estimate_weight(
         return None;
     }
     let mass_kg = along / trace;
-    let force_offset = less(&force_mean, &pull_mean.map(|pull| mass_kg * pull));
+    let force_offset = difference(&force_mean, &pull_mean.map(|pull| mass_kg * pull));
     let force_left = pulls.iter().zip(forces).map(|(pull, force)| {
         let expected = std::array::from_fn(|i| mass_kg * pull[i] + force_offset[i]);
-        let left = less(force, &expected);
+        let left = difference(force, &expected);
         dot(&left, &left)
     });
     let mut estimate = WeightEstimate {
@@ -226,16 +226,16 @@ impl WeightEstimate {
     ) {
         let mut right = [0.0; 3];
         for (pull, moment) in pulls.iter().zip(moments) {
-            let turned = cross(less(pull, &pull_mean), less(moment, &moment_mean));
+            let turned = cross(difference(pull, &pull_mean), difference(moment, &moment_mean));
             (0..3).for_each(|i| right[i] += turned[i]);
         }
         let matrix: Rotation = std::array::from_fn(|i| {
             std::array::from_fn(|j| if i == j { trace } else { 0.0 } - spread[i][j])
         });
         let first_moment = solve(&matrix, right);
-        let offset = less(&moment_mean, &cross(first_moment, pull_mean));
+        let offset = difference(&moment_mean, &cross(first_moment, pull_mean));
         let squares = pulls.iter().zip(moments).map(|(pull, moment)| {
-            let left = less(&less(moment, &cross(first_moment, *pull)), &offset);
+            let left = difference(&difference(moment, &cross(first_moment, *pull)), &offset);
             dot(&left, &left)
         });
         self.moment_rms = Some((squares.sum::<f64>() / (3.0 * pulls.len() as f64)).sqrt());

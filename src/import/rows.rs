@@ -52,7 +52,6 @@ pub(super) struct Rows {
 /// Successive rows in which an auxiliary channel has no value of its own for longer than a gap.
 #[derive(Clone, Debug)]
 pub(super) struct HeldRows {
-    /// Index of the channel.
     pub channel: usize,
     pub rows: Range<usize>,
 }
@@ -252,7 +251,6 @@ impl Rows {
         }
     }
 
-    /// Returns the line of a row.
     pub fn line_of(&self, row: usize) -> u64 {
         let run = self.lines[self.lines.partition_point(|run| run.row <= row) - 1];
         run.line + (row - run.row) as u64

@@ -18,7 +18,6 @@ const GAP_BETWEEN_BURSTS_SECS: f64 = 2.0;
 /// Maximum sample interval of a recording (s); with a longer step the unit must be another.
 const SLOWEST_STEP_SECS: f64 = 60.0;
 
-/// Units of times.
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
 /// Minimum median step of whole numbers in microseconds. It decides for 1 kHz instead of milliseconds at 1 Hz.
@@ -73,7 +72,6 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     cuts
 }
 
-/// Sorts rows by time.
 pub(super) fn sort(rows: &mut Rows) {
     let mut order: Vec<usize> = (0..rows.times.len()).collect();
     order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));
@@ -199,10 +197,10 @@ pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
     const FEWEST_RUNS: usize = 30;
     const LONGEST_RUN: usize = 100;
     /// Maximum number of rows inspected; the start of a file is representative.
-    const ROWS_LOOKED_AT: usize = 20_000;
+    const INSPECTED_ROWS: usize = 20_000;
     let mut runs = [0_usize; LONGEST_RUN + 1];
     let (mut n_runs, mut length) = (0, 1);
-    let rows = || loads.chunks_exact(n_axes.max(1)).take(ROWS_LOOKED_AT);
+    let rows = || loads.chunks_exact(n_axes.max(1)).take(INSPECTED_ROWS);
     for (before, row) in rows().zip(rows().skip(1)) {
         if before == row {
             length += 1;

@@ -1,4 +1,4 @@
-//! What did not stop the reading, collected: one warning per kind and file, however often it happened.
+//! Warnings about files that are read in spite of faults: one warning per kind and file, with a count.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -9,163 +9,132 @@ use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{listed, shown};
 
-/// Something a person should know about a file that was read all the same. Lines are counted from 1.
+/// Warning about a file that was read. Lines are counted from 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadWarning {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// The line where it happened first.
+    /// First line concerned.
     pub first_line: u64,
-    /// The line where it happened last.
+    /// Last line concerned.
     pub last_line: u64,
-    /// How often it happened.
+    /// Number of occurrences.
     pub count: u64,
-    /// What happened first.
+    /// Cause at the first line.
     pub cause: Cause,
 }
 
-/// What happened. Columns are counted from 1.
+/// Cause of a warning. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Cause {
-    /// A row is skipped or left out for one of its cells.
-    #[error("{column} {}", trouble.told(&shown(value)))]
+    #[error("{column} {}", trouble.message(&shown(value)))]
     Cell { column: NamedColumn, value: String, trouble: Trouble },
-    /// A row is skipped: it is shorter than the header.
-    #[error("{actual} cells where the table has {expected} columns; row skipped")]
+    #[error("{actual} cells, but the table has {expected} columns. Row skipped")]
     TooFewCells { expected: usize, actual: usize },
-    /// A row is longer than the header; what is too much is left out.
-    #[error("{actual} cells where the table has {expected} columns; the extra ones are ignored")]
+    #[error("{actual} cells, but the table has {expected} columns. Extra cells ignored")]
     TooManyCells { expected: usize, actual: usize },
-    /// A number with a comma where others write a point.
-    #[error("{column} holds {}; its comma is read as a decimal point", shown(value))]
+    #[error("{column} contains {}. Its comma is read as a decimal point", shown(value))]
     DecimalComma { column: NamedColumn, value: String },
-    /// A gauge that never changes.
-    #[error("column {column} (gauge {}) is {value} in every row; is it connected?", shown(name))]
+    #[error("column {column} (gauge {}) is {value} in every row. Is it connected?", shown(name))]
     ConstantGauge { column: usize, name: String, value: f64 },
-    /// An auxiliary channel without numbers.
     #[error(
-        "{}(auxiliary {}) has no number in {}{}; the one before is held there",
-        column.map_or_else(String::new, |column| format!("column {column} ")),
+        "{}auxiliary {}) has no value in {}{}. The previous value is used there",
+        column.map_or_else(|| "a channel (".to_owned(), |column| format!("column {column} (")),
         shown(name),
         if *n_rows == 1 { "a row".to_owned() } else { format!("{n_rows} rows") },
-        longest_secs.map_or_else(String::new, |secs| format!(", for {secs:.3} s at the longest"))
+        longest_secs.map_or_else(String::new, |secs| format!(", for at most {secs:.3} s"))
     )]
     HeldAuxiliary { column: Option<usize>, name: String, n_rows: usize, longest_secs: Option<f64> },
-    /// Time jumps or goes back, so that a new recording starts.
-    #[error("time goes from {from_secs} s to {to_secs} s, so a new recording starts")]
+    #[error("time goes from {from_secs} s to {to_secs} s. A new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
-    /// A counter of the time begins anew.
     #[error(
-        "time goes from {from_secs} s back to {to_secs} s as a counter of 32 bits does, and is taken to go on"
+        "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. Times are continued"
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
-    /// Pauses that are taken for a logger's own, so that no new recording starts.
     #[error(
-        "rows come in bursts, as some loggers write them, with pauses of about {pause_secs:.2} s that end no recording; only a pause longer than {gap_secs} s does; if that is wrong, say after what pause a new recording starts, as \"gap_secs\" in a column map"
+        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends one. If this is wrong, set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
-    /// Two samples of one time.
-    #[error("time {time_secs} s is that of the row before")]
+    #[error("time {time_secs} s repeats the time of the row before")]
     RepeatedTime { time_secs: f64 },
-    /// Rows that a logger wrote late.
     #[error(
-        "{count} rows stand after later ones, each less than a gap late; sorting by time puts them where they belong: \"stamps\": \"sorted\" under \"table\" in a column map"
+        "{count} rows stand after rows with later times, each less than a gap late. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
     )]
     LateRows { count: usize },
-    /// A clock that is coarser than the samples.
     #[error(
-        "most rows have the time of the row before; \"stamps\": \"spread\" under \"table\" in a column map spreads them evenly until the next time"
+        "most rows repeat the time of the row before. To spread them evenly up to the next time, set \"stamps\": \"spread\" under \"table\" in a column map"
     )]
     CoarseStamps,
-    /// The header names no time unit, and the values do not look like seconds.
     #[error(
-        "{column} names no unit; by its values it is read as {unit}: name the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
+        "{column} has no unit and is read in {unit}, judged by its values. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
         unit = unit.symbol()
     )]
     AssumedTimeUnit { column: NamedColumn, unit: TimeUnit },
-    /// Day and month could stand the other way round.
     #[error(
-        "the dates of {column} are read as {order}, and would be dates as {other} too; if they are, say \"unit\": \"{other}\" in a column map"
+        "the dates of {column} are read as {order}, but could also be {other}. If they are, set \"unit\": \"{other}\" in a column map"
     )]
     AssumedDateOrder { column: NamedColumn, order: &'static str, other: &'static str },
-    /// More than one column could be the time.
     #[error(
-        "several columns could be the time: {} is used, ignored: {}",
+        "several columns could be the time. Used: {}. Ignored: {}",
         shown(used),
         listed(others)
     )]
     SeveralTimes { used: String, others: Vec<String> },
-    /// More than one topic or struct could be the reference.
     #[error(
-        "several columns could be the reference: {} are used, ignored: {}; if those are it, say so in a column map (\"is\": \"Fx\" and so on)",
+        "several columns could be the reference. Used: {}. Ignored: {}. To use others, choose them in a column map (\"is\": \"Fx\" and so on)",
         listed(used),
         listed(others)
     )]
     SeveralReferences { used: Vec<String>, others: Vec<String> },
-    /// Columns that are neither time nor gauge nor reference.
     #[error("ignored columns: {}", listed(names))]
     IgnoredColumns { names: Vec<String> },
-    /// Columns that look like loads and say no axis.
     #[error(
-        "{} looks like a load and does not say which axis: it is not used as the reference; name it Fx, Fy, Fz, Mx, My or Mz, or say which it \
-         is in a column map",
+        "{} looks like a load without an axis, so it is not used as the reference. Name it Fx, Fy, Fz, Mx, My or Mz, or choose its axis in a column map",
         listed(names)
     )]
     UnnamedLoads { names: Vec<String> },
-    /// Lines above the header are no part of the table.
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
-    /// A table whose rows hold either gauges or a reference.
     #[error(
-        "rows hold either gauges or the reference, each at its own time: the reference is interpolated at the times of the gauges"
+        "each row holds either gauges or the reference, at its own time. The reference is interpolated at the times of the gauges"
     )]
     TurnByTurn,
-    /// A reference that is held between fewer measurements.
     #[error(
-        "the reference changes only every {samples_each} samples and is held between (sample-and-hold): it lags behind the gauges by up to {samples_each} samples"
+        "the reference changes only every {samples_each} samples (sample-and-hold). It lags behind the gauges by up to {samples_each} samples"
     )]
     HeldReference { samples_each: usize },
-    /// A gauge sample at whose time there is no reference.
-    #[error("no reference at {time_secs} s on the gauges' clock; sample left out")]
+    #[error("no reference at {time_secs} s on the gauges' clock. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
-    /// A row is left out: its pose is no way to be turned.
     #[error(
-        "the pose is no rotation (a quaternion of no length, or a matrix that is not orthogonal); row left out"
+        "the pose is not a rotation but a quaternion of length zero or a matrix that is not orthogonal. Row skipped"
     )]
     NotARotation,
-    /// A weight's own acceleration is more than can be left out.
     #[error(
-        "the weight's own acceleration {} {percent:.1} % of the full scale of {}{}",
-        if *is_counted { "makes up to" } else { "adds up to" },
+        "the weight's own acceleration adds up to {percent:.1} % of the full scale of {}{}",
         axis.symbol(),
         if *is_counted {
-            "; it is only as good as the pose is smooth"
+            ". This part is only as accurate as the pose"
         } else {
-            " and is left out; move more slowly, or set \"inertia\" under \"weight\""
+            " and is left out. Move more slowly, or set \"inertia\" under \"weight\" in the column map"
         }
     )]
     Inertia { axis: Axis, percent: f64, is_counted: bool },
-    /// What a file of arrays holds besides the table.
-    #[error("not columns of the table, so left out: {}", listed(names))]
+    #[error("not part of the table, so left out: {}", listed(names))]
     LeftOut { names: Vec<String> },
-    /// There is no time, so rows are load cases.
     #[error(
-        "no column is a time, so the {n_rows} rows are taken for {n_cases} load cases (loads within {} % are the same): nothing of the past can be fitted, and whole load cases are left out in turn; if this is a recording, call its time t or time, or give \"sample_rate_hz\" in a column map",
+        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads within {} % are the same). Features of the past cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
         100.0 * SAME_LOAD_SHARE
     )]
     LoadCases { n_rows: usize, n_cases: usize },
-    /// More than one topic, sheet, group or struct could be the table.
     #[error(
-        "several tables in one file: {} is read, not read: {}; choose under \"parts\" in the \"text\" of a column map",
+        "the file holds several tables. Read: {}. Not read: {}. To choose others, list them as \"parts\" under \"text\" in a column map",
         listed(used),
         listed(others)
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
-    /// A recording whose end is missing.
-    #[error("the file ends early, as if its recorder was stopped; what it holds is read")]
+    #[error("the file ends early, as if its recorder was stopped. The existing part is read")]
     EndsEarly,
-    /// Samples in bursts became their means.
-    #[error("{n_before} samples in bursts became {n_after} means")]
+    #[error("{n_before} samples in bursts are averaged to {n_after}")]
     AveragedBursts { n_before: usize, n_after: usize },
 }
 
@@ -185,66 +154,56 @@ impl Advice for LoadWarning {
 }
 
 impl Cause {
-    /// Whether two of them are told as one, which only counts.
+    /// Returns true if both causes are counted in one warning.
     fn is_of_kind(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Cell { trouble, .. }, Self::Cell { trouble: other, .. }) => trouble == other,
-            // They differ in their columns: each is worth its own warning.
+            // The columns differ, so each has its own warning.
             (Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. }, _) => false,
             _ => std::mem::discriminant(self) == std::mem::discriminant(other),
         }
     }
 
-    /// Whether a row is not used for it.
+    /// Returns true if a row is skipped for this cause.
     pub(super) const fn skips_row(&self) -> bool {
         matches!(self, Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation)
     }
 }
 
-/// Why a cell makes its row unusable.
+/// Reason why a cell makes its row unusable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// Nothing stands where a number is needed.
     Empty,
-    /// Something other than a number stands where one is needed.
     NotANumber,
-    /// NaN or infinity.
     NotFinite,
-    /// Something other than a date or a time of day stands where one is needed.
     NotATime,
-    /// The status word reports an error.
     StatusError,
-    /// The value says that there is none.
     Dropout,
-    /// The value with which meters say that they are out of range.
     Overload,
-    /// The mount is none that the map knows.
     UnknownMount,
 }
 
 impl Trouble {
-    /// Whether the map itself says that such rows are left out.
+    /// Returns true if the map itself requires that the row is skipped.
     pub(super) const fn is_wanted(self) -> bool {
         matches!(self, Self::StatusError | Self::Dropout)
     }
 
-    fn told(self, value: &str) -> String {
+    fn message(self, value: &str) -> String {
         match self {
-            Self::Empty => "is empty; row skipped".to_owned(),
-            Self::NotANumber => format!("holds \"{value}\", which is not a number; row skipped"),
-            Self::NotFinite => format!("holds {value}, which is not a finite number; row skipped"),
+            Self::Empty => "is empty. Row skipped".to_owned(),
+            Self::NotANumber => format!("contains \"{value}\", not a number. Row skipped"),
+            Self::NotFinite => format!("contains {value}, not a finite number. Row skipped"),
             Self::Overload => {
-                format!(
-                    "holds {value}, with which a meter says that it is out of range; row skipped"
-                )
+                format!("contains {value}, the code of a meter for out of range. Row skipped")
             }
             Self::NotATime => {
-                format!("holds \"{value}\", which is not a time as in the other rows; row skipped")
+                format!("contains \"{value}\", not a time as in the other rows. Row skipped")
             }
-            Self::StatusError => format!("is {value}, which reports an error; row left out"),
-            Self::Dropout => format!("holds {value}, which marks a dropout; row left out"),
+            Self::StatusError => format!("is {value}, which reports an error. Row skipped"),
+            Self::Dropout => format!("contains {value}, the mark of a missing value. Row skipped"),
             Self::UnknownMount => {
-                format!("holds \"{value}\", which is no mount of the column map; row skipped")
+                format!("contains \"{value}\", not a mount of the column map. Row skipped")
             }
         }
     }
@@ -252,7 +211,7 @@ impl Trouble {
 
 impl fmt::Display for LoadWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: {}", self.path.display(), self.first_line, self.cause)?;
+        write!(f, "{}, line {}: {}", self.path.display(), self.first_line, self.cause)?;
         if self.count > 1 {
             write!(f, " ({} times, last on line {})", self.count, self.last_line)?;
         }
@@ -260,17 +219,17 @@ impl fmt::Display for LoadWarning {
     }
 }
 
-/// Findings of one interval of a file, one per kind; of which file is said at the end.
+/// Warnings about one interval of a file, one per kind. The path is set at the end.
 #[derive(Debug, Default)]
 pub(super) struct Findings(Vec<LoadWarning>);
 
 impl Findings {
-    /// Notes a cause; its kind's first one is kept, later ones only count.
+    /// Adds a cause. The first one of each kind is kept, later ones are only counted.
     pub fn note(&mut self, line: u64, cause: Cause) {
         self.note_many(line, line, 1, cause);
     }
 
-    /// Notes `count` findings of one kind at once.
+    /// Adds `count` occurrences of a cause at once.
     pub fn note_many(&mut self, first: u64, last: u64, count: u64, cause: Cause) {
         self.add(LoadWarning {
             path: PathBuf::new(),
@@ -281,7 +240,7 @@ impl Findings {
         });
     }
 
-    /// Appends what was found in a later interval whose line 1 is line `lines_before + 1` here.
+    /// Appends the warnings about the next interval; its line 1 is line `lines_before + 1` here.
     pub fn append(&mut self, later: Self, lines_before: u64) {
         for mut collected in later.0 {
             collected.first_line += lines_before;
@@ -301,7 +260,7 @@ impl Findings {
         }
     }
 
-    /// Returns the number of rows that are skipped for a cell which is no number, or for missing cells.
+    /// Returns the number of rows that are skipped for a cell that is not a number, or for missing cells.
     pub fn not_understood(&self) -> u64 {
         let is_nan = |own: &&LoadWarning| matches!(&own.cause, Cause::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
         let skipped = self.0.iter().filter(|own| own.cause.skips_row() && !is_nan(own));
@@ -315,13 +274,13 @@ impl Findings {
         Some(LoadWarning { path: path.to_owned(), ..most.clone() })
     }
 
-    /// How many rows are skipped for having too few cells.
+    /// Returns the number of rows that are skipped because they have too few cells.
     pub fn short_rows(&self) -> u64 {
         let is_short = |c: &&LoadWarning| matches!(c.cause, Cause::TooFewCells { .. });
         self.0.iter().find(is_short).map_or(0, |c| c.count)
     }
 
-    /// The warnings about the file at `path`, in the order of their first lines.
+    /// Returns the warnings about the file at `path`, in the order of their first lines.
     pub fn into_warnings(mut self, path: &Path) -> Vec<LoadWarning> {
         self.0.sort_by_key(|collected| collected.first_line);
         for warning in &mut self.0 {
@@ -352,7 +311,7 @@ mod tests {
         assert_eq!(warnings.len(), 1);
         assert_eq!((warnings[0].count, warnings[0].last_line), (3, 106));
         let message = warnings[0].to_string();
-        assert!(message.starts_with("a.csv:3: column 2 (S1) is empty"));
+        assert!(message.starts_with("a.csv, line 3: column 2 (S1) is empty"));
         assert!(message.ends_with("(3 times, last on line 106)"));
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
     let rotations = rotations(table, &plan, map);
     if rotations.is_empty() {
         let rows = std::mem::take(&mut table.rows);
-        return Err(assemble::why_nothing_is_usable(&table.path, &table.plan, rows));
+        return Err(assemble::no_usable_row(&table.path, &table.plan, rows));
     }
     let weights = weights(table, &plan, map)?;
     let rows = &mut table.rows;
@@ -170,9 +170,9 @@ mod tests {
         for (actual, expected) in recording.loads().iter().zip(expected.as_flattened()) {
             assert!((actual - expected).abs() < 1e-12, "{:?}", recording.loads());
         }
-        assert!(messages.contains("run.csv:5: the pose is no rotation"), "{messages}");
+        assert!(messages.contains("run.csv, line 5: the pose is not a rotation"), "{messages}");
         assert!(
-            messages.contains("run.csv:6: column 7 (kind) holds \"c\", which is no mount"),
+            messages.contains("run.csv, line 6: column 7 (kind) contains \"c\", not a mount"),
             "{messages}"
         );
     }
@@ -213,7 +213,7 @@ mod tests {
         let (loaded, _) = load(text, &map(columns, &weight("run"))).unwrap();
         assert_eq!(loaded.recordings[0].loads()[2], -STANDARD_GRAVITY);
         let error = load(text, &map(columns, &weight("left"))).unwrap_err().to_string();
-        assert!(error.contains("holds none of the mounts left"), "{error}");
+        assert!(error.contains("contains none of the mounts left"), "{error}");
     }
 
     /// A sensor swings by sin(2π t) rad about x with a weight at 1 m. At the ends the weight's own acceleration is 4π² m/s²,
@@ -232,7 +232,8 @@ mod tests {
             let t = f64::from(k) / 100.0;
             text.push_str(&format!("{t},{k},{},0,0\n", (std::f64::consts::TAU * t).sin()));
         }
-        for (inertia, word) in [("false", "is left out"), ("true", "only as good as the pose")] {
+        for (inertia, word) in [("false", "is left out"), ("true", "only as accurate as the pose")]
+        {
             let weight = format!(
                 r#"{{ "mass_kg": 1, "centre_m": [0, 0, 1], "smoothing_secs": 0.05, "inertia": {inertia} }}"#
             );
@@ -259,6 +260,6 @@ mod tests {
         let file = TestFile::new(text);
         let alone = map(&QUATERNION[..6], whole);
         let error = estimate_weight(&file.path, &alone, &Progress::default()).unwrap_err();
-        assert!(error.to_string().contains("a weight is found by the forces on it"));
+        assert!(error.to_string().contains("needs a pose and measured forces"));
     }
 }

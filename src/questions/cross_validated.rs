@@ -22,10 +22,9 @@ use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::questions::request::Request;
 use crate::recording::{Entry, RecordingSet, Role};
+use crate::scoring::cross_validation::{MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
-/// Parts are left out together so that no more fits than this are made.
-pub(crate) const FOLDS: usize = 5;
 /// Fits that are made side by side; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
 /// How much quicker two networks at once are than one after the other.
@@ -33,7 +32,7 @@ const GAIN_OF_TWO: f64 = 1.8;
 
 /// About how many times as long as the fit itself its cross-validation takes: none where there is none.
 pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
-    let samples = FOLDS as f64 - 1.0; // of each fit four fifths
+    let samples = MOST_FITS as f64 - 1.0; // of each fit four fifths
     match settings.regressor.learner() {
         Some(Learner::Kernel) => samples,
         Some(Learner::Network) if settings.network.cross_validate => samples / GAIN_OF_TWO,
@@ -54,11 +53,6 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Which fold a part is left out with.
-fn fold_of(part: usize, n_parts: usize) -> usize {
-    part % n_parts.min(FOLDS)
-}
-
 /// How much of a network's answers is added to its linear stage, per axis, as these parts ask for; all of it where nothing
 /// was left out or held out.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
@@ -73,17 +67,17 @@ pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
 /// For each part and axis the share of what is added, chosen by the parts of the other folds where shares are chosen at all.
 pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
-    let of_folds: Vec<Vec<f64>> = (0..n.min(FOLDS))
+    let of_folds: Vec<Vec<f64>> = (0..n.min(MOST_FITS))
         .map(|fold| {
             let others = parts.iter().enumerate();
-            let others = others.filter(|(part, _)| fold_of(*part, n) != fold);
+            let others = others.filter(|(part, _)| fit_without(*part, n) != fold);
             match has_shares {
                 true => best_shares(&others.map(|(_, part)| part).collect::<Vec<_>>()),
                 false => vec![1.0; parts[0].of_axes.len()],
             }
         })
         .collect();
-    (0..n).map(|at| of_folds[fold_of(at, n)].clone()).collect()
+    (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
 /// The squared errors of parts; with shares that are chosen by them, each fold's by the parts of the others.
@@ -116,7 +110,7 @@ pub(crate) fn cross_validated(
         .collect();
     let n_parts =
         (training.iter().flat_map(|(_, pieces)| *pieces)).map(|piece| piece.fold + 1).max()?;
-    let n_folds = n_parts.min(FOLDS);
+    let n_folds = n_parts.min(MOST_FITS);
     if n_folds < 2 || progress.is_cancelled() {
         return None;
     }
@@ -140,7 +134,7 @@ pub(crate) fn cross_validated(
                             let _ = sender.send(done - heard);
                             heard = done;
                         };
-                        let fold = Fold::new(training, |part| fold_of(part, n_parts) == fold);
+                        let fold = Fold::new(training, |part| fit_without(part, n_parts) == fold);
                         let settings = fold.settings(settings, calibration);
                         scored.extend(fold.score(settings, step, progress, &mut |report| {
                             tell(TrainingStep::Epoch(report).done());

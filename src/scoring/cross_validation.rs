@@ -64,7 +64,15 @@ pub fn folds(n_samples: &[usize], groups: &[usize]) -> Vec<Vec<Piece>> {
         .collect()
 }
 
-/// Returns true if whole training recordings are left out, false if blocks of them are.
+/// Maximum number of fits that leave parts out, where a fit takes too long to do without each part alone.
+pub(crate) const MOST_FITS: usize = 5;
+
+/// Returns the number of the fit that does without a part, where no more than [`MOST_FITS`] are made.
+pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
+    part % n_parts.min(MOST_FITS)
+}
+
+/// Whether training recordings of these groups are left out whole, rather than blocks of them.
 pub fn are_left_out_whole(groups: &[usize]) -> bool {
     groups.len() >= FEWEST_RECORDINGS && groups.iter().any(|group| *group != groups[0])
 }

@@ -8,6 +8,7 @@ mod cause;
 mod chance;
 mod columns;
 mod fits;
+mod samples;
 
 use faer::Mat;
 use serde::Serialize;
@@ -17,6 +18,7 @@ use crate::recording::{Axis, Recording};
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where};
 pub use crate::scoring::rig::columns::NoGauge;
 use crate::scoring::rig::fits::{Forward, Shape};
+pub use crate::scoring::rig::samples::ChannelFault;
 
 /// Units that all recordings are cut into, at least: so many say how far they differ by themselves.
 const UNITS: usize = 12;
@@ -43,6 +45,8 @@ pub struct Rig {
     scales: Vec<(f64, f64)>,
     /// How far each gauge moves, in its scale.
     spans: Vec<f64>,
+    /// Noise of each gauge in each run, in its scale, and whether the samples of the run have no order.
+    noise: Vec<(Vec<f64>, bool)>,
 }
 
 /// Zero and sensitivity of the gauges in one recording, or in consecutive ones that are taken together.
@@ -115,7 +119,10 @@ impl Rig {
                 units.push(Unit { run, sums });
             }
         }
-        Some(Self { units, shape, runs, scales, spans })
+        let mut rig = Self { units, shape, runs, scales, spans, noise: Vec::new() };
+        let is_static = |run: &Vec<usize>| run.iter().any(|at| recordings[*at].is_static());
+        rig.noise = rig.noise(recordings).into_iter().zip(rig.runs.iter().map(is_static)).collect();
+        Some(rig)
     }
 
     /// Recordings of a run, by their positions among those that were given.

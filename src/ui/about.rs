@@ -1,36 +1,32 @@
-//! What this program is, what it was built from, and the licences of it and of what is in it.
+//! The About page: version, build, and the licences of the program and its crates.
 
 use egui::{RichText, ScrollArea, TextStyle};
 
 use crate::about::{LICENCES_OF_CRATES, OWN_LICENCES, built};
 use crate::ui::controls::Controls as _;
 
-/// The page; it remembers whose licences are on screen.
+/// The page, with the licence on screen.
 #[derive(Debug, Default)]
 pub struct About {
-    /// Of [`texts`].
+    /// Index into [`texts`].
     shown: usize,
 }
 
-/// The texts, with what their buttons say of them.
+/// Returns the licence texts, each with its button's label and explanation.
 fn texts() -> [(&'static str, &'static str, &'static str); 3] {
     let [(mit, mit_text), (apache, apache_text)] = OWN_LICENCES;
     [
-        (mit, mit_text, "One of the program's own licences"),
-        (apache, apache_text, "One of the program's own licences"),
-        (
-            "Crates in it",
-            LICENCES_OF_CRATES,
-            "What others wrote that is in this program, with its authors and licences",
-        ),
+        (mit, mit_text, "A licence of the program"),
+        (apache, apache_text, "A licence of the program"),
+        ("Crates", LICENCES_OF_CRATES, "Crates in this program, with their authors and licences"),
     ]
 }
 
 impl About {
-    /// Draws it.
+    /// Draws the page.
     pub fn ui(&mut self, ui: &mut egui::Ui) {
         ui.heading("LoopScope");
-        ui.label("Calibrates force/torque sensors and shows what their past does to them");
+        ui.label("Calibrates force/torque sensors and compensates their hysteresis");
         ui.add_space(6.0);
         egui::Grid::new("built").num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
             for (name, value) in built() {
@@ -39,7 +35,7 @@ impl About {
                 ui.end_row();
             }
         });
-        if ui.press("Copy these", "To the clipboard, for a report of a fault") {
+        if ui.press("Copy version", "Copies the version and the build for a fault report") {
             let lines = built().map(|(name, value)| format!("{name}: {value}"));
             ui.ctx().copy_text(lines.join("\n"));
         }

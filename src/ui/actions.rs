@@ -1,4 +1,4 @@
-//! Everything that can be asked for by name: one table for menus, keys, the palette and the sheet of keys.
+//! All named actions: one table for menus, keys, the command palette and the list of shortcuts.
 
 use std::borrow::Cow;
 use std::time::Duration;
@@ -7,32 +7,33 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
 use crate::export::{FileFormat, TRACE_FORMATS};
+use crate::recording::simulated::Late;
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, TimeMove, Workspace};
 use crate::ui::panes;
 use crate::ui::plots;
 use crate::ui::settings_panel;
 
-/// Something to ask for.
+/// An action.
 pub struct Action {
-    /// What it is called, everywhere.
+    /// Name of the action, the same everywhere.
     pub name: String,
-    /// What it does, in a sentence.
+    /// Explanation in one sentence.
     pub explanation: Cow<'static, str>,
-    /// The keys that ask for it.
+    /// Keys of the action.
     pub keys: Option<KeyboardShortcut>,
-    /// Whether it makes sense now.
+    /// True if the action is possible now.
     pub enabled: bool,
-    /// What it asks.
+    /// Command of the action.
     pub command: Command,
 }
 
-/// The keys of the palette, which takes what is typed after them.
+/// Keys that open the command palette.
 pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
 
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
-/// Keys with Ctrl (⌘ on a Mac).
+/// Returns a shortcut with Ctrl (⌘ on a Mac).
 pub const fn ctrl(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
 }
@@ -53,56 +54,74 @@ const fn alt(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::ALT, key))
 }
 
-/// What can be gone back and forward to.
+/// Undo steps and zooms that are available.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CanGo {
-    /// Whether a choice can be undone.
+    /// True if a change can be undone.
     pub undo: bool,
-    /// Whether one can be made again.
+    /// True if an undone change can be made again.
     pub redo: bool,
-    /// Whether there was another part of time before.
+    /// True if there is an earlier zoom.
     pub zoom_back: bool,
-    /// Whether there was one after.
+    /// True if there is a later zoom.
     pub zoom_forward: bool,
 }
 
-/// What opens and closes files.
+/// Returns the actions that open and close files.
 pub fn opening(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Open…",
-            "Recordings, calibrations, sessions; several at once, or drop them on the window",
+            "Opens recordings, calibrations or sessions; files can also be dropped on the window",
             ctrl(Key::O),
             Command::ChooseFiles,
         ),
         action(
             "Import…",
-            "A recording whose columns have no names: say once what each one is",
+            "Opens a recording whose columns have no names, and asks for the role of each column",
             ctrl_shift(Key::O),
             Command::ChooseImport,
         ),
         action(
             "Follow a growing file…",
-            "A log that is being written: its newest minute with Conv. and Comp., as thresholds move",
+            "Shows the newest minute of a log that is still being written, with its computed loads",
             None,
             Command::ChooseFollowed,
         ),
         action(
             "Built-in sensor (simulated)",
-            "A resin six-axis sensor that nobody has, to try everything on",
+            "Opens simulated recordings of a six-axis sensor to try the program on",
             None,
-            Do::OpenBuiltIn.into(),
+            Do::OpenBuiltIn(None).into(),
+        ),
+        action(
+            "Built-in: time lag",
+            "One force on two gauges behind a low-pass of 30 ms, without hysteresis: its loops look like hysteresis until the lag is removed",
+            None,
+            Do::OpenBuiltIn(Some(Late::Lag)).into(),
+        ),
+        action(
+            "Built-in: hysteresis",
+            "One force on two gauges with play of a twentieth of full scale, without a lag: its loops have the same width at every rate",
+            None,
+            Do::OpenBuiltIn(Some(Late::Hysteresis)).into(),
+        ),
+        action(
+            "Built-in: time lag and hysteresis",
+            "One force on two gauges with both: removing the lag leaves the hysteresis",
+            None,
+            Do::OpenBuiltIn(Some(Late::Both)).into(),
         ),
         action(
             "Recover sessions…",
-            "What windows that did not close as they should had not saved; listed until it is restored or discarded",
+            "Lists unsaved work of windows that did not close properly, to restore or discard it",
             None,
             Do::ShowLeft(true).into(),
         )
         .only_if(!engine.recoverable.is_empty()),
         action(
             "Close all recordings",
-            "The files themselves stay as they are",
+            "Removes all recordings from the window; the files stay",
             None,
             Edit::CloseAll.into(),
         )
@@ -110,20 +129,20 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// What writes files.
+/// Returns the actions that write files.
 pub fn writing(engine: &Engine) -> Vec<Action> {
     let fitted = engine.analysis().is_some();
     vec![
         action(
             "Export calibration…",
-            "The matrices as data, or as code that a robot runs; the ending says which",
+            "Writes the calibration as data or as code for a robot; the file name's ending chooses the format",
             ctrl(Key::E),
             Command::ChooseExport,
         )
         .only_if(fitted),
         action(
             "Save report…",
-            "One page of HTML with tables, loops and traces, to print or to send",
+            "Writes one HTML page with tables, loops and traces, to print or to send",
             None,
             Command::ChooseReport,
         )
@@ -131,7 +150,7 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
         action(
             "Save traces on screen…",
             format!(
-                "Calculated, Conventional and Compensated over the interval on screen, as {}",
+                "Writes the reference, uncompensated and compensated loads on screen as {}",
                 FileFormat::listed(TRACE_FORMATS)
             ),
             None,
@@ -140,155 +159,160 @@ pub fn writing(engine: &Engine) -> Vec<Action> {
         .only_if(fitted),
         action(
             "Save session",
-            "Which files, their roles, every setting, the notes and the panes",
+            "Saves the list of files, their roles, all settings, the notes and the panes",
             ctrl(Key::S),
             Command::SaveSession,
         ),
         action(
             "Save session as…",
-            "The same, in another file",
+            "Saves the session to another file",
             ctrl_shift(Key::S),
             Command::SaveSessionAs,
         ),
     ]
 }
 
-/// What leaves.
+/// Returns the actions that end the program.
 pub fn quit() -> Action {
-    action("Quit", "Asks first where something is not saved", ctrl(Key::Q), Do::Close.into())
+    action(
+        "Quit",
+        "Ends the program; asks first if something is not saved",
+        ctrl(Key::Q),
+        Do::Close.into(),
+    )
 }
 
-/// Going back and forward.
+/// Returns undo and redo.
 pub fn edit(can: CanGo) -> Vec<Action> {
     vec![
         action(
             "Undo",
-            "Takes the last change of a setting, a role, a split, a tare, the notes, an applied calibration or the open recordings back",
+            "Undoes the last change of a setting, role, split, tare, note, applied calibration or of the open recordings",
             ctrl(Key::Z),
             Do::Undo.into(),
         )
         .only_if(can.undo),
-        action("Redo", "Makes it again", ctrl_shift(Key::Z), Do::Redo.into()).only_if(can.redo),
+        action("Redo", "Makes the undone change again", ctrl_shift(Key::Z), Do::Redo.into()).only_if(can.redo),
     ]
 }
 
-/// What part of time is shown, and going through it.
+/// Returns the actions that change the visible time, or play through it.
 pub fn time(can: CanGo) -> Vec<Action> {
     vec![
         action(
             "Show all of the time",
-            "From the first sample on screen to the last",
+            "Shows the traces from the first sample to the last",
             alone(Key::Home),
             Command::Time(TimeMove::Fit),
         ),
         action(
             "Zoom in",
-            "Half of the time, about the sample shown",
+            "Shows half of the time, around the current sample",
             shift(Key::ArrowUp),
             Command::Time(TimeMove::Zoom(0.5)),
         ),
         action(
             "Zoom out",
-            "Twice the time, about the sample shown",
+            "Shows twice the time, around the current sample",
             shift(Key::ArrowDown),
             Command::Time(TimeMove::Zoom(2.0)),
         ),
         action(
             "Earlier",
-            "A quarter of what is on screen to the left",
+            "Moves a quarter of the visible time to the left",
             shift(Key::ArrowLeft),
             Command::Time(TimeMove::Move(-0.25)),
         ),
         action(
             "Later",
-            "A quarter of what is on screen to the right",
+            "Moves a quarter of the visible time to the right",
             shift(Key::ArrowRight),
             Command::Time(TimeMove::Move(0.25)),
         ),
         action(
             "Zoom back",
-            "To the part of time that was on screen before",
+            "Shows the previous interval of time",
             alt(Key::ArrowLeft),
             Command::Time(TimeMove::Back),
         )
         .only_if(can.zoom_back),
         action(
             "Zoom forward",
-            "To the part of time that was on screen after",
+            "Shows the next interval of time",
             alt(Key::ArrowRight),
             Command::Time(TimeMove::Forward),
         )
         .only_if(can.zoom_forward),
         action(
             "Play through time, or stop",
-            "As if it were measured now, with the look-back drawn at each sample (Eq. 9-12)",
+            "Plays the recording, and draws the look-back at each sample (Eq. 9-12)",
             alone(Key::Space),
             Command::Time(TimeMove::TogglePlay),
         ),
         action(
             "Step back",
-            "One sample; where more are on screen than can be told apart, one pixel",
+            "Goes one sample back; one pixel if samples are denser than pixels",
             alone(Key::Comma),
             Command::Time(TimeMove::Step(-1)),
         ),
         action(
             "Step forward",
-            "One sample; where more are on screen than can be told apart, one pixel",
+            "Goes one sample forward; one pixel if samples are denser than pixels",
             alone(Key::Period),
             Command::Time(TimeMove::Step(1)),
         ),
         action(
             "Put cursor A at the sample shown",
-            "The sample under the pointer, or where it plays",
+            "Puts cursor A at the sample under the pointer, or at the playing position",
             alone(Key::A),
             Command::Time(TimeMove::PutCursor(0)),
         ),
         action(
             "Put cursor B at the sample shown",
-            "Between A and B the span's mean, deviation and range are shown",
+            "Puts cursor B there; mean, deviation and range between A and B are shown",
             alone(Key::B),
             Command::Time(TimeMove::PutCursor(1)),
         ),
         action(
             "Show or hide the table of the cursors",
-            "What lies at A, at B and between them",
+            "Shows the values at A, at B and between them",
             alone(Key::T),
             Command::Time(TimeMove::ToggleTable),
         ),
     ]
 }
 
-/// Images of the window; those of one plot are in its own menu.
+/// Returns the actions that save images of the window. Images of one plot are in the plot's own menu.
 pub fn pictures() -> Vec<Action> {
     vec![
         action(
             "Copy the window as an image",
-            "To the clipboard; a plot's own menu (right click) copies that plot alone",
+            "Copies the window to the clipboard; a right click on a plot copies that plot alone",
             ctrl_shift(Key::C),
             Command::ImageOfAll(ImageTo::Clipboard),
         ),
         action(
             "Save the window as an image…",
-            "As PNG; a plot's own menu (right click) saves that plot alone",
+            "Saves the window as PNG; a right click on a plot saves that plot alone",
             None,
             Command::ImageOfAll(ImageTo::File),
         ),
     ]
 }
 
-/// What all recordings are for, and taring them.
+/// Returns the actions on the roles and tares of all recordings.
 pub fn roles(engine: &Engine) -> Vec<Action> {
     let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
     let all =
         |name, explanation, role| action(name, explanation, None, Edit::AllRoles(role).into());
     vec![
-        all("All train", "The fit uses every recording", Role::Train),
-        all("All test", "Every recording only scores the fit", Role::Test),
-        all("All off", "No recording takes part", Role::Off),
+        all("All train", "Uses all recordings for training", Role::Train),
+        all("All test", "Uses all recordings for testing", Role::Test),
+        all("All off", "Excludes all recordings from the fit and the scores", Role::Off),
         action(
             "Tare all over their first quiet half second",
-            "Takes the mean of the gauges there as their zero",
+            "Takes the mean of the gauges in the first quiet half second as zero",
             None,
             Do::Tare(entries.collect(), Tare::Auto).into(),
         )
@@ -296,7 +320,7 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Files that were opened before, by their names.
+/// Returns an action for each recent file.
 pub fn recent(engine: &Engine) -> Vec<Action> {
     let files = engine.preferences.recent.iter();
     let open = files.map(|path| {
@@ -308,7 +332,7 @@ pub fn recent(engine: &Engine) -> Vec<Action> {
     open.collect()
 }
 
-/// The controls of settings.
+/// Returns an action for the control of each setting.
 fn settings(engine: &Engine) -> Vec<Action> {
     let all = settings_panel::in_use(engine).into_iter();
     all.map(|setting| {
@@ -318,21 +342,21 @@ fn settings(engine: &Engine) -> Vec<Action> {
     .collect()
 }
 
-/// Trying models.
+/// Returns the actions on models.
 pub fn models(engine: &Engine) -> Vec<Action> {
     let any = !engine.entries().is_empty();
     let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
     vec![
         action(
             "Find the best model",
-            "Tries sensible models for two minutes and proposes one; they are listed in the pane Models",
+            "Tries models for two minutes and proposes one; the pane Models lists all of them",
             None,
             Do::FindBest(limit).into(),
         )
         .only_if(any && !engine.is_trying()),
         action(
             "Keep this model",
-            "Puts the settings of now with their errors on the list in the pane Models",
+            "Adds the present settings with their errors to the list in the pane Models",
             None,
             Do::KeepModel.into(),
         )
@@ -340,7 +364,7 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Workspaces, and what is done with the one on screen.
+/// Returns the actions on workspaces.
 pub fn workspaces() -> Vec<Action> {
     let keys = [Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8].map(alone);
     let show = |((workspace, title, explanation), keys)| {
@@ -355,8 +379,14 @@ pub fn workspaces() -> Vec<Action> {
             Command::ToggleMaximized(None),
         ),
         action(
+            "Presenter mode, full screen",
+            "No menus, and everything larger, for a projector; the same key ends it",
+            alone(Key::F11),
+            Command::TogglePresenter,
+        ),
+        action(
             "Reset this workspace",
-            "Gives the panes of the workspace on screen their first places",
+            "Restores the default arrangement of the panes in this workspace",
             None,
             Command::ResetWorkspace,
         ),
@@ -364,7 +394,7 @@ pub fn workspaces() -> Vec<Action> {
     Workspace::ALL.into_iter().zip(keys).map(show).chain(own).collect()
 }
 
-/// Panes by number.
+/// Returns an action for each pane that opens by a number key.
 pub fn panes() -> Vec<Action> {
     const DIGITS: [Key; 9] = [
         Key::Num1,
@@ -385,7 +415,7 @@ pub fn panes() -> Vec<Action> {
     panes::all().zip(keys).map(show).collect()
 }
 
-/// What can be done with the place of one pane.
+/// Returns the actions on the place of one pane.
 pub fn places(pane: Pane) -> Vec<Action> {
     let title = pane.title();
     let moves = PaneMove::ALL.into_iter().map(|(to, place, explanation)| {
@@ -401,12 +431,12 @@ pub fn places(pane: Pane) -> Vec<Action> {
     moves.chain([close]).collect()
 }
 
-/// How large everything is.
+/// Returns the actions on the size of text and controls.
 pub fn text_scales() -> Vec<Action> {
     [
-        ("Larger", "Text and everything with it", ctrl(Key::Plus), 1),
-        ("Smaller", "Text and everything with it", ctrl(Key::Minus), -1),
-        ("Usual size", "What the screen asks for", ctrl(Key::Num0), 0),
+        ("Larger", "Enlarges text and controls", ctrl(Key::Plus), 1),
+        ("Smaller", "Shrinks text and controls", ctrl(Key::Minus), -1),
+        ("Usual size", "Resets the size to that of the screen", ctrl(Key::Num0), 0),
     ]
     .into_iter()
     .map(|(name, explanation, keys, step)| {
@@ -415,33 +445,38 @@ pub fn text_scales() -> Vec<Action> {
     .collect()
 }
 
-/// Help.
+/// Returns the help actions.
 pub fn help(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Help",
-            "The guide, what can be pressed, what the abbreviations mean, and the paper's equations",
+            "Opens the guide, the shortcuts, the glossary and the paper's equations",
             alone(Key::F1),
             Command::ToggleHelp,
         ),
-        action("Find an action…", "By a part of its name", Some(FIND), Command::ShowPalette),
+        action(
+            "Find an action…",
+            "Finds an action by a part of its name",
+            Some(FIND),
+            Command::ShowPalette,
+        ),
         action(
             "Tour",
-            "Six steps through the main job, on the built-in sensor",
+            "Shows the main job in six steps on the built-in sensor",
             None,
             Command::Tour(true),
         )
         .only_if(engine.project().recordings.is_simulated()),
         action(
             "About LoopScope",
-            "Its version, what it was built from, and the licences of it and of what is in it",
+            "Shows the version, the build and the licences",
             None,
             Command::ShowAbout,
         ),
     ]
 }
 
-/// All of them.
+/// Returns all actions.
 pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     let mut recent = recent(engine);
     for file in &mut recent {
@@ -467,8 +502,8 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     groups.into_iter().flatten().collect()
 }
 
-/// Pushes what the keys that were pressed ask for. Keys alone are left to a text field that has the focus, and so are those
-/// for undo and redo, which it has of its own.
+/// Pushes the commands of the pressed keys. While a text field has the focus, keys without modifiers, undo and redo belong to
+/// the field.
 pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Vec<Command>) {
     let is_press = |event: &egui::Event| matches!(event, egui::Event::Key { pressed: true, .. });
     if !context.input(|input| input.events.iter().any(is_press)) {
@@ -480,11 +515,11 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ve
     let focused = focused.and_then(|id| context.read_response(id));
     let focused =
         focused.is_some_and(|widget| widget.sense.senses_click()) && !plots::have_focus(context);
-    // Plus stands on the key of the equals sign, and is meant without Shift too.
+    // Plus shares a key with the equals sign, and is accepted without Shift too.
     let larger = context.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Equals));
     out.extend(larger.then_some(Command::TextScale(1)));
     let mut actions = all(engine, can);
-    // Ctrl+Z lets more keys be held, so that Ctrl+Shift+Z must be asked about before it.
+    // Ctrl+Shift+Z is tested first, because Ctrl+Z also matches it.
     actions.sort_by_key(|action| {
         let held = action.keys.map(|keys| keys.modifiers);
         std::cmp::Reverse(held.is_some_and(|held| held.shift || held.alt))

@@ -1,9 +1,9 @@
-//! Light or dark, and how large everything is.
+//! Theme and size of the window.
 
 use crate::engine::{Preferences, Theme};
 use crate::ui::palette;
 
-/// Lets signs that the usual font lacks (arrows, superscripts) come from the one for code, and takes over the keys that scale.
+/// Adds the code font as a fallback for arrows and superscripts, and takes over the keys that change the size.
 pub fn prepare(context: &egui::Context) {
     let mut fonts = egui::FontDefinitions::default();
     let code = fonts.families.get(&egui::FontFamily::Monospace);
@@ -15,22 +15,22 @@ pub fn prepare(context: &egui::Context) {
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         context.set_visuals_of(theme, palette::visuals(theme == egui::Theme::Dark));
     }
-    // The keys for it change the preference, so that it is remembered.
+    // The size keys change the preference, so that it is remembered.
     context.options_mut(|options| options.zoom_with_keyboard = false);
 }
 
-/// Draws a ring around what has the keyboard's focus and is no control that shows it itself.
+/// Draws a ring around the focused widget, if the widget does not show the focus itself.
 pub fn focus_ring(painter: &egui::Painter, around: egui::Rect) {
     let ring = painter.ctx().global_style().visuals.selection.stroke;
     painter.rect_stroke(around, 2.0, ring, egui::StrokeKind::Inside);
 }
 
-/// Makes the window look as the preferences say.
-pub fn apply(context: &egui::Context, preferences: &Preferences) {
+/// Applies the preferred theme and size, multiplied by this factor.
+pub fn apply(context: &egui::Context, preferences: &Preferences, larger: f32) {
     context.set_theme(match preferences.theme {
         Theme::System => egui::ThemePreference::System,
         Theme::Light => egui::ThemePreference::Light,
         Theme::Dark => egui::ThemePreference::Dark,
     });
-    context.set_zoom_factor(preferences.text_scale);
+    context.set_zoom_factor(larger * preferences.text_scale);
 }

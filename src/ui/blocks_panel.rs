@@ -1,11 +1,11 @@
-//! The blocks beside the look-back, each as its setting says: a switch and a list of numbers, or one of a few.
+//! Controls of the feature blocks beside the look-back: a switch with a list of numbers, or a choice.
 
 use egui::{Id, TextEdit};
 
 use crate::features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range};
 use crate::ui::setting::found;
 
-/// Draws them; without times those of the past cannot be used.
+/// Draws the controls. Blocks with a memory are disabled for recordings without times.
 pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool) {
     for &block in BLOCKS {
         let values = features.blocks.of(block).to_vec();
@@ -19,7 +19,7 @@ pub fn blocks(ui: &mut egui::Ui, features: &mut FeatureSettings, is_static: bool
     }
 }
 
-/// A switch and a list of numbers.
+/// Draws a switch and a list of numbers.
 fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> {
     let (name, setting) = (block.name(), block.setting());
     let explanation = setting.help();
@@ -38,7 +38,7 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
             };
         }
         ui.add_enabled_ui(used, |ui| {
-            // A number from zero up is of a setting for which zero means something.
+            // Zero is a valid value of a setting whose range includes it.
             let least = if setting.range == Range::NotNegative { 0.0 } else { f64::MIN_POSITIVE };
             list_field(ui, switch.id, ("", least), &explanation, &mut values);
             ui.label(setting.unit.symbol);
@@ -47,7 +47,7 @@ fn list(ui: &mut egui::Ui, block: &dyn Block, mut values: Vec<f64>) -> Vec<f64> 
     values
 }
 
-/// One of a few values.
+/// Draws a choice of values.
 fn one_of(
     ui: &mut egui::Ui,
     block: &dyn Block,
@@ -72,8 +72,8 @@ fn one_of(
     values
 }
 
-/// A field with numbers from `least` up and commas between them; true once they changed. What cannot be read is marked and
-/// changes nothing.
+/// Draws a field of numbers of at least `least`, separated by commas. Returns true if the numbers changed. Invalid text is
+/// marked and changes nothing.
 pub fn list_field(
     ui: &mut egui::Ui,
     label: Id,
@@ -84,7 +84,7 @@ pub fn list_field(
     let id = label.with("numbers");
     let shown = values
         .iter()
-        // Percentages come from shares; their last digits are rounding.
+        // Percentages are computed from shares, so their last digits are rounded.
         .map(|value| ((value * 1e9).round() / 1e9).to_string())
         .collect::<Vec<_>>()
         .join(", ");
@@ -101,7 +101,7 @@ pub fn list_field(
     let response = ui.add(field).labelled_by(label);
     let response = response.on_hover_text(match read {
         Some(_) => explanation,
-        None => "Write numbers above zero with commas between them",
+        None => "Enter numbers above zero, separated by commas",
     });
     if !response.has_focus() {
         ui.data_mut(|data| data.remove::<String>(id));

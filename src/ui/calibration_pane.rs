@@ -1,18 +1,16 @@
-//! The calibration matrices with their features named, and their way out.
+//! Pane with the calibration matrices and the names of their features.
 
 use std::ops::Range;
-use std::path::Path;
 
 use egui::RichText;
 
 use crate::calibration::LinearMap;
-use crate::engine::{Action, Engine, Existing};
-use crate::export::{Footprint, TARGETS, caution, target_endings};
+use crate::engine::Engine;
 use crate::features::Column;
 use crate::recording::Axis;
 use crate::report;
 use crate::report::{Cell, Table};
-use crate::ui::command::{Command, Kind, Pane};
+use crate::ui::command::{Kind, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::equation::laid_out;
 use crate::ui::numbers::{elided, significant};
@@ -20,68 +18,44 @@ use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
 
-/// Between two columns of a matrix (points).
+/// Space between two columns of a matrix (points).
 const GAP: f32 = 12.0;
-/// Characters of a name that have room over a column.
+/// Number of characters of a name that fit over a column.
 const NAME_LENGTH: usize = 24;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "calibration",
     title: "Calibration",
-    explanation: "The matrices with their features named, and their export",
+    explanation: "The calibration matrices with the names of their features",
 });
 
-/// What is typed.
-#[derive(Debug)]
+/// View state of the pane.
+#[derive(Debug, Default)]
 pub struct View {
-    /// The path to export to.
-    path: String,
-    /// Whether coefficients are shown with their standard errors.
+    /// True if coefficients are shown with their standard errors.
     uncertain: bool,
-}
-
-impl Default for View {
-    fn default() -> Self {
-        Self { path: "calibration.json".to_owned(), uncertain: false }
-    }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        self.draw(ui, cx.engine, cx.out);
+        self.draw(ui, cx.engine);
     }
 }
 
 impl View {
-    /// Draws the matrices and the export row.
-    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let Self { path, uncertain } = self;
-        ui.horizontal_wrapped(|ui| {
-        if let Some(analysis) = engine.analysis() {
-            let calibration = &analysis.calibration;
-            if calibration.simulated {
-                ui.warn("of the simulated sensor");
-            }
-            ui.weak(calibration.describe());
-            let footprint = Footprint::of(calibration);
-            let text = footprint.to_string();
-            let label = match footprint.is_large() {
-                true => ui.warn(text),
-                false => ui.weak(text),
-            };
-            label.on_hover_text(
-                "A history rate in the settings, a smaller t_th, or play in place of a look-back takes less memory",
-            );
-        }
-    });
-        export_row(ui, engine, path, out);
+    /// Draws the matrices.
+    fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine) {
+        let uncertain = &mut self.uncertain;
         let Some(analysis) = engine.analysis() else {
             return;
         };
-        if let Some(caution) = caution(&analysis.calibration, Path::new(path.trim())) {
-            ui.warn(caution);
-        }
+        ui.horizontal_wrapped(|ui| {
+            if analysis.calibration.simulated {
+                ui.warn("of the simulated sensor");
+            }
+            ui.weak(analysis.calibration.describe());
+        });
         let calibration = &analysis.calibration;
         ui.scrolled(|ui| {
             if let Some(learned) = &calibration.learned {
@@ -90,8 +64,9 @@ impl View {
                     None => "",
                 };
                 let text = format!("Comp. = {linear}{}", learned.describe());
-                ui.colored_label(Trace::Compensated.color(ui.visuals()), text)
-                    .on_hover_text("Too much to show as a matrix; the .json file has all of it");
+                ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
+                    "Too large to show as a matrix; the .json export holds everything",
+                );
                 ui.add_space(6.0);
             }
             let compensated = calibration.compensated.as_ref();
@@ -128,34 +103,7 @@ impl View {
     }
 }
 
-fn export_row(ui: &mut egui::Ui, engine: &Engine, path: &mut String, out: &mut Vec<Command>) {
-    ui.horizontal(|ui| {
-        let label = ui.label("Export to");
-        let buttons = 118.0;
-        let field = egui::TextEdit::singleline(path)
-            .hint_text(format!("path ending in one of {}", target_endings()))
-            .desired_width((ui.available_width() - buttons).clamp(40.0, 400.0));
-        let field = ui.add(field).labelled_by(label.id).on_hover_text(
-            "Where the calibration is written; its ending says as what, Enter writes it",
-        );
-        let entered = ui.entered(&field);
-        ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
-            let held = TARGETS.iter();
-            let held = held.map(|target| format!(".{}: {}", target.endings[0], target.holds));
-            let held: Vec<String> = held.collect();
-            let export = ui.press("Export", held.join("\n"));
-            let path = path.trim();
-            if (export || entered) && !path.is_empty() {
-                out.push(Action::Export(path.into(), Existing::Ask).into());
-            }
-            if ui.press("…", "Choose a file") {
-                out.push(Command::ChooseExport);
-            }
-        });
-    });
-}
-
-/// A matrix, one row per axis and one column per feature.
+/// Returns a matrix with one row per axis and one column per feature.
 fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
     Table::of(axes.iter().zip(&map.matrix))
         .words("", |(axis, _)| axis.label())
@@ -167,7 +115,7 @@ fn as_table(map: &LinearMap, names: &[String], axes: &[Axis]) -> Table {
         .table("", "")
 }
 
-/// A group of columns: the sign that stands for it in the equation, and which columns they are.
+/// A group of columns with its symbol in the equation.
 #[derive(Clone, Debug, PartialEq)]
 struct Block {
     symbol: String,
@@ -175,7 +123,7 @@ struct Block {
     columns: Range<usize>,
 }
 
-/// The groups of a matrix' columns: the gauges, what each history appends, products, the offset.
+/// Returns the groups of a matrix' columns: the gauges, each history block, products, the offset.
 fn blocks(columns: &[Column]) -> Vec<Block> {
     let is_one_block = |one: &Column, other: &Column| match (one, other) {
         (Column::Gauge(_), Column::Gauge(_)) => true,
@@ -202,7 +150,7 @@ fn blocks(columns: &[Column]) -> Vec<Block> {
     blocks.collect()
 }
 
-/// The equation that a matrix stands for: the load is the matrix times what the blocks append, plus the offset.
+/// Returns the equation of a matrix: the load is the matrix times the features, plus the offset.
 fn equation(blocks: &[Block]) -> String {
     let symbols: Vec<&str> =
         (blocks.iter().filter(|block| !block.is_offset)).map(|block| &*block.symbol).collect();
@@ -214,7 +162,7 @@ fn equation(blocks: &[Block]) -> String {
     format!("L = C^{{-1}} {columns}{offset}")
 }
 
-/// Draws a matrix between brackets, its blocks apart, its numbers under each other.
+/// Draws a matrix between brackets, with its blocks apart and its numbers aligned.
 fn matrix(
     ui: &mut egui::Ui,
     name: &str,

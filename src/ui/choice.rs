@@ -1,25 +1,25 @@
-//! A list that opens under a button, for mouse and keyboard alike: it begins at what is chosen, Up and Down move, Enter takes,
-//! Escape leaves, and the focus goes back to the button.
+//! A drop-down list for mouse and keyboard. It opens at the chosen item; Up and Down move, Enter chooses, Escape closes, and
+//! the focus returns to the button.
 
 use std::borrow::Cow;
 
 use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
 
-/// What can be chosen, its name, and what is said of it.
+/// An item of the list, its name, and its explanation.
 pub type Item<T> = (T, Cow<'static, str>, &'static str);
 
-/// What the keys have done to an open list.
+/// State of an open list that is moved through by keys.
 #[derive(Clone, Default)]
 struct Keys {
-    /// The pass in which it was drawn last.
+    /// The pass in which the list was last drawn.
     pass: u64,
     /// The item that had the focus.
     focused: Option<usize>,
-    /// The item that is to have it: a list is invisible in its first frame, in which nothing in it can take the focus.
+    /// The item that gets the focus. A list is invisible in its first frame, so nothing in it can take the focus then.
     target: Option<usize>,
 }
 
-/// Draws the button and, where it is open, the list.
+/// Draws the button and, if it is open, the list.
 pub fn choice<T: PartialEq>(
     ui: &mut Ui,
     button: ComboBox,
@@ -33,7 +33,7 @@ pub fn choice<T: PartialEq>(
     shown.response
 }
 
-/// Draws the list; whether a key closes it.
+/// Draws the list. Returns true if a key closes it.
 fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool {
     let id = ui.layer_id().id.with("keys");
     let pass = ui.ctx().cumulative_pass_nr();
@@ -42,7 +42,7 @@ fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool 
     let mut takes = false;
     let at_first = items.iter().position(|(value, ..)| value == chosen);
     if is_new {
-        // A pointer goes on as a pointer.
+        // After the pointer is used, keys no longer move the focus.
         let by_pointer = ui.input(|input| input.pointer.any_click());
         keys = Keys { target: at_first.filter(|_| !by_pointer), ..Keys::default() };
     } else {
@@ -84,8 +84,8 @@ fn list<T: PartialEq>(ui: &mut Ui, chosen: &mut T, items: Vec<Item<T>>) -> bool 
     (is_taken && !by_pointer) || ui.input(|input| input.key_pressed(Key::Escape))
 }
 
-/// How many items down the arrows of this frame lead, and whether Enter came after them. On a slow machine several keys come in
-/// one frame.
+/// Returns the number of items that the arrows of this frame move, and whether Enter followed. On a slow machine several keys
+/// arrive in one frame.
 fn pressed(ui: &Ui) -> (isize, bool) {
     let (mut steps, mut entered) = (0, false);
     ui.input_mut(|input| {

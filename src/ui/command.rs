@@ -185,6 +185,8 @@ pub enum Command {
     ResetWorkspace,
     /// Let this pane fill the window, or show all of the workspace again.
     ToggleMaximized(Option<Pane>),
+    /// Fill the screen with large panes and no menus, or end that.
+    TogglePresenter,
     /// Show what can be done, to search in.
     ShowPalette,
     /// Show the control of this setting, and give it the focus.

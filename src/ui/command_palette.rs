@@ -1,4 +1,4 @@
-//! Find an action by typing a part of its name.
+//! The command palette, which finds an action by a part of its name.
 
 use egui::text_edit::TextEditState;
 use egui::{Event, Id, Key, Modifiers};
@@ -8,27 +8,27 @@ use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo, FIND};
 use crate::ui::command::Command;
 
-/// What the palette remembers while it is open.
+/// State of the palette while it is open.
 #[derive(Debug, Default)]
 pub struct CommandPalette {
     open: bool,
     text: String,
     chosen: usize,
-    /// How far down the arrows lead that came since it was drawn, and whether Enter came after them.
+    /// Items that the arrows moved since the last frame, and whether Enter followed.
     steps: isize,
     entered: bool,
-    /// Whether the field takes what is typed; in its first frames it does not yet.
+    /// True once the field has the focus, which takes a few frames.
     is_typed_into: bool,
 }
 
 impl CommandPalette {
-    /// Opens it, empty.
+    /// Opens the palette with an empty field.
     pub fn open(&mut self) {
         *self = Self { open: true, ..Self::default() };
     }
 
-    /// Opens it by its keys, and takes what was typed since: on a slow machine that comes in the same frame, and in those
-    /// after it, in which the field has not the focus yet.
+    /// Opens the palette by its shortcut, and takes the text typed since then. On a slow machine that text arrives in the
+    /// same frame, or before the field has the focus.
     pub fn listen(&mut self, context: &egui::Context) {
         let mut events = context.input_mut(|input| std::mem::take(&mut input.events));
         events.retain(|event| {
@@ -41,7 +41,7 @@ impl CommandPalette {
         context.input_mut(|input| input.events = events);
     }
 
-    /// Whether this event was meant for it, and is done.
+    /// Returns true if the palette consumed this event.
     fn takes(&mut self, event: &Event, context: &egui::Context) -> bool {
         let press = |key| is_press(event, key, Modifiers::NONE);
         if self.entered {
@@ -60,17 +60,17 @@ impl CommandPalette {
                 _ if press(Key::Backspace) => {
                     self.text.pop();
                 }
-                // A letter alone is a key for something else, too.
+                // A letter alone would also be a shortcut.
                 Event::Key { modifiers, .. } => return !modifiers.any() && !press(Key::Escape),
                 _ => return false,
             }
-            // The cursor stands at the end.
+            // The cursor is put behind the text.
             TextEditState::default().store(context, field_id());
         }
         true
     }
 
-    /// Draws it while it is open.
+    /// Draws the palette while it is open.
     pub fn show(
         &mut self,
         context: &egui::Context,
@@ -139,7 +139,7 @@ impl CommandPalette {
     }
 }
 
-/// The field that is typed into.
+/// Returns the id of the text field.
 fn field_id() -> Id {
     Id::unique("what the palette finds")
 }
@@ -149,7 +149,7 @@ fn is_press(event: &Event, key: Key, held: Modifiers) -> bool {
         if *own == key && modifiers.matches_exact(held))
 }
 
-/// Whether every word that was typed stands in the name.
+/// Returns true if every typed word is in the name.
 fn matches(name: &str, typed: &str) -> bool {
     let name = name.to_lowercase();
     typed.to_lowercase().split_whitespace().all(|word| name.contains(word))

@@ -1,12 +1,12 @@
-//! Menus of a widget that work by mouse and keyboard alike.
+//! Context menus of widgets, for mouse and keyboard.
 
 use egui::{Key, Modifiers, Popup, PopupCloseBehavior, Response, SetOpenCommand, Ui};
 
-/// A menu is invisible in its first frame, in which nothing in it can take the focus.
+/// Number of frames after which a menu takes the focus. It is invisible in its first frame.
 const FRAMES_TO_FOCUS: u32 = 2;
 
-/// Opens for the right button, and where the widget has the focus for the menu key and Shift+F10; `contents` returns the
-/// first item, to which the keyboard goes on.
+/// Opens a menu by the right mouse button or, for a focused widget, by the menu key or Shift+F10. `contents` returns the
+/// first item, which gets the focus.
 pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Response) {
     let context = &response.ctx;
     let by_key = response.has_focus()
@@ -14,7 +14,7 @@ pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Respo
             input.consume_key(Modifiers::NONE, Key::Menu)
                 || input.consume_key(Modifiers::SHIFT, Key::F10)
         });
-    // Text fields may be clicked; items close it themselves.
+    // A click on a text field keeps the menu open; items close it themselves.
     let mut popup =
         Popup::context_menu(response).close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let id = popup.get_id();
@@ -22,7 +22,7 @@ pub fn context_menu(response: &Response, contents: impl FnOnce(&mut Ui) -> Respo
         popup = popup.open_memory(SetOpenCommand::Bool(true));
         context.data_mut(|data| data.insert_temp(id, FRAMES_TO_FOCUS));
     }
-    // Opened by a key, it stands where no pointer was.
+    // A menu that was opened by a key stands at its widget.
     if by_key || Popup::position_of_id(context, id).is_none() {
         popup = popup.at_position(response.rect.center());
     }

@@ -1,19 +1,19 @@
-//! Controls as all panes have them, each with what is said of it under the pointer.
+//! Controls for all panes, each with an explanation under the pointer.
 
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, PopupCloseBehavior, Response, RichText, ScrollArea, Ui, Widget, WidgetText};
 
-/// Adds these controls to what egui has.
+/// Controls in addition to those of egui.
 pub trait Controls {
-    /// What they are drawn in.
+    /// Returns the area in which controls are drawn.
     fn own(&mut self) -> &mut Ui;
 
-    /// Draws a button; true where it was pressed.
+    /// Draws a button. Returns true if it was pressed.
     fn press(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
         self.press_if(true, label, about)
     }
 
-    /// Draws a button that can be pressed only where it makes sense; true where it was pressed.
+    /// Draws a button that is enabled only if the action is possible. Returns true if it was pressed.
     fn press_if(
         &mut self,
         makes_sense: bool,
@@ -25,13 +25,13 @@ pub trait Controls {
         button.on_hover_text(about).clicked()
     }
 
-    /// Draws a small button; true where it was pressed.
+    /// Draws a small button. Returns true if it was pressed.
     fn press_small(&mut self, label: impl Into<WidgetText>, about: impl Into<WidgetText>) -> bool {
         let button = self.own().small_button(label.into());
         button.on_hover_text(about).clicked()
     }
 
-    /// Draws a tick; true where it was changed.
+    /// Draws a check box. Returns true if it was changed.
     fn tick(
         &mut self,
         on: &mut bool,
@@ -42,19 +42,19 @@ pub trait Controls {
         tick.on_hover_text(about).changed()
     }
 
-    /// Draws one of several values to choose among.
+    /// Draws a selectable value.
     fn select<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
         let button = self.own().selectable_value(chosen, one, label);
         button.on_hover_text(about);
     }
 
-    /// Draws one of several values to choose among, as a radio button.
+    /// Draws a value as a radio button.
     fn select_radio<T: PartialEq>(&mut self, chosen: &mut T, one: T, label: &str, about: &str) {
         let button = self.own().radio_value(chosen, one, label);
         button.on_hover_text(about);
     }
 
-    /// Draws a label with the field that it names.
+    /// Draws a label and its field.
     fn field(
         &mut self,
         label: impl Into<WidgetText>,
@@ -64,13 +64,13 @@ pub trait Controls {
         self.labelled(label, field).on_hover_text(about)
     }
 
-    /// [`field`](Self::field) of which nothing more is to be said.
+    /// Draws a label and its field, without an explanation of the field.
     fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
         let label = self.own().label(label);
         self.own().add(field).labelled_by(label.id)
     }
 
-    /// Draws a label with the field that it names; both explain themselves.
+    /// Draws a label and its field; both show the explanation.
     fn explained_field(
         &mut self,
         label: impl Into<WidgetText>,
@@ -82,7 +82,7 @@ pub trait Controls {
         field.on_hover_text(about)
     }
 
-    /// Returns true if typing into this field was ended by Enter.
+    /// Returns true if the user ended the text of this field with Enter.
     fn entered(&mut self, field: &Response) -> bool {
         let ui = self.own();
         field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter))
@@ -100,7 +100,7 @@ pub trait Controls {
         ui.colored_label(ui.visuals().error_fg_color, text)
     }
 
-    /// Draws what fills the rest of the pane, and can be scrolled where it does not fit.
+    /// Draws contents that fill the rest of the pane, with scroll bars if they do not fit.
     fn scrolled(&mut self, contents: impl FnOnce(&mut Ui)) {
         let area = ScrollArea::both().auto_shrink([false, false]);
         area.show(self.own(), contents);

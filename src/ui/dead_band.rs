@@ -1,4 +1,4 @@
-//! How far a load must come back before a reversal counts, typed or from noise and range; how long a dwell is.
+//! Controls of the reversal threshold and of the shortest dwell.
 
 use egui::{DragValue, Ui};
 
@@ -10,11 +10,11 @@ const EXPLANATION: &str = "A reversal counts once the load has come back by more
                            and the report alike; from data: ten times the noise of the load, and at least 5 % of its range, over \
                            all recordings that train or test. Large cycles hardly depend on it";
 
-/// The longest time that a dwell can be asked to last (s).
+/// Maximum length of the shortest dwell (s).
 const LONGEST_DWELL_SECS: f64 = 1e5;
 
-/// Draws a label, the value and whether it comes from the data. The axis stands in this place among all axes; `used` is the one that
-/// an answer was made with.
+/// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is
+/// the value of the present answer.
 pub fn dead_band(
     ui: &mut Ui,
     name: &str,
@@ -34,7 +34,7 @@ pub fn dead_band(
         chosen = Some(value);
     }
     let mut from_data = chosen.is_none();
-    // "auto" alone is the ridge's.
+    // The word "auto" is used for the ridge alone.
     if ui.tick(&mut from_data, "from data", EXPLANATION) {
         chosen = (!from_data).then_some(value);
     }
@@ -44,7 +44,7 @@ pub fn dead_band(
     }
 }
 
-/// Draws how long a load must stand still to be a dwell, with a label.
+/// Draws the shortest dwell with its label.
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
     let explanation = "A load that stands still for so long is a dwell: creep and zero return are read there. Still: every axis \
                        within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";

@@ -1,6 +1,6 @@
 //! The desktop's file dialogs, off the window's thread.
 //!
-//! Not every machine has them; so there is a path field as another way, and a dialog that fails, however late, is reported.
+//! Some machines have no dialogs, so a path can also be typed. A dialog that fails is reported, even if it fails late.
 
 use std::path::PathBuf;
 use std::sync::mpsc::Sender;
@@ -12,10 +12,10 @@ use crate::formats;
 use crate::logged::take_dialog_error;
 use crate::ui::command::Command;
 
-/// Where the answers go: commands, and a call that wakes the window.
+/// Receiver of the answers: it takes commands and wakes the window.
 #[derive(Clone)]
 pub struct Reply {
-    /// Takes the command that the answer means.
+    /// Takes the command of an answer.
     pub commands: Sender<Command>,
     /// Wakes the window.
     pub notify: Notify,
@@ -24,15 +24,15 @@ pub struct Reply {
 impl Reply {
     /// Sends a command and wakes the window.
     pub fn send(&self, command: Command) {
-        // Nobody listens any more when the window has closed.
+        // The channel is closed if the window has closed.
         let _ = self.commands.send(command);
         (self.notify)();
     }
 }
 
-/// What writes it into the file that was chosen, where replacing it was agreed to if it is there.
+/// Returns the command that writes the chosen file, with permission to overwrite an existing one.
 pub fn save_to(content: FileContent, path: PathBuf) -> Command {
-    // About a file that is new nobody was asked, and some are written with others beside them.
+    // The dialog does not ask for a new file, and some exports write further files beside it.
     let existing = match path.exists() {
         true => Existing::Replace,
         false => Existing::Ask,
@@ -40,23 +40,23 @@ pub fn save_to(content: FileContent, path: PathBuf) -> Command {
     write(content, path, existing)
 }
 
-/// What writes it into this file.
+/// Returns the command that writes this file.
 pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
     let action = match content {
-        // Its ending is checked against what can be exported.
+        // The ending is checked against the export formats.
         FileContent::Calibration(..) => Action::Export(path, existing),
         content => Action::Save(content, path, existing),
     };
     action.into()
 }
 
-/// Ways to ask for files; a test puts its own in place of the desktop's.
+/// Ways to ask for files. Tests replace the desktop's dialogs.
 pub trait Dialogs {
     /// Asks for files to open.
     fn open_files(&mut self, reply: Reply);
-    /// Asks for one file whose columns are to be said.
+    /// Asks for a file to import.
     fn import(&mut self, reply: Reply);
-    /// Asks for one file to follow.
+    /// Asks for a file to follow.
     fn follow(&mut self, reply: Reply) {
         let dialog = rfd::AsyncFileDialog::new().set_title("Follow a file that is being written");
         asked(reply, no_dialog(), || {
@@ -64,7 +64,7 @@ pub trait Dialogs {
             Some(Action::Follow(file.path().to_owned()).into())
         });
     }
-    /// Asks for the folder in which files of the session are now.
+    /// Asks for the folder that now holds the files of the session.
     fn locate(&mut self, reply: Reply) {
         let dialog = rfd::AsyncFileDialog::new().set_title("The folder of the session's files");
         asked(reply, no_dialog(), || {
@@ -76,7 +76,7 @@ pub trait Dialogs {
     fn save(&mut self, content: FileContent, reply: Reply);
 }
 
-/// The desktop's own dialogs.
+/// The file dialogs of the desktop.
 #[derive(Debug, Default)]
 pub struct NativeDialogs;
 

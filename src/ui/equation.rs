@@ -1,12 +1,12 @@
-//! Equations drawn as they are written: `S_{past}` with a low index, `C^{-1}` with a high one.
+//! Draws equations: `S_{past}` with a subscript, `C^{-1}` with a superscript.
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Align, Color32, FontId, Ui};
 
-/// An index is so much smaller than what it stands at.
+/// Size of a subscript or superscript relative to the text.
 const INDEX_SIZE: f32 = 0.7;
 
-/// Lays an equation out; `_` and `^` take the next sign, or all that stands in braces.
+/// Lays out an equation. `_` and `^` take the next character, or the text in braces.
 pub fn laid_out(ui: &Ui, text: &str, color: Color32) -> LayoutJob {
     let size = 1.1 * egui::TextStyle::Body.resolve(ui.style()).size;
     let mut job = LayoutJob::default();

@@ -1,4 +1,4 @@
-//! The table of errors: Conv. and Comp. per axis, on train, on test, and by cross-validation.
+//! Pane with the table of errors per axis: training, test and cross-validation.
 
 use crate::engine::Engine;
 use crate::finding::Face;
@@ -14,21 +14,21 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
 use crate::ui::table;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "errors",
     title: "Errors",
     explanation: "RMSE per axis: on train, on test, and by cross-validation; and the expected error",
 });
 
-/// Nothing of its own.
+/// The pane has no view state.
 #[derive(Debug, Default)]
 pub struct View;
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         errors_pane(ui, cx.engine);
-        // While a slider moves, the answer to the settings before stays.
+        // While a slider moves, the answer to the previous settings stays.
         if let Some((of, analysis)) = cx.engine.exact().filter(|_| cx.engine.gesture.is_none())
             && cx.engine.is_current()
         {
@@ -78,7 +78,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     });
 }
 
-/// Draws the expected error, or says why there is none.
+/// Draws the expected error, or the reason why there is none.
 fn expected(ui: &mut egui::Ui, engine: &Engine) {
     let lane = engine.lane::<AskExpectedError>();
     match lane.answer() {
@@ -98,7 +98,7 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
     }
 }
 
-/// Returns a row per axis: the expected error, then the sets of samples beside each other as far as they are scored.
+/// Returns one row per axis: the expected error, then the scored sets of samples side by side.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
     let known = engine.lane::<AskExpectedError>().answer().and_then(|own| own.as_ref().ok());

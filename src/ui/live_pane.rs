@@ -1,4 +1,4 @@
-//! The newest minute of a file that a logger writes, with what the calibration of now makes of it.
+//! Pane with the newest minute of a growing file, and its loads by the present calibration.
 
 use std::borrow::Cow;
 
@@ -13,32 +13,31 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
 use crate::ui::plots::Zoom;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "live",
     title: "Live",
-    explanation: "The newest minute of a file that a logger writes, with Conv. and Comp. of the calibration as it is now",
+    explanation: "The newest minute of a growing file, with its loads by the present calibration",
 });
 
-/// What is looked at.
+/// View state of the pane.
 #[derive(Debug, Default)]
 pub struct View {
     axis: usize,
     zoom: Zoom,
-    /// What is typed.
+    /// Text of the path field.
     path: String,
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let Some(path) = cx.engine.followed_file() else {
-            ui.weak("No file is followed. Name a log that is being written, CSV with a header or JSON lines, or choose File > Follow a growing file…");
+            ui.weak("No file is followed. Enter the path of a log that is being written, or choose File > Follow a growing file…");
             ui.horizontal(|ui| {
                 let path = egui::TextEdit::singleline(&mut self.path);
                 let field = ui.labelled("File", path);
                 let asked = ui.entered(&field);
-                if (ui
-                    .press("Follow", "Read it from its beginning, and then what is written to it")
+                if (ui.press("Follow", "Reads the file from its beginning, and then each new row")
                     || asked)
                     && !self.path.trim().is_empty()
                 {
@@ -51,7 +50,7 @@ impl PaneView for View {
         let followed = cx.engine.followed().cloned().unwrap_or_default();
         self.axis = self.axis.min(followed.axes.len().saturating_sub(1));
         ui.horizontal_wrapped(|ui| {
-            if ui.press("Stop", "Do not follow the file any more") {
+            if ui.press("Stop", "Stops following the file") {
                 cx.out.push(Action::StopFollowing.into());
             }
             for (at, (axis, _)) in followed.axes.iter().enumerate() {
@@ -83,13 +82,13 @@ impl PaneView for View {
     }
 }
 
-/// How many rows came, what became of the newest, and how far off the loads are.
+/// Number of rows, status of the newest row, and error of the loads.
 fn words(followed: &Followed, axis: usize) -> String {
     let (rows, broken) = followed.counts;
     let broken = match broken {
         0 => String::new(),
-        1 => ", 1 line that is no row".to_owned(),
-        many => format!(", {many} lines that are no rows"),
+        1 => ", 1 line without a usable row".to_owned(),
+        many => format!(", {many} lines without a usable row"),
     };
     let of_axis = followed.axes.get(axis);
     let errors = of_axis.and_then(|(axis, traces)| {

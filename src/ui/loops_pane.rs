@@ -1,6 +1,6 @@
-//! Outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, drift at rest.
+//! Pane of outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, and drift in dwells.
 //!
-//! The pane only chooses and draws; what it draws is made in the background.
+//! The pane only chooses and draws. Its contents are computed in the background.
 
 mod cross_view;
 mod dwell_view;
@@ -27,17 +27,17 @@ use crate::ui::plots;
 use crate::ui::plots::{Drawn, Zoom};
 use crate::ui::time_view::TimeView;
 
-/// Beside the plot, so much is for figures.
+/// Width of the figures beside the plot.
 const FIGURES_WIDTH: f32 = 320.0;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "loops",
     title: "Loops",
-    explanation: "Hysteresis loops, cross-plots, and drift at rest",
+    explanation: "Hysteresis loops, cross-plots, and drift in dwells",
 });
 
-/// What the pane shows.
+/// Mode of the pane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Mode {
     #[default]
@@ -48,16 +48,16 @@ enum Mode {
 
 impl Mode {
     const ALL: [(Self, &'static str, &'static str); 3] = [
-        (Self::Loops, "Loop", "An output over the true load of one axis"),
-        (Self::Cross, "Cross-plot", "Any channel over any other"),
+        (Self::Loops, "Loop", "Shows an output over the reference load of one axis"),
+        (Self::Cross, "Cross-plot", "Shows any channel over any other"),
         (
             Self::Dwells,
             "Drift",
-            "How the error drifts while the load stands still: creep and zero return",
+            "Shows the drift of the error while the load stands still: creep and zero return",
         ),
     ];
 
-    /// What its plot is called among the others.
+    /// Returns the id of the mode's plot.
     fn plot_id(self) -> &'static str {
         match self {
             Self::Loops => "loop",
@@ -67,7 +67,7 @@ impl Mode {
     }
 }
 
-/// The part of its plot that each mode shows.
+/// Visible range of each mode's plot.
 #[derive(Debug, Default)]
 struct Zooms {
     loops: Zoom,
@@ -85,7 +85,7 @@ impl Zooms {
     }
 }
 
-/// What the pane remembers between frames.
+/// View state of the pane.
 #[derive(Debug)]
 pub struct LoopsPane {
     mode: Mode,
@@ -98,10 +98,10 @@ pub struct LoopsPane {
     lag_removed: bool,
     across: Channel,
     cross_up: Channel,
-    /// `None` takes the longest.
+    /// Index of the dwell; `None` takes the longest.
     rest: Option<usize>,
     zooms: Zooms,
-    /// Of the plot, or of its picture in a file where that has more.
+    /// Resolution of the plot, or of its figure in a file if that is finer.
     pixels: [f64; 2],
     path: String,
 }
@@ -127,7 +127,7 @@ impl Default for LoopsPane {
     }
 }
 
-/// Says why nothing can be set.
+/// Says why loops cannot be shown.
 fn no_times(ui: &mut egui::Ui) {
     ui.weak("No times: no loops and no dwells").on_hover_text(
         "The recordings are load cases, whose rows do not follow one another in time; dead band and dwells count again for recordings \
@@ -138,7 +138,7 @@ fn no_times(ui: &mut egui::Ui) {
 impl PaneView for LoopsPane {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.time, cx.out);
-        // It was drawn, so its choices are those of now.
+        // The pane was drawn, so its settings are the present ones.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
             cx.ask::<AskLoops>(LookAt(look));
         }
@@ -185,7 +185,7 @@ impl LoopsPane {
         }
     }
 
-    /// What must be answered for the pane to be drawn.
+    /// Questions whose answers the pane needs.
     fn question(&self) -> Question {
         let frame = *self.zoom();
         match self.mode {
@@ -213,7 +213,7 @@ impl LoopsPane {
         }
     }
 
-    /// Keeps choices to what the recordings have.
+    /// Limits the settings to the axes and channels of the recordings.
     fn follow(&mut self, engine: &Engine) {
         let axes = engine.project().axes();
         let n_gauges = engine.project().recordings.layout().gauge_names.len();
@@ -314,7 +314,7 @@ impl LoopsPane {
 
     fn axis_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         for axis in engine.project().axes() {
-            ui.select(&mut self.axis, *axis, axis.symbol(), "Take this axis");
+            ui.select(&mut self.axis, *axis, axis.symbol(), "Shows this axis");
         }
         ui.separator();
     }
@@ -327,14 +327,14 @@ impl LoopsPane {
         let all = all.chain((0..gauges.len()).map(Up::Gauge));
         let items = all.map(|up| (up, up_name(up, gauges).into(), ""));
         choice(ui, button, &mut self.up, items).on_hover_text(
-            "What is drawn over the load: the error, the load itself, or a raw gauge (Fig. 1)",
+            "Quantity over the load: the error, the computed load, or a raw gauge (Fig. 1)",
         );
     }
 
     fn span_choice(&mut self, ui: &mut egui::Ui, engine: &Engine) {
         let entries = engine.entries();
         let name = |span: Span| match span {
-            Span::Visible => "As in Traces",
+            Span::Visible => "Visible in Traces",
             Span::Of(TableOf::Test) => "Test recordings",
             Span::Of(TableOf::Train) => "Training recordings",
             Span::Of(TableOf::NotFitted) => "Test and off",
@@ -348,11 +348,11 @@ impl LoopsPane {
         let all = all.chain((0..entries.len()).map(Span::One));
         let items = all.map(|span| (span, name(span).to_owned().into(), ""));
         choice(ui, button, &mut self.span, items).on_hover_text(
-            "As in Traces: the recordings and the interval of time that the trace panes show",
+            "Visible in Traces: the recordings and the interval that the trace panes show",
         );
     }
 
-    /// The plot to the left, whatever `figures` draws to the right, the row for saving under them.
+    /// Draws the plot on the left, the `figures` on the right, and the row for saving below.
     fn lay_out(
         &mut self,
         ui: &mut egui::Ui,
@@ -375,7 +375,7 @@ impl LoopsPane {
                 egui::ScrollArea::vertical().id_salt("figures").auto_shrink([false, false]).show(
                     ui,
                     |ui| {
-                        // The labels stand a little outside.
+                        // The labels stand a little outside the plot.
                         save::row(ui, &mut self.path, print, picture.expand(6.0), out);
                         ui.separator();
                         figures(ui, self, out);
@@ -445,7 +445,7 @@ fn channel_choice(ui: &mut egui::Ui, engine: &Engine, label: &str, channel: &mut
     let all = std::iter::once(Channel::Time).chain(all);
     let items = all.map(|one| (one, channel_name(one, engine).into(), ""));
     choice(ui, button, channel, items)
-        .on_hover_text("The time, a gauge, or a load of Calc., Conv. or Comp.");
+        .on_hover_text("Time, a gauge, or a reference, uncompensated or compensated load");
 }
 
 fn trace_of(output: Output) -> Trace {
@@ -460,7 +460,7 @@ fn rgb(color: egui::Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }
 
-/// The light theme's colours, which pictures for print are in.
+/// Colours of the light theme, which printed figures use.
 fn for_print() -> egui::Visuals {
     egui::Visuals::light()
 }

@@ -1,4 +1,4 @@
-//! Metrology figures: rows with their definitions at hand, Conv. beside Comp. for every axis.
+//! Pane of metrology figures with their definitions, uncompensated beside compensated for every axis.
 
 use std::sync::Arc;
 
@@ -17,17 +17,17 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
 use crate::ui::table::Saving;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "metrology",
     title: "Metrology",
     explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Conv. beside Comp.",
 });
 
-/// What the pane remembers between frames.
+/// View state of the pane.
 #[derive(Debug)]
 pub struct MetrologyPane {
-    /// `None` follows the recordings, see [`TableOf::usual`].
+    /// Recordings that the table covers; `None` follows the recordings, see [`TableOf::usual`].
     of: Option<TableOf>,
     shown: Shown,
     path: String,
@@ -42,7 +42,7 @@ impl Default for MetrologyPane {
 impl PaneView for MetrologyPane {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         self.draw(ui, cx.engine, cx.out);
-        // It was drawn, so its choices are those of now.
+        // The pane was drawn, so its settings are the present ones.
         let of = self.of(cx.engine);
         let question = Question::Table(TableQuestion { of });
         if let Some(look) = cx.engine.look(None, question) {
@@ -113,14 +113,14 @@ impl MetrologyPane {
     fn choices(&mut self, ui: &mut egui::Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         let mut of = self.of(engine);
         for (one, label, explanation) in [
-            (TableOf::Test, "Test", "The test recordings"),
+            (TableOf::Test, "Test", "Measures the test recordings"),
             (
                 TableOf::NotFitted,
                 "Not fitted",
                 "What nothing is fitted to: the test recordings, and those that are off",
             ),
-            (TableOf::Train, "Train", "The training recordings"),
-            (TableOf::All, "All", "All recordings"),
+            (TableOf::Train, "Train", "Measures the training recordings"),
+            (TableOf::All, "All", "Measures all recordings"),
         ] {
             ui.select(&mut of, one, label, explanation);
         }
@@ -128,14 +128,19 @@ impl MetrologyPane {
             self.of = Some(of);
         }
         ui.separator();
-        ui.select(&mut self.shown, Shown::PercentFs, "% FS", "In percent of full scale");
-        ui.select(&mut self.shown, Shown::Units, "N, N·m", "In the unit of the axis");
+        ui.select(
+            &mut self.shown,
+            Shown::PercentFs,
+            "% FS",
+            "Shows figures in percent of full scale",
+        );
+        ui.select(&mut self.shown, Shown::Units, "N, N·m", "Shows figures in the unit of the axis");
         ui.separator();
         dwell_secs(ui, "Dwell", measuring);
     }
 }
 
-/// A field for a share of full scale: its label, what it decides, and the value.
+/// A field for a share of full scale: label, explanation and value.
 type ShareField<'a> = (&'a str, &'a str, &'a mut f64);
 
 /// What counts as a reversal, as still, as zero, as loaded.
@@ -155,17 +160,17 @@ fn definitions(
             let shares: [ShareField<'_>; 4] = [
                 (
                     "Still within",
-                    "A dwell: every axis stays within this much for the time beside \"Dwell\"",
+                    "In a dwell, every axis stays within this share of full scale for the time beside \"Dwell\"",
                     still_share,
                 ),
                 (
                     "Zero within",
-                    "A load this small is no load: zero return is read there",
+                    "A load up to this share of full scale counts as zero",
                     zero_share,
                 ),
                 (
                     "Loaded from",
-                    "An axis with at least this much is loaded: crosstalk is read there",
+                    "An axis counts as loaded from this share of full scale",
                     loaded_share,
                 ),
                 (

@@ -15,6 +15,7 @@ mod dead_band;
 mod dialogs;
 mod equation;
 mod errors_pane;
+mod export_pane;
 mod hand;
 mod help;
 mod import_window;

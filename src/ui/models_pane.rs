@@ -12,11 +12,15 @@ use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::table;
 use crate::ui::table::{Saving, Sort};
+use crate::ui::{plots, table};
 
 /// Nobody waits longer than this (min).
 const MOST_MINUTES: f64 = 10_000.0;
+/// Share of the pane's width that the bars get.
+const BARS_SHARE: f32 = 0.34;
+/// Characters of a name beside its bar.
+const BAR_NAME_LENGTH: usize = 18;
 /// Characters of a name that have room.
 const NAME_LENGTH: usize = 30;
 
@@ -79,7 +83,12 @@ impl PaneView for View {
         for said in &engine.models.said {
             ui.label(said);
         }
-        ui.scrolled(|ui| self.list(ui, engine, out));
+        ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: made of other recordings");
+        let width = BARS_SHARE * ui.available_width();
+        egui::Panel::right("model bars").default_size(width).show(ui, |ui| bars(ui, engine, out));
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            ui.scrolled(|ui| self.list(ui, engine, out));
+        });
     }
 }
 
@@ -154,6 +163,54 @@ impl View {
     }
 }
 
+/// Draws the cross-validated error of each model with its standard error, in percent of the conventional one.
+fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+    let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
+        .filter_map(|row| {
+            let model = row.model()?;
+            let percent = 100.0 * model.relative(ScoreSet::LeftOut)?;
+            Some((row, percent, 100.0 * model.spread.unwrap_or(0.0)))
+        })
+        .collect();
+    ui.strong("Cross-validated error, % of uncompensated");
+    let project = engine.project();
+    let visuals = ui.visuals().clone();
+    // The first model stands at the top, as in the table.
+    let place = |at: usize| (models.len() - at) as f64;
+    let name = |value: f64| {
+        let at = (models.len() as f64 - value).round();
+        let row =
+            (at >= 0.0 && (value.round() - value).abs() < 0.01).then(|| models.get(at as usize));
+        row.flatten().map_or_else(String::new, |(row, ..)| elided(&row.name, BAR_NAME_LENGTH))
+    };
+    let plot = plots::scales(egui_plot::Plot::new("model bars"), Some("%"), "")
+        .allow_scroll(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .include_x(0.0)
+        .y_grid_spacer(|input| {
+            let (from, to) = input.bounds;
+            let whole = from.ceil() as i64..=to.floor() as i64;
+            whole.map(|value| egui_plot::GridMark { value: value as f64, step_size: 1.0 }).collect()
+        })
+        .y_axis_formatter(move |mark, _| name(mark.value));
+    let shown = plot.show(ui, |plot| {
+        let all = models.iter().enumerate().map(|(at, (row, percent, _))| {
+            let is_present = row.is_present(project) && !row.is_stale(project);
+            let color =
+                if is_present { visuals.selection.stroke.color } else { visuals.weak_text_color() };
+            egui_plot::Bar::new(place(at), *percent).width(0.6).fill(color)
+        });
+        plot.bar_chart(egui_plot::BarChart::new("error", all.collect()).horizontal());
+        for (at, (_, percent, spread)) in models.iter().enumerate() {
+            let ends = vec![[percent - spread, place(at)], [percent + spread, place(at)]];
+            let line = egui_plot::Line::new("standard error", ends);
+            plot.line(line.color(visuals.strong_text_color()).width(2.0));
+        }
+    });
+    plots::finish(&shown.response, "Cross-validated error of the models", None, out);
+}
+
 /// The list with all errors, in the order in which it stands.
 fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
     let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
@@ -174,6 +231,12 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
         if pin.on_hover_text("Pinned: it stays when others are tried").changed() {
             say(ModelChange::Pin(is_pinned));
         }
+        let about = "Takes its settings and what was trained for it; undo takes them back";
+        if ui.press_small("Use", about) {
+            out.push(Action::BringBack(row.id).into());
+            return;
+        }
+        let mut say = |change| out.push(Action::Model(row.id, change).into());
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();

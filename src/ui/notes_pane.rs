@@ -11,7 +11,7 @@ pub const PANE: Pane = Pane(&Kind {
     explanation: "Free text that is saved with the session",
 });
 
-/// Nothing of its own: the text is the document's.
+/// The pane has no view state; the text belongs to the document.
 #[derive(Debug, Default)]
 pub struct View;
 
@@ -20,9 +20,7 @@ impl PaneView for View {
         let notes = &cx.engine.project().notes;
         let mut text = notes.clone();
         let field = egui::TextEdit::multiline(&mut text)
-            .hint_text(
-                "What should be remembered of this calibration; it is saved with the session",
-            )
+            .hint_text("Notes on this calibration; they are saved with the session")
             .desired_width(f32::INFINITY);
         let response = ui.add_sized(ui.available_size(), field);
         let response = response.on_hover_text("Free text, saved with the session");

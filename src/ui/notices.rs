@@ -1,4 +1,4 @@
-//! What there is to say, over the window: it comes for a while, and stands in a list until it is dismissed. Nothing moves for it.
+//! What there is to say, above the status line: it comes for a while and covers nothing, and stands in a list until it is dismissed.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -13,10 +13,6 @@ use crate::ui::numbers::elided;
 
 /// So many stand over the window, the newest ones.
 const MAX_SHOWN: usize = 3;
-/// How wide they are.
-const WIDTH: f32 = 380.0;
-/// How far above the lower edge of the window they stand: above the status line.
-const ABOVE_STATUS: f32 = 34.0;
 /// While something runs, time goes by so many times slower for them: who waits looks elsewhere, and a
 /// machine that is busy answers late.
 const SLOWER_WHILE_BUSY: u32 = 4;
@@ -51,8 +47,9 @@ impl Notices {
         self.list = !self.list;
     }
 
-    /// Draws the new ones over the window, and the list where it was asked for.
-    pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
+    /// Draws the new ones along the foot of the window, and the list where it was asked for.
+    pub fn show(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
+        let context = &ui.ctx().clone();
         let notices = &engine.notices;
         let now = Instant::now();
         let slower = if engine.is_busy() { SLOWER_WHILE_BUSY } else { 1 };
@@ -80,9 +77,8 @@ impl Notices {
                 Some(None) => {}
             }
         }
-        let is_pointed_at = !fresh.is_empty()
-            && !self.list
-            && self.over_window(context, &fresh, notices.len(), out);
+        let is_pointed_at =
+            !fresh.is_empty() && !self.list && self.at_foot(ui, &fresh, notices.len(), out);
         self.drawn = Some((now, is_pointed_at));
         if notices.is_empty() {
             self.list = false;
@@ -95,48 +91,36 @@ impl Notices {
         self.list = open;
     }
 
-    /// Draws them; whether the pointer is over one.
-    fn over_window(
+    /// Draws them; returns true if the pointer is over one.
+    fn at_foot(
         &mut self,
-        context: &egui::Context,
+        ui: &mut egui::Ui,
         fresh: &[(usize, &Notice)],
         n_all: usize,
         out: &mut Vec<Command>,
     ) -> bool {
-        let area = egui::Area::new(egui::Id::unique("notices"))
-            .order(egui::Order::Foreground)
-            .anchor(egui::Align2::RIGHT_BOTTOM, [-10.0, -ABOVE_STATUS])
-            .show(context, |ui| {
-                ui.set_max_width(WIDTH);
-                for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
-                    let toast = egui::Frame::popup(ui.style()).show(ui, |ui| {
-                        ui.set_width(WIDTH - 16.0);
-                        one(ui, *at, notice, MAX_CHARACTERS, out)
-                    });
-                    // Its button says so too, to whoever has no mouse.
-                    let is_pressed = toast.response.contains_pointer()
-                        && ui.input(|input| input.pointer.primary_clicked());
-                    if is_pressed && !toast.inner {
-                        out.push(Action::Dismiss(*at).into());
-                    }
+        let panel = egui::Panel::bottom("notices").resizable(false).show(ui, |ui| {
+            for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
+                let row = ui.scope(|ui| one(ui, *at, notice, MAX_CHARACTERS, out));
+                // Its button says so too, to whoever has no mouse.
+                let is_pressed = row.response.contains_pointer()
+                    && ui.input(|input| input.pointer.primary_clicked());
+                if is_pressed && !row.inner {
+                    out.push(Action::Dismiss(*at).into());
                 }
-                egui::Frame::popup(ui.style()).show(ui, |ui| {
-                    ui.set_width(WIDTH - 16.0);
-                    ui.horizontal(|ui| {
-                        let all = match n_all {
-                            1 => "1 notice".to_owned(),
-                            n => format!("All {n} notices"),
-                        };
-                        let all = ui.button(all);
-                        if all.on_hover_text("The list of all, to read and to copy").clicked() {
-                            self.list = true;
-                        }
-                        dismiss_all(ui, out);
-                    });
-                });
+            }
+            ui.horizontal(|ui| {
+                let all = match n_all {
+                    1 => "1 notice".to_owned(),
+                    n => format!("All {n} notices"),
+                };
+                if ui.press_small(all, "The list of all, to read and to copy") {
+                    self.list = true;
+                }
+                dismiss_all(ui, out);
             });
-        let pointer = context.pointer_hover_pos();
-        pointer.is_some_and(|at| area.response.rect.contains(at))
+        });
+        panel.response.contains_pointer()
     }
 }
 

@@ -1,8 +1,8 @@
-//! Numbers as people read them.
+//! Formats times and names for people.
 
 pub use crate::scoring::numbers::{file_size, significant};
 
-/// A span of time, as coarse as one waits for it.
+/// Returns a waiting time with a coarse unit.
 pub fn duration(span: std::time::Duration) -> String {
     let seconds = span.as_secs_f64().ceil() as u64;
     match seconds {
@@ -12,7 +12,7 @@ pub fn duration(span: std::time::Duration) -> String {
     }
 }
 
-/// A text of at most so many characters: what is too much is taken out of its middle, for names differ at their ends.
+/// Returns a text of at most this number of characters. Its middle is cut, because names differ at their ends.
 pub fn elided(text: &str, most: usize) -> String {
     let n = text.chars().count();
     if n <= most {

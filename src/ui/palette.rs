@@ -1,6 +1,6 @@
-//! Colours: each has one meaning, in every pane and in the report, apart for colour-blind eyes too (Okabe and Ito 2008), and enough
-//! contrast to be read. Orange is Conv., blue Comp., green the look-back, yellow a warning, red an error; scores on train, test and
-//! left-out recordings are told apart by their dashes.
+//! Colours. Each has one meaning in every pane and in the report, can be told apart by colour-blind eyes (Okabe and Ito
+//! 2008), and has enough contrast. Orange is the uncompensated load, blue the compensated load, green the look-back, yellow a
+//! warning, red an error. Scores on training, test and held-out recordings differ by their dashes.
 
 use egui::{Color32, Stroke, Visuals};
 
@@ -23,7 +23,7 @@ impl Trace {
         }
     }
 
-    /// Whether it is dashed, so that it can be told apart without its colour.
+    /// True for a dashed line, which can be told apart without its colour.
     pub(super) fn is_dashed(self) -> bool {
         matches!(self, Self::Conventional | Self::Factory)
     }
@@ -38,22 +38,22 @@ impl Trace {
     }
 }
 
-/// A colour of the figures as egui has it.
+/// Returns a colour of the figures as an egui colour.
 pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-/// A colour as figures have it.
+/// Returns a colour for figures.
 pub fn bytes(color: Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }
 
-/// What marks the look-back.
+/// Colour of the look-back.
 pub fn look_back(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_rgb(0, 200, 150) } else { rgb(color::LOOK_BACK) }
 }
 
-/// The colours of loops and cross-plots.
+/// Returns the colours of loops and cross-plots.
 pub fn inks(visuals: &Visuals) -> Inks {
     let bytes = |color: Color32| [color.r(), color.g(), color.b()];
     Inks {
@@ -65,17 +65,17 @@ pub fn inks(visuals: &Visuals) -> Inks {
     }
 }
 
-/// Behind samples that look faulty.
+/// Colour behind faulty samples.
 pub fn faulty(visuals: &Visuals) -> Color32 {
     visuals.error_fg_color.gamma_multiply(0.28)
 }
 
-/// Behind intervals where past = present.
+/// Colour behind intervals without a past sample.
 pub fn without_past(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_white_alpha(16) } else { Color32::from_black_alpha(20) }
 }
 
-/// How errors on these samples are drawn.
+/// Returns the line style of errors on these samples.
 pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     match set {
         ScoreSet::Train => visuals.weak_text_color(),
@@ -84,12 +84,12 @@ pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
     }
 }
 
-/// What marks the choice of now, and the cursors.
+/// Colour of the present choice and of the cursors.
 pub fn present(visuals: &Visuals) -> Color32 {
     visuals.strong_text_color()
 }
 
-/// The colours of everything else, dark or light.
+/// Colours of everything else, dark or light.
 pub fn visuals(is_dark: bool) -> Visuals {
     let grey = Color32::from_gray;
     let (mut visuals, text) = match is_dark {

@@ -16,6 +16,7 @@ const PANES: &[Entry] = &[
     (super::metrology_pane::PANE, of::<super::metrology_pane::MetrologyPane>),
     (super::errors_pane::PANE, of::<super::errors_pane::View>),
     (super::calibration_pane::PANE, of::<super::calibration_pane::View>),
+    (super::export_pane::PANE, of::<super::export_pane::View>),
     (super::notes_pane::PANE, of::<super::notes_pane::View>),
     (super::live_pane::PANE, of::<super::live_pane::View>),
     (super::check_pane::PANE, of::<super::check_pane::View>),

@@ -31,6 +31,8 @@ use questions::Questions;
 
 /// One step of the text's size.
 const TEXT_STEP: f32 = 0.1;
+/// How much larger everything is for a projector.
+const PRESENTER_SCALE: f32 = 1.4;
 
 /// The window: the engine behind it, and what only the window remembers.
 pub struct Shell {
@@ -55,6 +57,8 @@ pub struct Shell {
     pictures: Images,
     /// Whether somebody came with files: then the tour on the built-in sensor is not what they want.
     was_given_files: bool,
+    /// Whether the panes fill the screen, without menus.
+    presents: bool,
     /// Whether the window may close, whatever is not saved.
     closing: bool,
     /// The title that the window has.
@@ -74,7 +78,7 @@ impl Shell {
         let was_given_files = !files.is_empty();
         let mut engine = Engine::new(Arc::clone(&notify));
         if files.iter().all(|path| is_calibration(path)) {
-            engine.act(Action::OpenBuiltIn);
+            engine.act(Action::OpenBuiltIn(None));
         }
         engine.act(Action::Open(files));
         Self {
@@ -96,6 +100,7 @@ impl Shell {
             tour: Tour::default(),
             pictures: Images::default(),
             was_given_files,
+            presents: false,
             closing: false,
             title: String::new(),
             looks: None,
@@ -204,6 +209,11 @@ impl Shell {
                 let pane = pane.or(pointed.map(|(pane, _)| *pane));
                 self.workspaces.toggle_maximized(pane);
             }
+            Command::TogglePresenter => {
+                self.presents = !self.presents;
+                self.looks = None;
+                ui.send_viewport_cmd(egui::ViewportCommand::Fullscreen(self.presents));
+            }
             Command::ShowPalette => self.palette.open(),
             Command::FindSetting(setting) => {
                 self.workspaces.bring(settings_panel::PANE);
@@ -301,7 +311,8 @@ impl Shell {
     /// Keeps title, looks and panes true to the engine, asks before something is lost, and writes down what is not saved.
     fn follow_engine(&mut self, ui: &egui::Ui) {
         if self.looks.as_ref() != Some(&self.engine.preferences) {
-            appearance::apply(ui.ctx(), &self.engine.preferences);
+            let larger = if self.presents { PRESENTER_SCALE } else { 1.0 };
+            appearance::apply(ui.ctx(), &self.engine.preferences, larger);
             self.looks = Some(self.engine.preferences.clone());
         }
         let title = self.engine.title();
@@ -348,12 +359,14 @@ impl Shell {
         let can = self.can_go();
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
-        egui::Panel::top("menu").show(ui, |ui| {
-            menu::menu_bar(ui, &self.engine, &self.workspaces, can, out);
-        });
+        if !self.presents {
+            egui::Panel::top("menu").show(ui, |ui| {
+                menu::menu_bar(ui, &self.engine, &self.workspaces, can, out);
+            });
+        }
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.followed_file().is_none();
-        if !is_empty {
+        if !is_empty && !self.presents {
             egui::Panel::top("verdict").show(ui, |ui| {
                 let (engine, time, asked) = (&self.engine, &mut self.time, &mut asked);
                 verdict::verdict_strip(ui, &mut Cx { engine, time, out, asked });
@@ -362,6 +375,7 @@ impl Shell {
         egui::Panel::bottom("status").show(ui, |ui| {
             status_line::status_line(ui, &self.engine, out);
         });
+        self.notices.show(ui, &self.engine, out);
         let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let (engine, time, places) = (&self.engine, &mut self.time, &mut self.places);
@@ -382,7 +396,6 @@ impl Shell {
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
         import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);
-        self.notices.show(ui.ctx(), engine, out);
         self.tour.show(ui.ctx(), &self.places, out);
         self.questions.show(ui.ctx(), engine, out);
     }

@@ -53,6 +53,8 @@ pub struct TimeView {
     /// What looks faulty in each recording, once it is known.
     pub(super) faulty: Vec<Arc<FaultyRecording>>,
     pub(super) hovered: Option<usize>,
+    /// Whether the scales of values stay as they are.
+    pub(super) locks_values: bool,
     /// The pass in which the panes were drawn last.
     pub(super) drawn_in: u64,
     /// The sample that is pointed at elsewhere.
@@ -71,6 +73,7 @@ impl Default for TimeView {
             zooms: no_zooms(),
             faulty: Vec::new(),
             hovered: None,
+            locks_values: false,
             drawn_in: 0,
             pointed: None,
             hidden: Vec::new(),

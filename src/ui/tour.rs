@@ -5,7 +5,7 @@ use egui::{Rect, Vec2};
 
 use crate::ui::command::{Command, Pane};
 use crate::ui::controls::Controls as _;
-use crate::ui::{calibration_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
+use crate::ui::{export_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
 /// A step: the pane that it speaks of, its title and its text.
 type Step = (Pane, &'static str, &'static str);
@@ -43,7 +43,7 @@ const STEPS: [Step; 6] = [
          whose columns have no names is asked about first.",
     ),
     (
-        calibration_pane::PANE,
+        export_pane::PANE,
         "Out again",
         "Export the calibration here: .json for this program, .h, .rs or .py to run on a robot, and more. F1 shows all keys, \
          Ctrl+P finds any action.",

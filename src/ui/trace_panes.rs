@@ -202,6 +202,14 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         if fit.clicked() {
             panes.fit();
         }
+        let lock = ui.selectable_label(panes.locks_values, "Lock y");
+        let lock = lock.on_hover_text(
+            "Keeps the scales of loads and errors as they are, so that a change can be seen while a threshold moves",
+        );
+        if lock.clicked() {
+            panes.locks_values = !panes.locks_values;
+            panes.shown.values.clear();
+        }
         let table = ui.selectable_label(panes.cursors.has_table(), "Cursors");
         let table = table.on_hover_text(
             "The table of what lies at cursor A, at B and between them. A click in a trace puts A, with Shift B; Escape takes both away",
@@ -239,10 +247,9 @@ fn no_past(ui: &egui::Ui, engine: &Engine, top: f32, out: &mut Vec<Command>) {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     ui.warn(format!(
-                            "No past sample is found for {:.0} % of the samples (grey): Comp. is close to Conv. there",
-                            100.0 * (1.0 - share)
-                        ),
-                    );
+                        "No past sample is found for {:.0} % of the samples (grey): the look-back adds nothing there",
+                        100.0 * (1.0 - share)
+                    ));
                     if offered != present {
                         let distance = engine.project().settings.features.distance;
                         if ui.press(format!("Take {}", pair_text(distance, offered)), "Thresholds that find one more often") {

@@ -179,11 +179,12 @@ impl Arrangement {
     pub fn of(workspace: Workspace) -> Self {
         use crate::ui::{
             calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
-            errors_pane::PANE as ERRORS, live_pane::PANE as LIVE, loops_pane::PANE as LOOPS,
-            metrology_pane::PANE as METROLOGY, models_pane::PANE as MODELS,
-            notes_pane::PANE as NOTES, recordings_panel::PANE as RECORDINGS,
-            sensor_pane::PANE as SENSOR, settings_panel::PANE as SETTINGS,
-            thresholds_pane::PANE as THRESHOLDS, trace_panes::PANE as TRACES,
+            errors_pane::PANE as ERRORS, export_pane::PANE as EXPORT, live_pane::PANE as LIVE,
+            loops_pane::PANE as LOOPS, metrology_pane::PANE as METROLOGY,
+            models_pane::PANE as MODELS, notes_pane::PANE as NOTES,
+            recordings_panel::PANE as RECORDINGS, sensor_pane::PANE as SENSOR,
+            settings_panel::PANE as SETTINGS, thresholds_pane::PANE as THRESHOLDS,
+            trace_panes::PANE as TRACES,
         };
         let mut tiles = Tiles::default();
         let mut build = Build(&mut tiles);
@@ -224,9 +225,9 @@ impl Arrangement {
                 (build.tabs(&[RECORDINGS]), build.column([check, traces], 0.5), 0.34)
             }
             Workspace::Export => {
-                let (settings, errors) = (build.tabs(&[SETTINGS]), build.tabs(&[ERRORS, NOTES]));
+                let (export, errors) = (build.tabs(&[EXPORT]), build.tabs(&[ERRORS, NOTES]));
                 let matrix = build.tabs(&[CALIBRATION]);
-                (settings, build.column([matrix, errors], 0.66), 0.28)
+                (export, build.column([matrix, errors], 0.66), 0.34)
             }
         };
         let root = build.row([left, right], share);

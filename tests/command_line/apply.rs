@@ -247,6 +247,89 @@ fn a_file_that_grows_is_followed() {
     program.wait().unwrap();
 }
 
+/// The answers to the same samples, however a device prints them; the time is by the rate where rows have none.
+#[test]
+fn rows_are_answered_as_devices_print_them() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let gauges: Vec<[f64; 2]> =
+        (0..30).map(|k| [f64::from(k), 0.5 * f64::from(k * k % 7)]).collect();
+    let print = |row: &dyn Fn(f64, [f64; 2]) -> String| -> String {
+        gauges.iter().enumerate().map(|(k, own)| row(0.02 * k as f64, *own)).collect()
+    };
+    let loads = |text: &str, more: &[&str]| -> Vec<String> {
+        let arguments = [&["apply", "c.json", "-"], more].concat();
+        let answers = fed(&workshop, &arguments, text);
+        let answers = answers.lines().skip(1).map(|row| row.split_once(',').unwrap().1.to_owned());
+        answers.collect()
+    };
+    let table = ["t [s],S1,S2\n", &print(&|t, [a, b]| format!("{t},{a},{b}\n"))].concat();
+    let expected = loads(&table, &[]);
+    assert_eq!(expected.len(), gauges.len());
+    let rate = ["--rate", "50"];
+    let stamp = |t: f64| format!("12:00:{t:06.3} -> ");
+    for (name, text, more) in [
+        ("commas", print(&|_, [a, b]| format!("{a},{b}\n")), &rate[..]),
+        ("blanks", print(&|_, [a, b]| format!("{a} {b}\r\n")), &rate),
+        ("decimal commas", print(&|_, [a, b]| format!("{a};{b}\n").replace('.', ",")), &rate),
+        ("tabs", print(&|_, [a, b]| format!("{a}\t{b}\n")), &rate),
+        ("a time first", print(&|t, [a, b]| format!("{:.0} {a} {b}\n", 1e3 * t)), &[]),
+        ("an arrow", print(&|t, [a, b]| format!("{}{a},{b}\n", stamp(t))), &[]),
+        ("pairs", print(&|_, [a, b]| format!("S2:{b} S1: {a}\n")), &rate),
+        ("pairs after an arrow", print(&|t, [a, b]| format!("{}S1:{a},S2:{b}\n", stamp(t))), &[]),
+        ("json", print(&|_, [a, b]| format!("{{\"S2\": {b}, \"S1\": {a}}}\n")), &rate),
+        (
+            "teleplot",
+            print(&|t, [a, b]| {
+                let t = 1e3 * t;
+                format!(">S1:{t:.0}:{a}\n>S2:{t:.0}:{b}§V|g\n")
+            }),
+            &[],
+        ),
+        ("teleplot without a time", print(&|_, [a, b]| format!(">S1:{a}\n>S2:{b}\n")), &rate),
+    ] {
+        let answered = loads(&text, more);
+        assert_eq!(answered, expected, "{name}");
+    }
+    let few: String = "1,2\n2,3\n".to_owned();
+    assert_eq!(loads(&few, &rate).len(), 2, "fewer than ten lines");
+    let clock = fed(&workshop, &["apply", "c.json", "-", "--rows", "numbers"], "1,2\n2,3\n3,4\n");
+    let times: Vec<f64> = (clock.lines().skip(1))
+        .map(|row| row.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    assert!(times.len() == 3 && times.is_sorted_by(|a, b| a < b), "{times:?}");
+}
+
+/// A bad value is named; a line asks for a tare or a reset; messages name the stream.
+#[test]
+fn rows_on_standard_input_are_an_instrument() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let text = [
+        "t [s],S1,S2\n0,1,2\n0.02,1,oops\n0.04,1,2\ntare\n0.06,1,2\nreset\n0.08,2,3\n",
+        "tare 0.02\n0.1,4,5\n0.12,4,5\n0.14,4,5\n",
+    ]
+    .concat();
+    let answers = fed(&workshop, &["apply", "c.json", "-", "--json"], &text);
+    let rows: Vec<serde_json::Value> =
+        answers.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(rows.len(), 8);
+    assert_eq!(rows[1]["t"], 0.02);
+    assert_eq!(rows[1]["why"], "S2 is \"oops\"");
+    let load = |row: &serde_json::Value| row["Fz_conv"].as_f64().unwrap();
+    assert!(load(&rows[3]).abs() < 1e-9 && load(&rows[7]).abs() < 1e-9, "{answers}");
+    assert!(load(&rows[2]).abs() > 1e-3 && load(&rows[4]).abs() > 1e-3, "{answers}");
+    assert_eq!(rows[5]["status"], "taring");
+    assert!(rows[5]["Fz_comp"].is_null());
+
+    workshop.write("input", "left\nright\n".repeat(20));
+    let input = fs::File::open(workshop.file("input")).unwrap();
+    let output = command(workshop.path(), &["apply", "c.json", "-"]).stdin(input).output().unwrap();
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && told.contains("standard input"), "{told}");
+    assert!(!told.contains("/tmp"), "{told}");
+}
+
 fn fed(workshop: &Workshop, arguments: &[&str], text: &str) -> String {
     workshop.write("input", text);
     let input = fs::File::open(workshop.file("input")).unwrap();

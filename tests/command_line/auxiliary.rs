@@ -109,7 +109,7 @@ fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
     let applied =
         succeed(workshop.path(), &["apply", "c.json", "c.csv", "--status", "--out", "out"]);
     let answer = stderr(&applied);
-    assert!(answer.contains("has no number in 150 rows, for 3.020 s at the longest"), "{answer}");
+    assert!(answer.contains("has no value in 150 rows, for at most 3.020 s"), "{answer}");
     let loads = workshop.read("out/c_loads.csv");
     let rows = loads.lines().skip(1);
     let held: Vec<usize> = rows

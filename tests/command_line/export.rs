@@ -189,3 +189,36 @@ fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_by_force_alone
     let forced = run(workshop.path(), &[&export[..], &["--force"]].concat());
     assert!(forced.status.success() && workshop.file("c.json").exists());
 }
+
+/// At 1 kHz the whole history of 15 s takes more than 64 kB; at 20 Hz it does not, and nothing is changed.
+#[test]
+fn a_history_that_is_too_large_for_a_controller_is_kept_coarser() {
+    let workshop = Workshop::new();
+    let recording = |rate_hz: f64, seed: f64| -> String {
+        let mut play = 0.0_f64;
+        let row = |k: u32| {
+            let t = f64::from(k) / rate_hz;
+            let load = 5.0 * (0.7 * t + seed).sin() + 2.0 * (1.9 * t).sin();
+            play = play.clamp(load - 1.0, load + 1.0);
+            format!("{t},{},{load}\n", load + 0.2 * play + 1e-3 * (37.0 * t).sin())
+        };
+        let rows: String = (0..(30.0 * rate_hz) as u32).map(row).collect();
+        format!("t [s],S1,Fz [N]\n{rows}")
+    };
+    for (rate_hz, is_coarser) in [(1000.0, true), (20.0, false)] {
+        for seed in 0..3 {
+            workshop.write(&format!("run{seed}.csv"), recording(rate_hz, f64::from(seed)));
+        }
+        let fit = ["fit", "--train", "run0.csv", "run1.csv", "run2.csv", "--force", "--export"];
+        let step = |arguments: &[&str]| -> f64 {
+            succeed(workshop.path(), &[&fit[..], arguments].concat());
+            let file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+            file["history_step_secs"].as_f64().unwrap()
+        };
+        let chosen = step(&["c.json"]);
+        let whole = 0.3137 / rate_hz;
+        assert_eq!(chosen > 1.5 * whole, is_coarser, "{chosen} s at {rate_hz} Hz");
+        let asked = step(&["c.json", "--history-rate", "1000"]);
+        assert!((asked - 1e-3).abs() < 1e-8, "{asked}");
+    }
+}

@@ -151,7 +151,7 @@ fn what_is_wrong_with_single_rows_is_told_with_its_line_and_stops_nothing() {
     // Line 1 is the header, lines 2 to 151 are the first run.
     assert_eq!(
         places,
-        [152, 153, 154, 155].map(|line| format!("loopscope: warning: odd.csv:{line}:"))
+        [152, 153, 154, 155].map(|line| format!("loopscope: warning: odd.csv, line {line}:"))
     );
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["n_train"], 300);

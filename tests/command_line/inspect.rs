@@ -84,7 +84,10 @@ fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
     let written = ["inspect", "odd.csv", "--write-map", "odd.json"];
     succeed(workshop.path(), &written);
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("would not be loaded: odd.csv:1: no time column among a, b"), "{text}");
+    assert!(
+        text.contains("would not be loaded: odd.csv, line 1: no time column among a, b"),
+        "{text}"
+    );
     assert!(text.contains("open question: No column increases steadily"), "{text}");
 }
 
@@ -132,11 +135,11 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
         (&["fit", "--train", "a.csv", "--columns", "a.csv"], ["a.csv", "not JSON"]),
         (&["fit", "--train", "a.csv", "--columns", "broken.json"], ["broken.json", "tide"]),
         (&["fit", "--train", "a.csv", "--columns", "folder"], ["folder", "not a file"]),
-        (&["fit", "--train", "other.csv", "--columns", "map.json"], ["other.csv:1", "t [s]"]),
+        (&["fit", "--train", "other.csv", "--columns", "map.json"], ["other.csv, line 1", "t [s]"]),
         (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
         (&["inspect", "folder"], ["folder", "no recordings"]),
         (&["inspect", "a.csv", "--write-map", "a.csv"], ["a.csv", "read"]),
-        (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no directory"]),
+        (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no folder"]),
     ] {
         let output = run(workshop.path(), arguments);
         let told = stderr(&output);
@@ -193,7 +196,7 @@ fn an_assumed_rhythm_of_bursts_is_told_and_stands_in_the_map() {
     assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 1);
     assert_eq!(found["check"]["assumed_gap_secs"], 2.0);
     let told = found["check"]["warnings"][0].as_str().unwrap();
-    let expected = "bursts.csv:12: rows come in bursts, as some loggers write them, with pauses of about 0.32 s that end no recording";
+    let expected = "bursts.csv, line 12: rows come in bursts, with pauses of about 0.32 s that end no recording";
     assert!(told.starts_with(expected), "{told}");
     assert!(told.ends_with("(59 times, last on line 592)"), "{told}");
     let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);

@@ -48,7 +48,7 @@ fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
         ["fit", "--json", "--train", "poses.csv", "--export", "c.json", "--export", "c.h"];
     let output = succeed(workshop.path(), &arguments);
     let told = stderr(&output);
-    assert!(told.contains("the 60 rows are taken for 20 load cases"), "{told}");
+    assert!(told.contains("the 60 rows are read as 20 load cases"), "{told}");
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&report["n_train"], &report["rank"]), (&60.into(), &7.into()));
     assert_eq!(report["cross_validation"]["by"], "load case", "{report}");
@@ -133,7 +133,7 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
         }
     }
     let sweep = run(workshop.path(), &["sweep", "--train", "poses.csv"]);
-    assert!(stderr(&sweep).contains("the recordings have no times"), "{}", stderr(&sweep));
+    assert!(stderr(&sweep).contains("load cases without times"), "{}", stderr(&sweep));
 }
 
 /// A column that is a clock, or too many rows: then the time is asked for, as before.

@@ -50,9 +50,9 @@ fn files_that_are_no_recordings_are_named() {
             ("--train gone.csv", &["gone.csv"]),
             ("--train .", &["not a file"]),
             ("--train empty.csv", &["empty.csv", "empty"]),
-            ("--train text.csv", &["text.csv:1", "no time column"]),
+            ("--train text.csv", &["text.csv, line 1", "no time column"]),
             ("--train binary.csv", &["binary.csv", "not text but binary data"]),
-            ("--train no_gauge.csv", &["no_gauge.csv:1", "no gauge"]),
+            ("--train no_gauge.csv", &["no_gauge.csv, line 1", "no gauge"]),
             ("--train no_reference.csv", &["no_reference.csv", "no reference"]),
             ("--train a.csv no_reference.csv", &["no_reference.csv"]),
             ("--train a.csv --test no_reference.csv", &["no_reference.csv"]),
@@ -148,7 +148,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
         &[
             ("--train a.csv --f-th 0:5:0", &["step of F_th", "above zero"]),
             ("--train a.csv --f-th 0:5:-1", &["step of F_th", "-1"]),
-            ("--train a.csv --f-th 5:0:1", &["F_th", "exchange"]),
+            ("--train a.csv --f-th 5:0:1", &["F_th", "must not be above"]),
             ("--train a.csv --t-th 5,3", &["t_th", "rising"]),
             ("--train a.csv --t-th 5,5", &["t_th", "once"]),
             ("--train a.csv --t-th -1", &["t_th", "-1"]),
@@ -157,7 +157,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
             ("--train a.csv --measure mx", &["no Mx", "Fz"]),
             ("--train a.csv --measure moments", &["no axis", "choose"]),
             ("--train short.csv", &["4 training samples", "record longer"]),
-            ("--train a.csv --svg gone/map.svg", &["no directory gone"]),
+            ("--train a.csv --svg gone/map.svg", &["no folder gone"]),
             ("--train a.csv --csv ./a.csv", &["./a.csv", "read"]),
         ],
     );
@@ -182,7 +182,7 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
         &[
             ("--train a.csv --export c.xml", &["c.xml", ".json"]),
             ("--train a.csv --export c", &["ending"]),
-            ("--train a.csv --export gone/c.json", &["gone/c.json", "no directory gone"]),
+            ("--train a.csv --export gone/c.json", &["gone/c.json", "no folder gone"]),
             ("--train a.csv --export folder.json --force", &["folder.json", "directory"]),
             ("--train a.csv --export kept.json --force", &["kept.json", "read-only"]),
             ("--train a.csv --export kept.json", &["kept.json", "already", "--force"]),

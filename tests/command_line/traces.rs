@@ -78,7 +78,7 @@ fn traces_that_cannot_be_are_refused_with_what_to_do() {
         (&["--traces", "t.csv", "--from", "900"], "choose other times"),
         (&["--traces", "t.csv", "--from", "nan"], "must not be after the end"),
         (&["--traces", "a.csv", "--force"], "which is read"),
-        (&["--traces", "gone/t.csv"], "no directory"),
+        (&["--traces", "gone/t.csv"], "no folder"),
         (&["--from", "3"], "--traces"),
     ] {
         let told = run(workshop.path(), &[&["fit"], &ALL_FILES[..], more].concat());

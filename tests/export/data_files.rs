@@ -188,7 +188,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
         (&small, "c.cal", "6 gauges and the axes Fx Fy Fz Mx My"),
         (&endless, "c.h", "smaller t_th"),
         (&broken, "c.yaml", "row Fx"),
-        (&linear, "gone/c.h", "no directory"),
+        (&linear, "gone/c.h", "no folder"),
     ] {
         let told =
             write_calibration(calibration, &directory.path().join(name)).unwrap_err().to_string();

@@ -77,3 +77,40 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
         }
     }
 }
+
+/// A counter that turns is the same clock as seconds that do not.
+#[test]
+fn ticks_in_rust_are_the_same_clock_as_seconds() {
+    if !is_there("rustc", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    // Whole microseconds, at which no age is exactly a threshold.
+    let seconds = DRIVER.replace(
+        "let time = numbers.next().unwrap();",
+        "let time = (1.000137e6 * numbers.next().unwrap()).round() * 1e-6;",
+    );
+    let ticks = seconds.replace(
+        "state.update(time, &gauges)",
+        "state.update_ticks((4.29e9 + (1e6 * time).round()) as u64 as u32, 1e6, &gauges)",
+    );
+    assert!(seconds != DRIVER && ticks != seconds);
+    export(&calibration(every_block(), Regressor::Linear), &at("exported.rs"));
+    let run = |driver: &str| {
+        fs::write(at("samples.txt"), lines(&samples(&RECORDING))).unwrap();
+        fs::write(at("main.rs"), driver).unwrap();
+        let mut compile = Command::new("rustc");
+        compile.args(["--edition", "2021", "-D", "warnings", "-o"]).arg(at("program"));
+        succeed(compile.arg(at("main.rs")));
+        let input = Stdio::from(File::open(at("samples.txt")).unwrap());
+        let printed = succeed(Command::new(at("program")).stdin(input));
+        let numbers = printed.split_whitespace().map(|text| text.parse::<f64>().unwrap());
+        numbers.collect::<Vec<_>>()
+    };
+    let (by_seconds, by_ticks) = (run(&seconds), run(&ticks));
+    assert!(by_seconds.len() > 100 && by_seconds.len() == by_ticks.len());
+    for (own, other) in by_ticks.iter().zip(&by_seconds) {
+        assert!((own - other).abs() < 1e-6 || own.is_nan() && other.is_nan(), "{own} {other}");
+    }
+}

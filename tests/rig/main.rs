@@ -3,8 +3,8 @@
 mod simulator;
 
 use loopscope::recording::Recording;
-use loopscope::scoring::rig::{Cause, Contradiction, NoGauge, Rig};
-use simulator::{FAULTS, Fault, Set};
+use loopscope::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig};
+use simulator::{FAULTS, Fault, Programme, Set};
 
 fn rig(set: &Set) -> Rig {
     let all = set.recordings();
@@ -60,7 +60,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
             (matches!(cause, Cause::Axes(_)) || one_axis && is_gain(false)) && value < 0.0
         }
         Fault::MirroredGauge => is_gain(true) && value < 0.0,
-        Fault::NoiseOnce => *cause == Cause::Unlike,
+        Fault::NoiseOnce => matches!(cause, Cause::Noise(_) | Cause::Unlike),
     }
 }
 
@@ -148,4 +148,52 @@ fn columns_that_are_no_gauges_are_named() {
         assert_eq!(with(&|run, k| run.times[k]), [NoGauge::Clock(last)], "{seed}");
         assert_eq!(with(&|run, k| 2.0 * run.loads[k][0]), [NoGauge::Reference(last)], "{seed}");
     }
+}
+
+/// Most faults of single channels are named, and sound sets have none.
+#[test]
+fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
+    let found = |set: &Set| {
+        let all = set.recordings();
+        let all: Vec<&Recording> = all.iter().collect();
+        Rig::of(&all, &set.full_scale).unwrap().channel_faults(&all)
+    };
+    for seed in 0..number("RIG_SETS", 4) * 10 {
+        assert_eq!(found(&Set::sound(seed, 1)), [], "{seed}");
+    }
+    let moves = |set: &Set| set.runs.iter().all(|run| run.programme != Programme::Poses);
+    let (mut named, mut all) = (0, 0);
+    for seed in (0..40).filter(|seed| moves(&Set::sound(*seed, 2))) {
+        let sound = Set::sound(seed, 2);
+        let mut hums = sound.clone();
+        let mut clips = sound.clone();
+        let mut bends = sound.clone();
+        for run in &mut hums.runs {
+            for (time, row) in run.times.iter().zip(&mut run.gauges) {
+                let wave = (std::f64::consts::TAU * 7.3 * time).sin();
+                row.iter_mut().zip(&sound.span).for_each(|(own, span)| *own += 0.1 * span * wave);
+            }
+        }
+        for row in clips.runs.iter_mut().flat_map(|run| &mut run.loads) {
+            row[0] = row[0].min(0.5 * sound.full_scale[0]);
+        }
+        let n: f64 = sound.runs.iter().map(|run| run.gauges.len() as f64).sum();
+        let zero = sound.runs.iter().flat_map(|run| &run.gauges).map(|row| row[0]).sum::<f64>() / n;
+        for row in bends.runs.iter_mut().flat_map(|run| &mut run.gauges) {
+            row[0] -= 0.2 * sound.span[0] * ((row[0] - zero) / sound.span[0]).powi(3);
+        }
+        let has = |set: &Set, is_own: fn(&ChannelFault) -> bool| found(set).iter().any(is_own);
+        let mut results = vec![
+            has(&hums, |own| matches!(own, ChannelFault::Hum { hz, .. } if (hz - 7.3).abs() < 0.1)),
+            has(&clips, |own| matches!(own, ChannelFault::ClippedReference { axis: 0, .. })),
+        ];
+        if sound.n_gauges > 2 {
+            results.push(has(&bends, |own| matches!(own, ChannelFault::Bent(0, _))));
+        }
+        println!("{seed}: {results:?}");
+        named += results.iter().filter(|own| **own).count();
+        all += results.len();
+    }
+    println!("{named} of {all} faults of single channels named");
+    assert!(4 * named >= 3 * all, "{named} of {all}");
 }

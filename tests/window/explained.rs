@@ -110,7 +110,7 @@ fn every_control_of_the_import_window_says_on_hover_what_it_does() {
     }
     settle(&mut window);
     for tick in [
-        "The load is that of a known weight, by the pose columns",
+        "Computes the load of a known weight from the pose columns",
         "The reference load stands in a file of its own",
         "sample rate",
     ] {
@@ -128,9 +128,9 @@ fn the_program_says_what_it_is_and_whose_work_is_in_it() {
     assert!(has(&window, env!("CARGO_PKG_VERSION")));
     assert!(has(&window, "gui"), "features");
     assert!(has(&window, "Permission is hereby granted"));
-    click(&mut window, Role::Button, "Crates in it");
+    click(&mut window, Role::Button, "Crates");
     assert!(has(&window, "accesskit"));
-    for button in ["Copy these", "MIT", "Crates in it"] {
+    for button in ["Copy version", "MIT", "Crates"] {
         let rect = window.get_by_role_and_label(Role::Button, button).rect();
         assert!(explains(&mut window, rect.center()), "{button}");
     }

@@ -33,7 +33,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     let mut window = window(vec![first]);
     assert!(has(&window, "Import first.dat"));
     window.check_accessibility();
-    for (column, role) in [(1, "time"), (2, "gauge"), (3, "gauge"), (4, "Fx")] {
+    for (column, role) in [(1, "Time"), (2, "Gauge"), (3, "Gauge"), (4, "Fx")] {
         choose(&mut window, column, role);
     }
     assert!(has(&window, "Would load 1 recording, 400 samples at 20"));
@@ -59,7 +59,7 @@ fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
     let mut window = window(vec![first]);
-    for (column, role) in [(2, "gauge"), (3, "gauge"), (4, "Fx")] {
+    for (column, role) in [(2, "Gauge"), (3, "Gauge"), (4, "Fx")] {
         choose(&mut window, column, role);
     }
     click(&mut window, Role::Button, "Load it");
@@ -94,10 +94,10 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
     let files = Files::new();
     let mut window = window(vec![files.write("excel.csv", &bracketed(400))]);
     for (column, role) in [
-        ("Uhr [s]", "time"),
-        ("Messstelle 1 [mV/V]", "gauge"),
-        ("Messstelle 2 [mV/V]", "gauge"),
-        ("Presse [N]", "ignore"),
+        ("Uhr [s]", "Time"),
+        ("Messstelle 1 [mV/V]", "Gauge"),
+        ("Messstelle 2 [mV/V]", "Gauge"),
+        ("Presse [N]", "Ignore"),
     ] {
         let combo = format!("Role of column {column}");
         let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
@@ -105,10 +105,10 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
     }
     assert!(has(&window, "gauges Messstelle 1 Messstelle 2, no reference"));
     choose(&mut window, "Presse [N]", "Fx");
-    for role in ["ignore", "Fy", "gauge"] {
+    for role in ["Ignore", "Fy", "Gauge"] {
         choose(&mut window, "Messstelle 2 [mV/V]", role);
         let rules = &state(&window).importing.as_ref().unwrap().map.table.columns;
-        let n_rules = if role == "ignore" { 3 } else { 4 };
+        let n_rules = if role == "Ignore" { 3 } else { 4 };
         assert_eq!(rules.len(), n_rules, "{rules:?}");
     }
     assert!(has(&window, "gauges Messstelle 1 Messstelle 2, reference Fx"));
@@ -140,13 +140,13 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         assert!(moved < 2.0, "{why}: {moved} px");
     };
     check(&window, [false, false], "nothing is said");
-    choose(&mut window, 3, "ignore");
+    choose(&mut window, 3, "Ignore");
     check(&window, [false, false], "one gauge less answers neither");
     choose(&mut window, 4, "Fx");
     check(&window, [false, true], "one axis answers what the reference is");
-    choose(&mut window, 5, "time_reference");
+    choose(&mut window, 5, "Reference clock");
     check(&window, [true, true], "the reference has a clock");
-    choose(&mut window, 5, "ignore");
+    choose(&mut window, 5, "Ignore");
     check(&window, [false, true], "it is open again");
     window.get_by_label_contains(questions[0]).click();
     settle(&mut window);
@@ -201,7 +201,7 @@ fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
     send.send(Action::Import(ImportCommand::Open(path)));
     settle(&mut window);
     for column in 1..=4 {
-        choose(&mut window, column, "ignore");
+        choose(&mut window, column, "Ignore");
     }
     let load = window.get_by_role_and_label(Role::Button, "Load it");
     assert!(load.accesskit_node().is_disabled());
@@ -214,7 +214,7 @@ fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
 fn a_map_is_written_for_the_command_line_and_read_again() {
     let files = Files::new();
     let mut window = window(vec![files.write("first.dat", &headerless(400))]);
-    for (column, role) in [(1, "time"), (2, "gauge"), (3, "gauge"), (4, "Fz")] {
+    for (column, role) in [(1, "Time"), (2, "Gauge"), (3, "Gauge"), (4, "Fz")] {
         choose(&mut window, column, role);
     }
     let path = files.path("map.json");
@@ -222,7 +222,7 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     click(&mut window, Role::Button, "Write map");
     let map = loopscope::import::map::ColumnMap::read(&path).unwrap();
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
-    choose(&mut window, 4, "ignore");
+    choose(&mut window, 4, "Ignore");
     assert_ne!(map, state(&window).importing.as_ref().unwrap().map);
     click(&mut window, Role::Button, "Read map");
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
@@ -251,10 +251,10 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let send = window.state_mut().as_mut().unwrap();
     send.send(Action::Import(ImportCommand::Open(path)));
     settle(&mut window);
-    for (column, role) in [("roll", "pose_roll"), ("pitch", "pose_pitch"), ("yaw", "pose_yaw")] {
+    for (column, role) in [("roll", "Pose roll"), ("pitch", "Pose pitch"), ("yaw", "Pose yaw")] {
         choose(&mut window, column, role);
     }
-    let weight = "The load is that of a known weight, by the pose columns";
+    let weight = "Computes the load of a known weight from the pose columns";
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
     told(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
@@ -293,7 +293,7 @@ fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
     let loads = ["\"beta\" Fx", "\"gamma\" Fy", "\"delta\" Fz"];
     assert_eq!(roles(&window)[2..], loads);
     select(&mut window, "gamma", egui::Modifiers::COMMAND);
-    choose(&mut window, "beta", "ignore");
+    choose(&mut window, "beta", "Ignore");
     assert_eq!(roles(&window)[1..], ["\"alpha\" gauge", "\"gamma\" Fy"]);
     window.check_accessibility();
 }

@@ -505,7 +505,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     let files = Files::new();
     let mut window = window(files.three());
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Action::OpenBuiltIn);
+    shell.send(Action::OpenBuiltIn(None));
     shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
     until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
@@ -889,7 +889,11 @@ fn models_are_found_sorted_brought_back_and_saved() {
     type_into(&mut window, "CSV", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
-    assert_eq!(table.lines().count(), rows.len() + 2);
+    assert_eq!(
+        table.lines().count(),
+        rows.len() + 3,
+        "a head, the kept model and the settings of now"
+    );
     assert!(table.starts_with(",model,train of Conv. [%],test of Conv. [%]"), "{table}");
     assert!(table.lines().nth(1).unwrap().contains("Conventional"), "by name: {table}");
 }

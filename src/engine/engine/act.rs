@@ -12,7 +12,7 @@ impl Engine {
             Action::Redo => self.history.redo(&mut self.project),
             Action::Show(view) => self.project.view = view,
             Action::Open(paths) => self.open(paths),
-            Action::OpenBuiltIn => self.await_turn(InTurn::Simulate),
+            Action::OpenBuiltIn(late) => self.await_turn(InTurn::Simulate(late)),
             Action::Tare(which, tare) => {
                 let entries = which.iter().filter_map(|at| self.entries().get(*at));
                 let which = entries.map(|entry| Arc::clone(&entry.recording)).collect();
@@ -263,7 +263,7 @@ impl Engine {
                 Task::tare(recordings, meant, tare)
             }
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
-            InTurn::Simulate => Task::simulate(recordings),
+            InTurn::Simulate(late) => Task::simulate(recordings, late),
         };
         self.begin(task, Some(turn));
     }

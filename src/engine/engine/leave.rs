@@ -15,7 +15,7 @@ impl Engine {
             None => None,
         };
         self.saved_trained.clone_from(&self.unproven);
-        let is_built_in = opened.session.built_in;
+        let (is_built_in, late) = (opened.session.built_in, opened.session.built_in_lag);
         let (project, notices) = opened.into_project();
         notices.into_iter().for_each(|notice| self.show_notice(notice));
         let maps = std::mem::take(&mut self.project.maps);
@@ -24,7 +24,7 @@ impl Engine {
             self.project.maps.entry(path).or_insert(map);
         }
         if is_built_in {
-            self.await_turn(InTurn::Simulate);
+            self.await_turn(InTurn::Simulate(late));
         }
         // A restored session is not saved anywhere, even if it has the built-in sensor.
         self.saved = Some(match &path {

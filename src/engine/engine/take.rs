@@ -32,7 +32,21 @@ impl Engine {
         }
         self.take_tasks();
         self.take_first_thresholds();
+        self.list_present();
         self.follow();
+    }
+
+    /// Adds the present settings to the list of models, if the list has rows but none with these settings.
+    fn list_present(&mut self) {
+        let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
+        if self.models.rows.is_empty() || is_moving || !self.can_keep() {
+            return;
+        }
+        let analysis = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
+        if let Some(calibration) = analysis.filter(|_| !self.models.has_present(&self.project)) {
+            let (recordings, settings) = (&self.project.recordings, &self.project.settings);
+            self.start(Task::list_present(Arc::clone(recordings), settings.clone(), calibration));
+        }
     }
 
     /// Searches for the thresholds with the lowest cross-validation error, unless the user has chosen thresholds.
@@ -182,6 +196,7 @@ impl Engine {
                 }
             }
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
+            Done::Present(recordings, model) => self.models.take_present(*model, &recordings),
             Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
         }
     }

@@ -1,7 +1,7 @@
-//! A report on a calibration: one HTML file that needs nothing beside it, to be read, printed and kept.
+//! A report on a calibration: one HTML file that needs no other file, to read, print and keep.
 //!
-//! Guarantees: well-formed markup, whatever names files have; no script, and nothing that is fetched from elsewhere; what
-//! could not be computed is said in its place.
+//! Guarantees: the markup is well-formed for any file names. There is no script, and nothing is loaded from elsewhere. A
+//! missing result is replaced by its reason.
 
 mod data;
 mod page;
@@ -13,7 +13,7 @@ pub use self::data::{ReportCurves, ReportData, ReportErrors, ReportRecording, ut
 use self::page::html_of;
 use crate::export::atomic::{WriteError, write_atomically};
 
-/// Writes a report, whole or not at all.
+/// Writes a report atomically.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written.

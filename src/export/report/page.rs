@@ -1,4 +1,4 @@
-//! The page of a report: the values of its template, tables and pictures among them.
+//! Page of a report: the values of its template, with tables and figures.
 
 use minijinja::{Value, context};
 
@@ -19,7 +19,7 @@ const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
 const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
-/// The whole page.
+/// Returns the whole page.
 pub(super) fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
     let count = |role: Role| {
@@ -34,7 +34,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
     });
     let loops = report.loops.iter().zip(&calibration.axes);
     let loops = loops.map(|(found, axis)| {
-        let shown = or_reason(found, |figure| picture(figure, LOOP_SIZE));
+        let shown = or_reason(found, |figures| pictures(figures, LOOP_SIZE).into());
         (axis.symbol(), shown)
     });
     let values = context! {
@@ -95,7 +95,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
     filled_markup(include_str!("../templates/report.html"), values)
 }
 
-/// What was found, as it is shown, or why there is nothing.
+/// Returns a result as it is shown, or the reason why there is none.
 fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> Value {
     match found {
         Ok(found) => shown(found),
@@ -116,7 +116,7 @@ fn all(tables: &[Table]) -> Vec<Value> {
     tables.iter().map(table).collect()
 }
 
-/// A table below its title, its note below it. Its rows are as wide as its head.
+/// Returns a table with its title above and its note below.
 fn table(table: &Table) -> Value {
     let titles = table.columns.iter();
     let titles: Vec<Cell> = titles.map(|column| Cell::words(column.title())).collect();
@@ -129,7 +129,7 @@ fn table(table: &Table) -> Value {
     Value::from_safe_string(markup.trim_end().to_owned())
 }
 
-/// The attributes and the text of each cell; where a reason has no room it is a number of those that stand below the table.
+/// Returns the attributes and the text of each cell. A long reason is replaced by the number of a footnote.
 fn row(columns: &[Column], cells: &[Cell], notes: &mut Vec<String>) -> Vec<(Value, String)> {
     let mut row = Vec::new();
     let mut cells = columns.iter().zip(cells).peekable();

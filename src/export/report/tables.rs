@@ -1,4 +1,4 @@
-//! The tables of a report: what it is about, how good it is, what it was made of, and the matrices.
+//! Tables of a report: sensor, errors, settings and matrices.
 
 use super::data::{ReportData, ReportRecording};
 use crate::calibration::{Calibration, LinearMap};
@@ -8,10 +8,10 @@ use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
 use crate::shown::and_more;
 
-/// A longer matrix is told of only in part: nobody reads it, and the complete calibration has it.
+/// Maximum number of columns of a matrix; the JSON export holds longer ones.
 const MAX_FEATURES: usize = 400;
 
-/// Which sensor it is, by label.
+/// Returns the sensor's identity, by label.
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let entered = calibration.identity.entered();
     let mut rows: Vec<(&str, String)> =
@@ -28,7 +28,7 @@ pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// The recordings with their files, and how large the error is on each.
+/// Returns the recordings with their files and errors.
 pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     let files = Table::of(&report.recordings)
         .words("Name", |own| &own.used.name)
@@ -67,7 +67,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     [files, errors]
 }
 
-/// What the calibration was made with.
+/// Returns the settings of the calibration.
 pub(super) fn settings(calibration: &Calibration) -> Table {
     Table::of(setting_rows(calibration))
         .words("Setting", |(name, _)| *name)
@@ -98,7 +98,7 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
     rows
 }
 
-/// The matrices, that of the standard errors among them.
+/// Returns the matrices, and the matrix of standard errors.
 pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     let conventional = &calibration.conventional;
     let mut tables = vec![matrix("Conventional (Conv.)", conventional, calibration)];

@@ -142,16 +142,28 @@ pub struct LiveSample<'a> {
     pub is_held: bool,
 }
 
-/// Loads as comma-separated text, a row as each sample comes.
+/// Loads, a row as each sample comes: comma-separated text, or JSON lines.
 pub struct LoadRows<W: io::Write> {
     columns: Columns,
-    with_status: bool,
-    csv: CsvWriter<W>,
+    out: RowWriter<W>,
     row: Vec<Option<f64>>,
 }
 
+/// What rows of loads are written as.
+enum RowWriter<W: io::Write> {
+    Csv {
+        out: CsvWriter<W>,
+        with_status: bool,
+    },
+    /// One object a line, with these keys before the status.
+    Json {
+        out: W,
+        keys: Vec<String>,
+    },
+}
+
 impl<W: io::Write> LoadRows<W> {
-    /// Writes the head; `reference` are the axes that are known.
+    /// Writes the head of a text; `reference` are the axes that are known.
     ///
     /// # Errors
     /// Whatever `out` fails with.
@@ -162,10 +174,30 @@ impl<W: io::Write> LoadRows<W> {
         out: W,
     ) -> io::Result<Self> {
         let columns = Columns::of(calibration, &reference, &KINDS[..3]);
-        let mut csv = CsvWriter::new(out);
+        let mut out = CsvWriter::new(out);
         let status = with_status.then(|| "status".to_owned());
-        csv.row(columns.head().into_iter().chain(status))?;
-        Ok(Self { columns, with_status, csv, row: Vec::new() })
+        out.row(columns.head().into_iter().chain(status))?;
+        Ok(Self { columns, out: RowWriter::Csv { out, with_status }, row: Vec::new() })
+    }
+
+    /// As [`Self::new`] with a status, or JSON lines, which have no head.
+    ///
+    /// # Errors
+    /// Whatever `out` fails with.
+    pub fn live(
+        calibration: &Calibration,
+        reference: Vec<Axis>,
+        is_json: bool,
+        out: W,
+    ) -> io::Result<Self> {
+        if !is_json {
+            return Self::new(calibration, reference, true, out);
+        }
+        let columns = Columns::of(calibration, &reference, &KINDS[..3]);
+        let key =
+            |(kind, axis, _): &(Kind, Axis, usize)| format!("{}_{}", axis.symbol(), kind.label());
+        let keys = ["t".to_owned()].into_iter().chain(columns.columns.iter().map(key)).collect();
+        Ok(Self { columns, out: RowWriter::Json { out, keys }, row: Vec::new() })
     }
 
     /// Runs a sample and writes its row.
@@ -190,26 +222,42 @@ impl<W: io::Write> LoadRows<W> {
         };
         let loads = (estimator.conventional(), &compensated[..]);
         (self.columns).fill(sample.clock_secs, sample.reference, loads, &mut self.row);
-        self.end_row(&status.to_string())
+        self.end_row(&status.to_string(), None)
     }
 
-    /// Writes the row of a sample that was not run: its time, as far as it is known, and why.
+    /// Writes the row of a sample that was not run: its time, as far as it is known, its status, and in JSON lines why.
     ///
     /// # Errors
     /// Whatever `out` fails with.
-    pub fn write_without_load(&mut self, time: Option<f64>, why: &str) -> io::Result<()> {
+    pub fn write_without_load(
+        &mut self,
+        time: Option<f64>,
+        status: &str,
+        why: Option<&str>,
+    ) -> io::Result<()> {
         self.row.clear();
         self.row.push(time);
         self.row.resize(1 + self.columns.columns.len(), None);
-        self.end_row(why)
+        self.end_row(status, why)
     }
 
-    fn end_row(&mut self, status: &str) -> io::Result<()> {
-        csv::write_cells(&mut self.csv, &self.row)?;
-        if self.with_status {
-            self.csv.cell(status)?;
+    fn end_row(&mut self, status: &str, why: Option<&str>) -> io::Result<()> {
+        match &mut self.out {
+            RowWriter::Csv { out, with_status } => {
+                csv::write_cells(out, &self.row)?;
+                if *with_status {
+                    out.cell(status)?;
+                }
+                out.end_row()
+            }
+            RowWriter::Json { out, keys } => {
+                let numbers = self.row.iter().map(|number| serde_json::json!(number));
+                let texts = [("status", Some(status)), ("why", why)].into_iter();
+                let texts = texts.filter_map(|(key, text)| Some((key.to_owned(), text?.into())));
+                let members = keys.iter().cloned().zip(numbers).chain(texts);
+                writeln!(out, "{}", serde_json::Value::Object(members.collect()))
+            }
         }
-        self.csv.end_row()
     }
 
     /// Hands on what is written.
@@ -217,7 +265,10 @@ impl<W: io::Write> LoadRows<W> {
     /// # Errors
     /// Whatever `out` fails with.
     pub fn flush(&mut self) -> io::Result<()> {
-        self.csv.flush()
+        match &mut self.out {
+            RowWriter::Csv { out, .. } => out.flush(),
+            RowWriter::Json { out, .. } => out.flush(),
+        }
     }
 }
 

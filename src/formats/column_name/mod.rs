@@ -16,7 +16,7 @@ use crate::recording::units::{
 const GAUGE_UNITS: [&str; 13] =
     ["v", "mv", "uv", "µv", "counts", "count", "lsb", "raw", "adc", "ohm", "ohms", "strain", "pf"];
 /// Units that only a gauge has, so that the name of the column does not matter.
-const OF_GAUGES_ALONE: [&str; 13] = [
+const GAUGE_ONLY_UNITS: [&str; 13] = [
     "mv/v",
     "uv/v",
     "µv/v",
@@ -202,7 +202,7 @@ pub(crate) fn is_clock_name(name: &str) -> bool {
 }
 
 fn is_of_gauges_alone(unit: &str) -> bool {
-    OF_GAUGES_ALONE.contains(&unit.trim().to_lowercase().as_str())
+    GAUGE_ONLY_UNITS.contains(&unit.trim().to_lowercase().as_str())
 }
 
 /// Returns true if any kind of column can have this unit.

@@ -214,7 +214,7 @@ pub(super) fn axis_of(plain: &str) -> Option<Axis> {
         let is_letter = word.len() == 1;
         let after = bare.strip_prefix(word).and_then(|rest| match is_letter {
             true => letter(rest),
-            // `Kraft Fx`
+            // The symbol may follow the word, as in `Kraft Fx`.
             false => direction(rest).or_else(|| {
                 let symbol = FORCES.iter().chain(&MOMENTS).filter(|own| own.len() == 1);
                 let of_same = |own: &&&str| axes_of_quantity(own) == Some(axes);

@@ -71,7 +71,6 @@ struct Reading<'a> {
     n_members: usize,
 }
 
-/// Contents of a dataset.
 enum Content {
     Array(Array),
     Records(Vec<Array>),

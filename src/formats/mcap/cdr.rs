@@ -59,7 +59,6 @@ impl<'a> Cdr<'a> {
         Some(number.all(bytes, false))
     }
 
-    /// Skips a sequence of texts.
     pub fn skip_texts(&mut self) -> Option<()> {
         let n_texts = self.length()?;
         (0..n_texts).try_for_each(|_| self.skip_text())

@@ -60,7 +60,7 @@ pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError>
                 Some(record) => topics.take(record),
                 None => {}
             },
-            Err(McapError::UnexpectedEof | McapError::BadMagic) if topics.hold_something() => {
+            Err(McapError::UnexpectedEof | McapError::BadMagic) if topics.have_samples() => {
                 ends_early = true;
                 break;
             }
@@ -239,7 +239,6 @@ impl Shape {
     }
 }
 
-/// One message of a topic.
 #[derive(Debug)]
 struct Sample {
     /// Time stamp inside the message (ns), if it has one.
@@ -264,7 +263,7 @@ struct Topics {
 }
 
 impl Topics {
-    fn hold_something(&self) -> bool {
+    fn have_samples(&self) -> bool {
         self.topics.values().any(|topic| !topic.samples.is_empty())
     }
 

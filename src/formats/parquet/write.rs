@@ -17,26 +17,26 @@ const GROUP_ROWS: usize = 1 << 16;
 pub(crate) struct ParquetTable<'a> {
     out: &'a mut dyn Write,
     /// Bytes that the crate has produced and that are not yet written to `out`.
-    made: Made,
-    writer: SerializedFileWriter<Made>,
+    buffer: Buffer,
+    writer: SerializedFileWriter<Buffer>,
     names: Vec<ByteArray>,
     columns: Vec<Vec<Option<f64>>>,
 }
 
 /// Shared buffer of produced bytes. The crate requires an output that can move between threads.
 #[derive(Clone, Default)]
-struct Made(Arc<Mutex<Vec<u8>>>);
+struct Buffer(Arc<Mutex<Vec<u8>>>);
 
-impl Made {
+impl Buffer {
     fn take(&self) -> Vec<u8> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-impl Write for Made {
+impl Write for Buffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        made.extend_from_slice(bytes);
+        let mut buffer = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        buffer.extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
@@ -48,14 +48,17 @@ impl Write for Made {
 impl<'a> ParquetTable<'a> {
     /// Creates a table with a column of names and one column of numbers per head.
     pub fn new(head: &[String], out: &'a mut dyn Write) -> io::Result<Self> {
-        let made = Made::default();
+        let buffer = Buffer::default();
         let properties = WriterProperties::builder().set_compression(Compression::SNAPPY);
         let schema = schema(head).map_err(io::Error::other)?;
-        let writer =
-            SerializedFileWriter::new(made.clone(), Arc::new(schema), Arc::new(properties.build()));
+        let writer = SerializedFileWriter::new(
+            buffer.clone(),
+            Arc::new(schema),
+            Arc::new(properties.build()),
+        );
         Ok(Self {
             out,
-            made,
+            buffer,
             writer: writer.map_err(io::Error::other)?,
             names: Vec::new(),
             columns: vec![Vec::new(); head.len()],
@@ -78,14 +81,14 @@ impl<'a> ParquetTable<'a> {
             self.write_group()?;
         }
         self.writer.close().map_err(io::Error::other)?;
-        self.out.write_all(&self.made.take())
+        self.out.write_all(&self.buffer.take())
     }
 
     fn write_group(&mut self) -> io::Result<()> {
         self.group().map_err(io::Error::other)?;
         self.names.clear();
         self.columns.iter_mut().for_each(Vec::clear);
-        self.out.write_all(&self.made.take())
+        self.out.write_all(&self.buffer.take())
     }
 
     fn group(&mut self) -> Result<(), ParquetError> {

@@ -10,7 +10,7 @@ const LONGEST_LINE: usize = 1 << 20;
 /// Replacement of a line longer than [`LONGEST_LINE`].
 const TOO_LONG: &str = "(a line of more than 1 MiB)";
 /// Number of bytes that suffice to detect the encoding, if no line has ended before.
-const ENOUGH: usize = 1 << 10;
+const ENCODING_BYTES: usize = 1 << 10;
 
 /// Buffer of a text that has not arrived completely.
 #[derive(Debug, Default)]
@@ -18,7 +18,6 @@ pub(crate) struct ArrivingLines {
     encoding: Option<Encoding>,
     /// Bytes that are not decoded yet.
     raw: Vec<u8>,
-    /// Decoded text.
     text: Vec<u8>,
     /// Start in `text` of the line that is not returned yet.
     start: usize,
@@ -28,10 +27,10 @@ pub(crate) struct ArrivingLines {
 }
 
 impl ArrivingLines {
-    /// Appends the bytes that have arrived.
     pub fn push(&mut self, bytes: &[u8]) {
         self.raw.extend_from_slice(bytes);
-        if self.encoding.is_some() || self.raw.contains(&b'\n') || self.raw.len() >= ENOUGH {
+        if self.encoding.is_some() || self.raw.contains(&b'\n') || self.raw.len() >= ENCODING_BYTES
+        {
             self.decode();
         }
     }

@@ -11,7 +11,6 @@ const ANY_ERROR: u32 = 1 << 31;
 /// Values in the lines above the header.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Preamble {
-    /// Number of lines of the preamble.
     pub n_lines: usize,
     pub rate_hz: Option<f64>,
     pub force: CountedUnit,

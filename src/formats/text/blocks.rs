@@ -13,7 +13,6 @@ use crate::formats::error::FileError;
 /// Maximum length of a line (bytes). Without a limit one line could fill the memory.
 const LINE_LIMIT_BYTES: usize = 4 << 20;
 
-/// Reader of a file in blocks.
 #[derive(Debug)]
 pub(super) struct Blocks {
     pub text: Text,

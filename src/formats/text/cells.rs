@@ -30,7 +30,7 @@ impl Delimiter {
     }
 
     /// Returns the delimiter as a byte; a blank stands for any run of blanks and tabs.
-    pub(super) const fn byte(self) -> u8 {
+    pub(crate) const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',
@@ -239,8 +239,8 @@ fn closing_quote(rest: &[u8]) -> Option<usize> {
     }
 }
 
-/// Returns the number at the start of `text` and the position of its end, or `None` if it is not of the usual form: a
-/// sign, digits, a `point`, at most 18 digits in all. Same result as [`number`], but faster.
+/// Returns the number at the start of `text` and the position of its end. Returns `None` if it is not of the usual form:
+/// a sign, digits, a `point`, at most 18 digits in all. Same result as [`number`], but faster.
 ///
 /// The digits as a whole number (up to 2^53) and the power of ten are both exact, so their quotient is the nearest
 /// floating-point number.

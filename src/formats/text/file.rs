@@ -35,7 +35,6 @@ const BLOCKS_PER_THREAD: usize = 8;
 /// Maximum number of blocks that are parsed at a time. It limits memory on machines with many cores.
 const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
 
-/// Opened text file with its start.
 #[derive(Debug)]
 pub(crate) struct TextFile {
     path: PathBuf,
@@ -80,10 +79,10 @@ impl TextFile {
     }
 
     fn read_places(&self) -> Vec<Vec<u8>> {
-        let (n_looked_at, line_bytes) = layout::looked_at(&self.head);
+        let (n_inspected, line_bytes) = layout::inspected(&self.head);
         let bytes_per_character = self.encoding().bytes_per_character();
         // Starts before the end of the previous line, so that the first line is whole.
-        let start = (n_looked_at as u64 * bytes_per_character).saturating_sub(bytes_per_character);
+        let start = (n_inspected as u64 * bytes_per_character).saturating_sub(bytes_per_character);
         let n_more = self.whole_file_bytes().saturating_sub(start);
         let line_bytes = line_bytes * bytes_per_character as usize;
         let place_bytes =

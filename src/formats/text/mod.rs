@@ -34,4 +34,5 @@ pub(crate) use layout::Head;
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};
 pub(super) use lvm::FORMAT as LABVIEW;
+pub(crate) use serial_monitor::stamped;
 pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};

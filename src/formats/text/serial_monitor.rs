@@ -8,26 +8,26 @@ const ARROW: &[u8] = b" -> ";
 /// Replacement of the arrows. It has the same length, so that positions in the file stay valid.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrows {
-    put: [u8; ARROW.len()],
+    replacement: [u8; ARROW.len()],
 }
 
 impl Arrows {
     /// Returns the replacement for a text, or `None` if its first line does not start with a time and an arrow.
     pub fn of(text: &[u8]) -> Option<Self> {
         let line = text.split(|byte| *byte == b'\n').find(|line| !line.trim_ascii().is_empty())?;
-        let at = place(line)?;
+        let at = arrow_position(line)?;
         let delimiter = delimiter_of_header(&line[at + ARROW.len()..]);
-        let put = [delimiter.byte(), b' ', b' ', b' '];
-        Some(Self { put })
+        let replacement = [delimiter.byte(), b' ', b' ', b' '];
+        Some(Self { replacement })
     }
 
     /// Turns the times of whole lines into a column. In the first lines of a file, the column above the names is `time`.
     pub fn mend(self, lines: &mut [u8], mut is_first: bool) {
         for line in lines.split_mut(|byte| *byte == b'\n') {
-            let Some(at) = place(line) else {
+            let Some(at) = arrow_position(line) else {
                 continue;
             };
-            line[at..at + ARROW.len()].copy_from_slice(&self.put);
+            line[at..at + ARROW.len()].copy_from_slice(&self.replacement);
             let rest = line[at..].split(|byte| [b',', b';', b'\t', b' '].contains(byte));
             let is_row = rest
                 .filter(|cell| !cell.trim_ascii().is_empty())
@@ -40,8 +40,13 @@ impl Arrows {
     }
 }
 
+/// Returns the end of the time of a line and the start of its row; `None` without a time and an arrow.
+pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
+    arrow_position(line).map(|at| (at, at + ARROW.len()))
+}
+
 /// Returns the position of the arrow behind the time of a line.
-fn place(line: &[u8]) -> Option<usize> {
+fn arrow_position(line: &[u8]) -> Option<usize> {
     const LONGEST_TIME: usize = 32;
     let start = &line[..line.len().min(LONGEST_TIME)];
     let at = memchr::memmem::find(start, ARROW)?;

@@ -38,7 +38,6 @@ pub(crate) enum TimeForm {
 pub(crate) enum TimeSpelling {
     /// Number in this unit.
     Number(TimeUnit),
-    /// Number of samples.
     Samples,
     /// Date or time of day.
     Text(TimeForm),

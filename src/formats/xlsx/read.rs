@@ -28,7 +28,6 @@ const TEXT_LIMIT_BYTES: usize = 1 << 10;
 const DAYS_BEFORE_1970: f64 = 25_569.0;
 const DAY_SECS: f64 = 86_400.0;
 
-/// Filled cell.
 struct Cell<'a> {
     row: u32,
     column: u32,
@@ -142,7 +141,6 @@ fn is_row(row: &[Cell]) -> bool {
     n_values > n_texts
 }
 
-/// Returns the number in a cell.
 fn number(value: &DataRef) -> Option<f64> {
     match value {
         DataRef::Int(value) => Some(*value as f64),

@@ -32,6 +32,9 @@ pub struct ColumnReport {
     pub content: Content,
     /// First cells.
     pub first: Vec<String>,
+    /// Numbers at evenly spaced rows of the sample, for drawing.
+    #[serde(skip)]
+    pub outline: Vec<f32>,
     /// Minimum.
     pub min: Option<f64>,
     /// Maximum.
@@ -90,6 +93,9 @@ impl Content {
     }
 }
 
+/// Maximum number of values in the drawing of a column.
+const OUTLINE_VALUES: usize = 90;
+
 /// Returns a report on each column.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
@@ -140,6 +146,10 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
                 unit: rule.and_then(|rule| rule.unit.clone()).or_else(|| head.unit(index)),
                 content,
                 first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
+                outline: (numbers.iter())
+                    .step_by(numbers.len().div_ceil(OUTLINE_VALUES).max(1))
+                    .map(|value| *value as f32)
+                    .collect(),
                 min: numbers.iter().copied().reduce(f64::min),
                 max: numbers.iter().copied().reduce(f64::max),
                 runs_like_clock: runs_like_clock(times),

@@ -32,7 +32,6 @@ use crate::recording::{Axis, Recording};
 
 /// Maximum length of a file that is read for the preview (bytes): thousands of rows, read without delay.
 const SAMPLE_BYTES: u64 = 8 << 20;
-/// Number of rows shown.
 const PREVIEW_ROWS: usize = 12;
 
 /// Known properties of a file that is inspected.

@@ -15,15 +15,13 @@ pub enum MapError {
         "this is not JSON, so not a column map; write one from a recording with `inspect --write-map`"
     )]
     NotAMap,
-    #[error("the JSON of the column map is not valid: {0}")]
+    #[error("not valid JSON: {0}")]
     Json(#[from] serde_json::Error),
     #[error(
         "not a column map: its \"format\" is {found} instead of \"{expected}\"; write one from a recording with `inspect --write-map`"
     )]
     Format { found: String, expected: &'static str },
-    #[error(
-        "the column map has version {found}, but this program reads version {known}; update the program"
-    )]
+    #[error("it has version {found}, but this program reads version {known}; update the program")]
     Version { found: u64, known: u32 },
     #[error("a column cannot be \"{name}\"; use one of: {known}")]
     UnknownRole { name: String, known: String },

@@ -113,6 +113,20 @@ impl ColumnRole {
             Self::Mount => "mount",
         }
     }
+
+    /// Returns the label in the window.
+    pub fn label(self) -> String {
+        match self {
+            Self::TimeReference => "Reference clock".to_owned(),
+            Self::Auxiliary => "Auxiliary channel".to_owned(),
+            Self::Mount => "Mounting pose".to_owned(),
+            other => {
+                let name = other.name().replace('_', " ");
+                let initial = name.chars().take(1).flat_map(char::to_uppercase);
+                initial.chain(name.chars().skip(1)).collect()
+            }
+        }
+    }
 }
 
 impl fmt::Display for ColumnRole {

@@ -41,7 +41,6 @@ fn resolved<'a>(
     }
 }
 
-/// Input of a plan.
 pub(super) struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
@@ -123,7 +122,7 @@ impl Making<'_> {
         Ok(uses)
     }
 
-    /// Returns the times as [`Self::times`] does, for a table that has none.
+    /// Returns the result of [`Self::times`] for a table without times.
     pub fn no_times(&self) -> Result<(Option<usize>, TimeScale, Vec<Use>), TableError> {
         Ok((None, TimeScale::PerSecond(1.0), self.uses()?))
     }

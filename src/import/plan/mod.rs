@@ -172,15 +172,16 @@ mod tests {
     fn an_error_gives_the_line_and_the_column() {
         let message = |text: &str| plan_and_notes(text).unwrap_err().to_string();
         assert!(
-            message("0,1.5,\"2\"").starts_with("a.csv:1: no header: the first line holds only")
+            message("0,1.5,\"2\"")
+                .starts_with("a.csv, line 1: no header: the first line holds only")
         );
         assert!(message("0,5;1,5").contains("only numbers"));
         assert!(message("S1,Fx").contains("no time column among S1, Fx"));
         assert!(message("t,Fx,a\tb").contains("no gauge column among t, Fx, a\\tb"));
         let unit = message("t,S1,Fx [stone]");
-        assert!(unit.contains("column 3 (Fx) has the unknown unit stone; understood here: N, kN"));
-        assert!(message("t,S1,Mx (N)").contains("unknown unit N; understood here: N·m"));
-        assert!(message("t [min],S1").contains("unknown unit min; understood here: s, ms"));
+        assert!(unit.contains("column 3 (Fx) has the unknown unit stone. Known units: N, kN"));
+        assert!(message("t,S1,Mx (N)").contains("unknown unit N. Known units: N·m"));
+        assert!(message("t [min],S1").contains("unknown unit min. Known units: s, ms"));
         assert!(message("t,S1,Fx,ATI_Fx").contains("columns 3 and 4 are both Fx"));
         assert!(message("t,S1 [V],x,S1 [mV]").contains("columns 2 and 4 are both gauge S1"));
     }

@@ -8,7 +8,6 @@ pub(crate) const GAUGE_LIMIT: usize = 64;
 /// Maximum number of auxiliary channels; each may give products with all gauges.
 pub(crate) const AUXILIARY_LIMIT: usize = 8;
 
-/// Use of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Use {
     Ignored,
@@ -88,7 +87,6 @@ impl Use {
 pub(crate) enum Side {
     /// Gauges and reference, on one clock.
     Both,
-    /// Gauges alone.
     Gauges,
     /// Reference alone, with a second time in the file of the gauges.
     SecondClock,
@@ -143,7 +141,6 @@ pub(crate) struct PosePlan {
     pub position: Option<usize>,
     /// Index of the mount value, if there is one.
     pub mount: Option<usize>,
-    /// Names of the mounts.
     pub mounts: Vec<String>,
     pub width: usize,
 }

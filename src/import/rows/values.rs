@@ -48,7 +48,6 @@ pub(super) fn value_of(
     match usage {
         Use::Ignored => Ok((0.0, false)),
         _ if cell.is_empty() => Err(Trouble::Empty),
-        // A number is not a date.
         Use::TimeText(form) => {
             let since = plan.since_of(index);
             let secs = cell.written().and_then(|text| form.secs_since(since, text));

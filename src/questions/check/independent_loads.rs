@@ -6,10 +6,12 @@
 use serde::Serialize;
 
 use crate::finding::{Face, Finding, Id, Verdict};
-use crate::questions::check::judgement::CONDITION;
 use crate::questions::check::rig::RigReport;
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
+
+/// A condition number from which some combinations of features are hardly determined.
+pub(super) const CONDITION: f64 = 1e4;
 
 /// What is known of recordings and a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]

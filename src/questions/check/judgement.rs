@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 
 use crate::finding::{Finding, Id, Verdict};
-use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
+use crate::questions::check::independent_loads::{AxisReach, CONDITION, Sufficiency};
 use crate::questions::check::load_count::LoadCount;
 use crate::recording::Axis;
 use crate::scoring::load_spread::LoadSpread;
@@ -25,8 +25,6 @@ const INFLATION_SAID: f64 = 5.0;
 const REACHED: f64 = 0.8;
 /// A load goes one way only where the other is below this share of it.
 pub(super) const ONE_WAY: f64 = 0.1;
-/// A condition number from which some combinations of features are hardly determined.
-pub(super) const CONDITION: f64 = 1e4;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 

@@ -304,8 +304,14 @@ impl Dataset {
             if pieces.len() * train.stride() * (p + calibration.axes.len()) > KEPT {
                 return None;
             }
-            let sums =
-                recording_sums(&design, self.present_loads(at), &past[at], &pieces, progress);
+            let sums = recording_sums(
+                &design,
+                self.present_loads(at),
+                &past[at],
+                &pieces,
+                false,
+                progress,
+            );
             for (piece, sums) in pieces.iter().zip(&sums) {
                 parts[piece.fold].add(sums);
             }

@@ -12,8 +12,8 @@ use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::lag::{Lag, LagRun, lag_by_run, lags};
 use crate::scoring::numbers::{percent, significant};
-use crate::scoring::rig::{Cause, Contradiction, NoGauge, Rig, Run, Where};
-use crate::shown::first_clauses;
+use crate::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig, Run, Where};
+use crate::shown::{first, first_clauses};
 
 /// Units that are taken for one another, and by which factor.
 const UNITS: [(f64, &str); 6] = [
@@ -93,6 +93,9 @@ impl RigReport {
         if findings.is_empty() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
+        findings.extend(
+            rig.channel_faults(training).iter().map(|own| channel_fault(own, &gauges, rig.axes())),
+        );
         progress.check()?;
         let (answers, axes) = (rig.answers(), rig.axes().to_vec());
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
@@ -190,6 +193,28 @@ fn no_gauge(own: &NoGauge, gauges: &[String]) -> String {
     }
 }
 
+fn channel_fault(own: &ChannelFault, gauges: &[String], axes: &[Axis]) -> Finding {
+    let doubtful = |id: Id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
+    match own {
+        ChannelFault::Hum { gauges: hum, hz, amplitude } => {
+            let names = first(NAMED, hum.iter().map(|gauge| &gauges[*gauge]));
+            let seen = format!("{names} hum at {} Hz, where no load moves", significant(*hz, 3));
+            doubtful(Id::Hum, seen).with(format!("amplitude {} of the range", percent(*amplitude)))
+        }
+        ChannelFault::Bent(gauge, bend) => {
+            let seen = format!("{} bends where the other gauges do not", gauges[*gauge]);
+            doubtful(Id::Bent, seen).with(format!("by up to {} of its range", percent(*bend)))
+        }
+        ChannelFault::ClippedReference { axis, load, visits } => {
+            let (axis, load) = (axes[*axis], significant(*load, 4));
+            let (symbol, unit) = (axis.symbol(), axis.unit());
+            let seen =
+                format!("the reference of {symbol} stays at {load} {unit} while the gauges go on");
+            doubtful(Id::ReferenceClipped, seen).with(format!("{visits} times"))
+        }
+    }
+}
+
 impl Contradiction {
     fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
         let value = self.values.first().copied().unwrap_or(1.0);
@@ -224,6 +249,11 @@ impl Contradiction {
             Cause::SwappedAxes(a, b) => {
                 let [a, b] = [a, b].map(|axis| axes(&[*axis]));
                 (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
+            }
+            Cause::Noise(own) => {
+                let names = first(NAMED, own.iter().map(|gauge| &gauges[*gauge]));
+                let times = significant(value, 2);
+                (Id::Noisy, format!("the noise of {names} is {times} times that in any other"))
             }
             Cause::Unlike => (Id::Odd, "contradicts the others".to_owned()),
         };
@@ -283,7 +313,8 @@ pub(super) fn lag(
         n += own.n_samples();
         n <= LAG_LONGEST
     });
-    let runs: Vec<LagRun<'_>> = moving
+    let moving: Vec<&&Recording> = moving.collect();
+    let runs: Vec<LagRun<'_>> = (moving.iter())
         .map(|own| LagRun {
             times: own.times(),
             gauges: own.gauges(),
@@ -309,10 +340,17 @@ pub(super) fn lag(
     };
     let is_worst = |own: &Result<Lag, _>| own.as_ref().is_ok_and(|own| std::ptr::eq(own, *worst));
     let by_run = lag_by_run(&runs, found.iter().position(is_worst).unwrap_or_default());
-    let differs = by_run.into_iter().flatten().find(|own| {
+    let differs = |own: &Lag| {
         let error = own.standard_error_secs.hypot(worst.standard_error_secs);
-        (own.seconds - worst.seconds).abs() > 4.0 * error
-    });
+        let apart = (own.seconds - worst.seconds).abs();
+        apart > 4.0 * error && apart * worst.samples.abs() > LAG_SAMPLES * worst.seconds.abs()
+    };
+    let by_run = moving.iter().map(|own| own.name()).zip(by_run);
+    let by_gauge = training[0].gauge_names().iter().map(String::as_str).zip(found.iter().cloned());
+    let others: Vec<String> = (by_run.chain(by_gauge))
+        .filter_map(|(name, own)| Some((name, own.ok().filter(differs)?)))
+        .map(|(name, own)| format!("{name} {} s", significant(own.seconds, 2)))
+        .collect();
     let (way, size) = match worst.seconds > 0.0 {
         true => ("behind", worst.seconds),
         false => ("ahead of", -worst.seconds),
@@ -327,8 +365,8 @@ pub(super) fn lag(
         "{} of the squared error of a calibration without a past goes away with it",
         percent(worst.explained_error_share)
     );
-    if let Some(own) = differs {
-        figures += &format!("; in one recording it is {} s", significant(own.seconds, 2));
+    if !others.is_empty() {
+        figures += &format!("; it differs: {}", first(NAMED, others.into_iter()));
     }
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures)))
 }

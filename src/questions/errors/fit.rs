@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::calibration::{
     BlockRidge, Calibration, CoefficientErrors, CrossValidation, LinearMap, MOST_FEATURES,
-    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, cold_sums,
-    condition_number, fit, fit_targets, look_back_sums, recording_sums,
+    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
+    fit, fit_targets, look_back_sums, recording_sums,
 };
 use crate::features::Design;
 use crate::progress::{Cancelled, Progress};
@@ -124,7 +124,7 @@ impl Dataset {
         for (at, entry) in self.entries.iter().enumerate() {
             if entry.role == Role::Train {
                 let (loads, pieces) = (self.present_loads(at), &pieces[at]);
-                let sums = cold_sums(design, loads, &past[at], pieces, progress);
+                let sums = recording_sums(design, loads, &past[at], pieces, true, progress);
                 pieces.iter().zip(sums).for_each(|(piece, sums)| parts[piece.fold].add(&sums));
             }
         }
@@ -151,7 +151,7 @@ impl Dataset {
             }
             let (loads, past, pieces) = (self.present_loads(at), &past[at], &pieces[at]);
             let Some(known) = &known else {
-                return recording_sums(design, loads, past, pieces, progress);
+                return recording_sums(design, loads, past, pieces, false, progress);
             };
             let moved = look_back_sums(design, loads, past, pieces, progress).into_iter();
             let moved = moved.zip(&known[at]).map(|(moved, known)| {

@@ -1,21 +1,21 @@
-//! What is shown of the loops, as a question.
+//! The contents of the loop pane and the metrology pane, as a question.
 
 use std::sync::Arc;
 
 use crate::questions::loops::query::{Look, LookRequest, Viewer};
 use crate::questions::question::{Answered, Query, Work};
 
-/// Loops, cross-plots, dwells, the table of figures.
+/// Loops, cross-plots, dwells, or the table of figures.
 ///
-/// Each that asks has its own lane: see [`AskLoops`], [`AskFigures`] and [`AskVerdict`].
+/// Two panes ask, each on its own lane: see [`AskLoops`] and [`AskFigures`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 
-/// What the loop pane asks.
+/// Question of the loop pane.
 pub type AskLoops = LookAt<'l'>;
-/// What the metrology pane asks.
+/// Question of the metrology pane.
 pub type AskFigures = LookAt<'m'>;
-/// What the verdict at the top of the window asks.
+/// Question of the verdict strip at the top of the window.
 pub type AskVerdict = LookAt<'v'>;
 
 impl<const PANE: char> Query for LookAt<PANE> {

@@ -1,4 +1,4 @@
-//! Any channel over any other.
+//! Cross-plots of any channel over any other.
 
 use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
@@ -11,16 +11,16 @@ use crate::questions::metrology::check_numbers;
 use crate::recording::Axis;
 use crate::scoring::loops::Frame;
 
-/// One of the three loads.
+/// A reference or computed load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadKind {
-    /// Calc.: the load that was really applied.
+    /// Reference load.
     Calculated,
-    /// Conv. or Comp.
+    /// Uncompensated or compensated load.
     Output(Output),
 }
 
-/// Something that has a value at every sample.
+/// A channel with a value at every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// Time on the recording's own clock (s).
@@ -31,31 +31,31 @@ pub enum Channel {
     Load(LoadKind, Axis),
 }
 
-/// What is asked about two channels.
+/// Request for a cross-plot of two channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrossQuestion {
-    /// What goes across.
+    /// Channel on the horizontal axis.
     pub across: Channel,
-    /// What goes up.
+    /// Channel on the vertical axis.
     pub up: Channel,
-    /// Which samples.
+    /// Samples to plot.
     pub span: Span,
-    /// What is looked at; `None` shows all.
+    /// Visible range; `None` shows everything.
     pub frame: Option<Frame>,
-    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
 }
 
 /// A cross-plot, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct CrossPlot {
-    /// What was asked.
+    /// The request.
     pub question: CrossQuestion,
-    /// How many samples are drawn.
+    /// Number of plotted samples.
     pub n_samples: usize,
-    /// What holds everything.
+    /// Range of all points.
     pub whole: Frame,
-    /// One or more for each recording.
+    /// Curves, one or more for each recording.
     pub drawn: Drawn,
 }
 

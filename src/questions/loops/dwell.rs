@@ -1,4 +1,4 @@
-//! Where the load dwells, and how the outputs drift there.
+//! Dwells of the load, and the drift of the outputs in them.
 
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
@@ -11,55 +11,55 @@ use crate::scoring::Series;
 use crate::scoring::holds::Drift;
 use crate::scoring::loops::Frame;
 
-/// So many points a fitted curve has.
+/// Number of points of a fitted curve.
 const FIT_POINTS: usize = 200;
 
-/// What is asked about dwells.
+/// Request for the dwells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DwellQuestion {
-    /// Whose error is drawn.
+    /// Axis whose error is drawn.
     pub axis: Axis,
-    /// Which rest, in the order of recordings and time; beyond the last one, the last. `None` takes the longest under
-    /// load, else the longest.
+    /// Index of the dwell, in the order of recordings and time; a larger index means the last dwell. `None` takes the longest
+    /// dwell under load, or else the longest.
     pub rest: Option<usize>,
-    /// What is looked at; `None` shows all.
+    /// Visible range; `None` shows everything.
     pub frame: Option<Frame>,
-    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
 }
 
 /// All dwells, and one of them ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct DwellPlot {
-    /// What was asked.
+    /// The request.
     pub question: DwellQuestion,
-    /// How long they last at least.
+    /// Minimum length of a dwell (s).
     pub hold_secs: f64,
-    /// All of them; at least one.
+    /// All dwells; at least one.
     pub dwells: Vec<Dwell>,
-    /// The mean load of the axis in each of them.
+    /// Mean load of the axis in each dwell.
     pub levels: Vec<Option<f64>>,
-    /// Which one is drawn.
+    /// Index of the dwell that is drawn.
     pub chosen: usize,
-    /// Its curve, or why there is none.
+    /// Curve of the dwell, or the reason why there is none.
     pub curve: Result<DwellCurve, Reason>,
 }
 
-/// The errors over one rest.
+/// Errors over one dwell.
 #[derive(Clone, Debug)]
 pub struct DwellCurve {
-    /// What holds everything: seconds since the rest began, and the error.
+    /// Range of all points: seconds since the dwell began, and the error.
     pub whole: Frame,
-    /// Conventional and compensated.
+    /// Errors of the uncompensated and the compensated load.
     pub outputs: [DwellOutput; 2],
 }
 
-/// The error of one output over one rest.
+/// Error of one output over one dwell.
 #[derive(Clone, Debug)]
 pub struct DwellOutput {
     /// Points `[seconds, error]`.
     pub points: Vec<[f64; 2]>,
-    /// The fitted exponential; `None` where no time passes.
+    /// Fitted exponential; `None` if all times are equal.
     pub drift: Option<Drift>,
     /// Points of the fit.
     pub fit: Vec<[f64; 2]>,
@@ -91,7 +91,7 @@ pub(crate) fn picture(
     })
 }
 
-/// The longest rest under load, else the longest.
+/// Returns the longest dwell under load, or else the longest.
 fn longest(dwells: &[Dwell]) -> usize {
     let secs = |rest: &Dwell| rest.place.to_secs - rest.place.from_secs;
     let by_length = |a: &(usize, &Dwell), b: &(usize, &Dwell)| {
@@ -135,7 +135,7 @@ fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOu
     let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
     let all = (0.0, since.last().copied().unwrap_or(0.0));
     let (from, to) = question.frame.map_or(all, |frame| frame.loads);
-    // What is looked at, and a sample to each side.
+    // The visible samples, and one more to each side.
     let start = since.partition_point(|time| *time < from).saturating_sub(1);
     let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
     let column_secs = (to - from) / question.pixels[0].max(1.0);

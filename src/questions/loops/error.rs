@@ -1,18 +1,18 @@
-//! Why there is no plot.
+//! Reasons why there is no plot.
 
 use crate::calibration::CalibrationError;
 use crate::progress::Cancelled;
 use crate::questions::metrology::{MetrologyError, Reason};
 
-/// Why there is no answer.
+/// Reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum LookError {
     #[error("no sample is chosen; choose a recording, or show more of the traces")]
     NoSamples,
-    #[error("no recording has that role; give one a role, or choose all recordings")]
+    #[error("no recording has this role; give one this role, or choose all recordings")]
     NoRecordings,
-    #[error("there is no channel of that name in these recordings; choose another")]
+    #[error("these recordings have no channel of this name; choose another one")]
     NoChannel,
     #[error(
         "no recording holds its load still for {secs} s (every axis within 1 % of full scale, or ten times its noise); record one that does, or choose a shorter time"

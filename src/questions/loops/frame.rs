@@ -1,4 +1,4 @@
-//! What of a plot is on screen.
+//! Visible range of a plot.
 
 use crate::min_max::MinMax;
 use crate::scoring::loops::Frame;
@@ -7,10 +7,10 @@ use crate::scoring::loops::Frame;
 /// as lines: those of both outputs are about as many as the traces of six axes have, and a frame costs no more than theirs.
 pub(crate) const MAX_POINTS: usize = 8000;
 
-/// What a picture leaves free around its points, as a share of its width and height.
+/// Margin around the points, as a share of the width and height.
 pub(crate) const MARGIN: f64 = 0.04;
 
-/// A frame around these ranges with a margin; never empty.
+/// Returns a range around these ranges with a margin; never empty.
 pub(crate) fn frame_around(loads: MinMax, outputs: MinMax) -> Frame {
     let wider = |range: MinMax| {
         let (low, high) = range.ends().unwrap_or_default();

@@ -1,10 +1,10 @@
-//! What the loop pane and the metrology pane draw: loops, cross-plots, dwells, the table of figures.
+//! Loops, cross-plots, dwells and metrology figures, as the loop pane and the metrology pane show them.
 //!
-//! A [`Viewer`] answers one [`Question`] at a time. Between questions it remembers only the loads that the calibration
-//! gives, so that another axis, a zoom or another dead band costs a pass over what is drawn and nothing more.
+//! A [`Viewer`] answers one [`Question`] at a time. Between questions it keeps only the loads of the calibration, so another
+//! axis, zoom or reversal threshold costs one pass over the visible samples.
 //!
-//! Guarantees: every number in an answer is finite; loops and cross-plots are drawn to the pixel, whatever the number of
-//! samples; what the data cannot give is a sentence.
+//! Guarantees: every number in an answer is finite. Loops and cross-plots are drawn to the pixel for any number of samples. A
+//! figure that the data do not determine is replaced by a sentence with the reason.
 
 pub mod asked;
 mod cross;

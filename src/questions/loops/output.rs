@@ -1,24 +1,24 @@
-//! What goes up in a plot, and which samples it shows.
+//! Outputs on the vertical axis of a plot, and the samples that it shows.
 
 use crate::calibration::{AppliedLoads, Calibration};
 use crate::questions::loops::error::LookError;
 use crate::questions::metrology::Reason;
 use crate::recording::{Axis, RecordingSet, Role};
 
-/// Conventional or compensated.
+/// Uncompensated or compensated load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Output {
-    /// Conv.
+    /// Uncompensated load.
     Conventional,
-    /// Comp.
+    /// Compensated load.
     Compensated,
 }
 
 impl Output {
-    /// Both, in this order everywhere.
+    /// Both outputs, in the order used everywhere.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::Compensated];
 
-    /// Its loads.
+    /// Returns the loads of this output.
     pub(crate) fn of(self, applied: &AppliedLoads) -> &[f64] {
         match self {
             Self::Conventional => &applied.conventional,
@@ -27,21 +27,21 @@ impl Output {
     }
 }
 
-/// Which samples are looked at.
+/// Samples to plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Span {
-    /// What the trace panes show: their recordings, and the interval of time on screen.
+    /// Samples on screen in the trace panes: their recordings and their interval of time.
     #[default]
     Visible,
-    /// All of this recording.
+    /// All samples of this recording.
     One(usize),
-    /// All recordings that the table of figures is of.
+    /// All recordings that the table of figures covers.
     Of(TableOf),
     /// All recordings.
     All,
 }
 
-/// The place of an axis in the calibration, with its full scale.
+/// Position of an axis in the calibration, with its full scale.
 pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
     let at = calibration.axes.iter().position(|own| *own == axis);
     let at = at.ok_or(Reason::NoReference { axis })?;
@@ -49,22 +49,22 @@ pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize,
     Ok((at, full_scale))
 }
 
-/// Which recordings the table of figures is of.
+/// Recordings that the table of figures covers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TableOf {
-    /// The test recordings.
+    /// Test recordings.
     Test,
-    /// The training recordings.
+    /// Training recordings.
     Train,
-    /// Those that nothing is fitted to: the test recordings, and those that are off.
+    /// Recordings without a part in the fit: test recordings and those that are off.
     NotFitted,
-    /// All.
+    /// All recordings.
     #[default]
     All,
 }
 
 impl TableOf {
-    /// Whether recordings in this role are among them.
+    /// Returns true if recordings with this role are covered.
     pub fn includes(self, role: Role) -> bool {
         match self {
             Self::Test => role == Role::Test,
@@ -74,8 +74,8 @@ impl TableOf {
         }
     }
 
-    /// What is measured where nobody says: the test recordings, else the training recordings, else all; of the built-in
-    /// sensor also its bench recordings, which are off.
+    /// Returns the default: the test recordings, else the training recordings, else all. For the built-in sensor, its bench
+    /// recordings are included, although their role is off.
     pub fn usual(set: &RecordingSet) -> Self {
         let has = |role| set.entries().iter().any(|entry| entry.role == role);
         match () {

@@ -1,4 +1,4 @@
-//! Loops of one axis: its load across, an output of the sensor up, and what they measure.
+//! Loops of one axis: an output over the reference load, and the figures of the loops.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -18,80 +18,80 @@ use crate::scoring::loops::{
     Branch, Cycle, Density, Frame, Loop, Loops, Outline, Stroke, common_loads, outline,
 };
 
-/// What goes up.
+/// Quantity on the vertical axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Up {
-    /// The conventional and the compensated load.
+    /// Uncompensated and compensated load.
     Load,
-    /// Their errors.
+    /// Errors of both loads.
     #[default]
     Error,
     /// A raw gauge channel.
     Gauge(usize),
 }
 
-/// What is asked about loops.
+/// Request for loops.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopQuestion {
-    /// Whose reference load goes across.
+    /// Axis whose reference load is on the horizontal axis.
     pub axis: Axis,
-    /// What goes up.
+    /// Quantity on the vertical axis.
     pub up: Up,
-    /// Which samples.
+    /// Samples to plot.
     pub span: Span,
-    /// Whether gauges and reference are brought to one time first.
+    /// True to remove the time lag between gauges and reference first.
     pub lag_removed: bool,
-    /// What is looked at; `None` shows all.
+    /// Visible range; `None` shows everything.
     pub frame: Option<Frame>,
-    /// Width and height of the plot in pixels: nothing is drawn coarser than these.
+    /// Width and height of the plot in pixels, which set the resolution of the drawing.
     pub pixels: [f64; 2],
 }
 
 /// Loops, ready to be drawn.
 #[derive(Clone, Debug)]
 pub struct LoopPlot {
-    /// What was asked.
+    /// The request.
     pub question: LoopQuestion,
-    /// The dead band that was used, in the axis' unit.
+    /// Reversal threshold, in the unit of the axis.
     pub dead_band: f64,
-    /// Full scale of the axis; 0 where there is none.
+    /// Full scale of the axis; 0 if there is none.
     pub full_scale: f64,
-    /// What outputs are compared with in percent: full scale, or half of what the gauge spans here; 0 where there is none.
+    /// Value of the output that is 100 %: full scale, or half the range of the gauge; 0 if there is none.
     pub output_scale: f64,
-    /// How many samples are drawn.
+    /// Number of plotted samples.
     pub n_samples: usize,
-    /// Whose they are: recordings with their samples after decimation.
+    /// Plotted recordings, with their samples after decimation.
     pub parts: Vec<(usize, Range<usize>)>,
-    /// How many cycles there are.
+    /// Number of cycles.
     pub n_cycles: usize,
-    /// Where they are: the recording, and its samples after decimation, in the order of their beginnings.
+    /// Recording and samples (after decimation) of each cycle, sorted by their beginnings.
     pub cycles: Vec<(usize, Range<usize>)>,
-    /// How many of them are full.
+    /// Number of full cycles.
     pub n_full_cycles: usize,
-    /// What holds everything.
+    /// Range of all points.
     pub whole: Frame,
-    /// One for a gauge, else conventional and compensated.
+    /// Curves: one for a gauge, else those of the uncompensated and the compensated load.
     pub curves: Vec<LoopCurve>,
-    /// The lag of the conventional load behind the reference.
+    /// Lag of the uncompensated load behind the reference.
     pub lag: OutputLag,
 }
 
 /// One output over the load.
 #[derive(Clone, Debug)]
 pub struct LoopCurve {
-    /// Which; `None` for a gauge.
+    /// Output; `None` for a gauge.
     pub output: Option<Output>,
-    /// The branches.
+    /// Branches of the loops.
     pub drawn: Drawn,
-    /// The mean loop of the full cycles, or why there is none.
+    /// Mean loop of the full cycles, or the reason why there is none.
     pub mean: Result<LoopFigures, Reason>,
-    /// The loop of the largest cycle, or why there is none.
+    /// Loop of the largest cycle, or the reason why there is none.
     pub largest: Result<LoopFigures, Reason>,
-    /// Of each full cycle, by rate: the mean rate of its load (unit of the axis / s), and its mean width.
+    /// Mean rate of the load (unit of the axis / s) and mean width of each full cycle, sorted by rate.
     pub by_rate: Vec<[f64; 2]>,
 }
 
-/// A loop with what it measures.
+/// A loop with its figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopFigures {
     /// The loop.
@@ -100,21 +100,21 @@ pub struct LoopFigures {
     pub branches: [Vec<[f64; 2]>; 2],
     /// The width as points `[load, falling − rising]`.
     pub widths: Vec<[f64; 2]>,
-    /// Its greatest size, in the output's unit.
+    /// Largest width, in the unit of the output.
     pub largest_width: f64,
-    /// Its mean size, in the output's unit.
+    /// Mean width, in the unit of the output.
     pub mean_width: f64,
-    /// The area between its branches, in the output's unit times the axis'.
+    /// Area between the branches, in the unit of the output times that of the axis.
     pub area: f64,
-    /// That area with the sign of the width, in the same unit.
+    /// Area with the sign of the width (dissipated work), in the same unit.
     pub work: f64,
-    /// What each of the four rests on, in this order.
+    /// Basis of each of the four figures, in this order.
     pub basis: [Basis; 4],
 }
 
 impl LoopFigures {
-    /// What the loop measures, and what the loops of half and of twice the dead band would; `None` where a figure is too
-    /// large for a number.
+    /// Returns the figures of the loop, and those with half and twice the reversal threshold; `None` if a figure is too large
+    /// for a number.
     fn of(
         shape: Loop,
         n_cycles: usize,
@@ -155,7 +155,7 @@ fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
     points.map(|(load, value)| [load, *value]).collect()
 }
 
-/// The columns of one curve, part by part.
+/// Columns of one curve, part by part.
 type Columns = Vec<Vec<f64>>;
 
 /// One output over its reference, part by part.
@@ -292,12 +292,12 @@ impl Curve {
     }
 }
 
-/// The cycles behind a dead band.
+/// Cycles for one reversal threshold.
 struct Cycles {
     loops: Loops,
-    /// Those of the mean loop, or why there is none.
+    /// Cycles of the mean loop, or the reason why there is none.
     mean: Result<Vec<Cycle>, Reason>,
-    /// The largest, or why there is none.
+    /// Largest cycle, or the reason why there is none.
     largest: Result<Vec<Cycle>, Reason>,
 }
 
@@ -312,7 +312,7 @@ impl Cycles {
     }
 }
 
-/// What goes up over what goes across, part by part; `lags` are those that are removed, of both outputs.
+/// Returns the output over the reference, part by part. `lags` are removed from both outputs.
 fn curves(
     source: &Source,
     parts: &[&Part],
@@ -371,25 +371,25 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
     Loop::of(cycle, &loads[cycle.recording], &outputs[cycle.recording])
 }
 
-/// The branches as they are drawn.
+/// Branches as they are drawn.
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
     /// Branches as lines.
     pub strokes: Vec<Stroke>,
-    /// How densely they lie, where they are more than can be drawn as lines.
+    /// Density of the branches, if there are too many for lines.
     pub clouds: Vec<Cloud>,
 }
 
-/// How densely the rising or the falling branches lie.
+/// Density of the rising or the falling branches.
 #[derive(Clone, Debug)]
 pub struct Cloud {
-    /// Which.
+    /// True for the rising branches.
     pub rising: bool,
-    /// How densely.
+    /// The density.
     pub density: Arc<Density>,
 }
 
-/// What is drawn of all recordings: rising and falling branches each by themselves; what never turns counts as rising.
+/// Returns the drawing of all recordings, rising and falling branches apart. A load that never turns counts as rising.
 pub(crate) fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],

@@ -17,28 +17,28 @@ use crate::questions::metrology::{Metrology, MetrologySettings, Run, table_by};
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// What is asked for the metrology pane.
+/// Request for the table of figures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableQuestion {
-    /// Which recordings.
+    /// Recordings that the table covers.
     pub of: TableOf,
 }
 
-/// What is to be looked at.
+/// Requested view.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// Loops of one axis.
     Loops(LoopQuestion),
     /// Any channel over any other.
     Cross(CrossQuestion),
-    /// Where the load dwells.
+    /// Dwells of the load.
     Dwells(DwellQuestion),
-    /// The table of figures.
+    /// Table of figures.
     Table(TableQuestion),
 }
 
 impl Question {
-    /// Whether the answer depends on what the trace panes show.
+    /// Returns true if the answer depends on the view of the trace panes.
     pub fn follows_screen(&self) -> bool {
         let span = match self {
             Self::Loops(question) => question.span,
@@ -49,20 +49,20 @@ impl Question {
     }
 }
 
-/// A question with what it is about.
+/// A question with its inputs.
 #[derive(Clone, Debug)]
 pub struct LookRequest {
-    /// What gives the loads.
+    /// Calibration that computes the loads.
     pub calibration: Arc<Calibration>,
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// Every so many-th sample is used, as in the analysis.
+    /// Decimation, as in the analysis.
     pub decimation: usize,
-    /// What the trace panes draw.
+    /// Traces that the trace panes draw.
     pub traces: Arc<TraceSet>,
-    /// The interval of their time on screen; `None` for all of it.
+    /// Visible interval of the traces' time; `None` for all of it.
     pub visible: Option<(f64, f64)>,
-    /// Dead bands, what a dwell is: the same for all questions.
+    /// Settings of reversals and dwells, the same for all questions.
     pub measuring: MetrologySettings,
     /// The question.
     pub question: Question,
@@ -81,13 +81,13 @@ pub enum Look {
     Loops(LoopPlot),
     /// Any channel over any other.
     Cross(CrossPlot),
-    /// Where the load dwells.
+    /// Dwells of the load.
     Dwells(DwellPlot),
-    /// The table of figures.
+    /// Table of figures.
     Table(Arc<Metrology>),
 }
 
-/// Answers questions one after another, keeping the loads of the last calibration.
+/// Answers questions one after another, and keeps the loads of the last calibration.
 #[derive(Debug, Default)]
 pub struct Viewer {
     source: Option<Source>,
@@ -97,11 +97,11 @@ impl Viewer {
     /// Answers one question.
     ///
     /// # Errors
-    /// [`LookError`] where there is nothing to show; what was remembered stays good.
+    /// [`LookError`] if there is nothing to show; the kept loads stay valid.
     pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
         if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
             let mut before = self.source.take();
-            // Taken away first: two sets of loads need not fit in memory at once.
+            // The old loads are dropped first, because both may not fit in memory.
             if let Some(before) = &mut before {
                 before.forget_all();
             }

@@ -1,4 +1,4 @@
-//! The rows that load cases give without any order in time: nonlinearity and repeatability.
+//! Metrology rows of load cases, which have no order in time: nonlinearity and repeatability.
 
 use crate::min_max::MinMax;
 use crate::questions::metrology::figures::{Found, Result};
@@ -7,10 +7,10 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::load_cases;
 
-/// A line through fewer loads than this says nothing about linearity.
+/// Minimum number of loads for a line that shows nonlinearity.
 const FEWEST_LOADS: usize = 3;
 
-/// The figures of one output.
+/// Figures of one output.
 pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Result<Found>); 2] {
     [
         (Quantity::BestFitNonlinearity, nonlinearity(view, output)),
@@ -18,7 +18,7 @@ pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Re
     ]
 }
 
-/// The largest deviation of the output's mean in a load case from the best straight line over the load.
+/// Returns the largest deviation of the output's mean in a load case from the best straight line over the load.
 fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
     let cases = cases(view);
     let mean = |rows: &[usize], values: &[f64]| {
@@ -48,7 +48,7 @@ fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
     Ok(Found::everywhere(largest.abs()))
 }
 
-/// The largest difference between the errors of an output in one load case.
+/// Returns the largest difference between the errors of an output in one load case.
 fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
     let run = &view.runs[0];
     let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];
@@ -61,7 +61,7 @@ fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
     Ok(Found::everywhere(largest))
 }
 
-/// The rows of each load case, by all axes that have a reference.
+/// Groups the rows by load case, comparing all axes that have a reference.
 fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
     let measured = view.measured;
     let columns = &measured.runs[0].loads;

@@ -1,6 +1,6 @@
-//! The rows about crosstalk: what an axis that is not loaded reads while another one alone is.
+//! Crosstalk rows: the reading of an unloaded axis while another axis is loaded alone.
 //!
-//! Guarantees: noise is no crosstalk, however large; an offset of the axis is none either.
+//! Guarantees: neither noise nor an offset of the axis counts as crosstalk.
 
 use rayon::prelude::*;
 
@@ -10,16 +10,16 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::recording::Axis;
 
-/// Fewer samples than this are no interval but a load that passes by.
+/// Minimum number of samples in which an axis is loaded alone.
 const FEWEST_SAMPLES: usize = 10;
-/// From this share of its full scale on an axis can be the one that is loaded alone.
+/// Smallest largest load of an axis, as a share of full scale, that can be loaded alone.
 const PRESENT: f64 = 0.1;
-/// So many cells of load a full scale is divided into, to each side: in each, the deviations are averaged.
+/// Number of load cells per full scale, on each side of zero, in which deviations are averaged.
 const CELLS: usize = 10;
-/// A mean deviation within so many of its standard errors is noise.
+/// Largest mean deviation that counts as noise, in standard errors.
 const STANDARD_ERRORS: f64 = 3.0;
 
-/// Sums over samples: how many, of the values, of their squares.
+/// Number, sum and sum of squares of samples.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     n: f64,
@@ -38,7 +38,7 @@ impl Sums {
         self.sum / self.n
     }
 
-    /// The mean, where it is more than noise.
+    /// Returns the mean, if it exceeds the noise.
     fn systematic(&self) -> f64 {
         let mean = self.mean();
         let variance = (self.squares / self.n - mean * mean).max(0.0);
@@ -47,26 +47,26 @@ impl Sums {
     }
 }
 
-/// What all axes do while one alone is loaded, or none.
+/// Readings of all axes while one axis is loaded alone.
 #[derive(Clone, Debug)]
 pub(crate) struct Alone {
-    /// In how many samples it is loaded.
+    /// Number of samples in which the axis is loaded alone.
     count: usize,
-    /// The greatest size of its load.
+    /// Largest magnitude of its load.
     reached: f64,
-    /// Per output and axis: error per load; `None` where the load does not change.
+    /// Error per load, by output and axis; `None` if the load does not change.
     slopes: [Vec<Option<f64>>; OUTPUTS],
-    /// Per output and axis: the largest mean deviation over the cells of load.
+    /// Largest mean deviation over the load cells, by output and axis.
     largest: [Vec<f64>; OUTPUTS],
 }
 
-/// Which axis is loaded alone, sample by sample; one entry per loaded axis.
+/// Returns the samples in which each axis is loaded alone; one entry per loaded axis.
 pub(crate) fn intervals_alone(measured: &Measured<'_>) -> Vec<Alone> {
     let axes = (0..measured.axes.len()).into_par_iter();
     axes.map(|loaded| alone(measured, loaded)).collect()
 }
 
-/// The samples of a run in which no axis but this one is loaded; `None` without a reference for each axis.
+/// Returns the samples of a run in which only this axis is loaded; `None` without a reference for each axis.
 fn samples<'a>(
     measured: &'a Measured<'_>,
     run: &'a Columns<'_>,
@@ -125,7 +125,7 @@ fn alone(measured: &Measured<'_>, loaded: usize) -> Alone {
     found
 }
 
-/// Errors over loads by least squares, each run with an offset of its own; `None` where no run has loads enough apart.
+/// Returns the least-squares slope of errors over loads, with an offset for each run; `None` if no run has different loads.
 fn slope(runs: &[Vec<(f64, f64)>], apart: f64) -> Option<f64> {
     let (mut xx, mut xy, mut reach) = (0.0, 0.0, 0.0_f64);
     for points in runs {
@@ -145,7 +145,7 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-/// The largest mean over a cell of load of what the errors are away from those at no load.
+/// Returns the largest mean over a load cell of the errors, relative to those at no load.
 fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f64 {
     let mut cells = [Sums::default(); 2 * CELLS];
     for points in runs {
@@ -160,7 +160,7 @@ fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f
     full.map(|cell| cell.systematic().abs()).fold(0.0, f64::max)
 }
 
-/// What `axis` reads while each other one alone is loaded.
+/// Returns the rows of the reading of `axis` while each other axis is loaded alone.
 pub(crate) fn crosstalk_figures(
     measured: &Measured<'_>,
     alone: &[Alone],
@@ -176,7 +176,7 @@ pub(crate) fn crosstalk_figures(
     measured.axes.iter().enumerate().flat_map(of_axis).collect()
 }
 
-/// The slope of the error of `axis` over the load of `loaded`, which alone is loaded.
+/// Returns the slope of the error of `axis` over the load of `loaded`, which is loaded alone.
 fn response(
     measured: &Measured<'_>,
     alone: &[Alone],

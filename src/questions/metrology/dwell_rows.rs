@@ -1,4 +1,4 @@
-//! The rows that come from loads at rest: zero return, creep with its time constant, creep recovery.
+//! Metrology rows from dwells: zero return, creep with its time constant, creep recovery.
 
 use std::ops::Range;
 
@@ -8,14 +8,14 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::holds::{Drift, Hold};
 
-/// The dwells of one axis.
+/// Dwells of one axis.
 pub(crate) struct DwellRows<'a> {
     view: &'a AxisView<'a>,
-    /// The longest hold with the axis loaded.
+    /// Longest dwell with the axis loaded.
     loaded_hold: Result<(&'a AxisRun<'a>, &'a Hold)>,
-    /// Pairs of neighbouring dwells at zero with the axis loaded between them.
+    /// Pairs of neighbouring dwells at zero, with the axis loaded between them.
     returns: Result<Vec<(&'a AxisRun<'a>, &'a Hold, &'a Hold)>>,
-    /// The longest rest at zero after the axis was loaded.
+    /// Longest dwell at zero after the axis was loaded.
     recovery: Result<(&'a AxisRun<'a>, &'a Hold)>,
 }
 
@@ -29,7 +29,7 @@ impl<'a> DwellRows<'a> {
         }
     }
 
-    /// The figures of one output.
+    /// Figures of one output.
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
         let creep = self.drift(&self.loaded_hold, output);
         vec![
@@ -124,7 +124,7 @@ fn recovery<'a>(view: &'a AxisView<'a>) -> Result<(&'a AxisRun<'a>, &'a Hold)> {
         .ok_or(Reason::NoRecovery { axis: view.axis, share: view.measured.settings.loaded_share })
 }
 
-/// The holds in which every axis of the run is near zero.
+/// Returns the dwells in which every axis of the run is near zero.
 fn dwells_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     let measured = view.measured;
     let holds = measured.holds[run.index].iter();
@@ -157,7 +157,7 @@ fn mean_error(run: &AxisRun<'_>, output: usize, samples: Range<usize>) -> f64 {
     run.errors(output, samples).sum::<f64>() / n as f64
 }
 
-/// The first seconds of a hold.
+/// Returns the first seconds of a dwell.
 fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
     let times = &run.run.times[samples.clone()];
@@ -165,7 +165,7 @@ fn beginning(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     samples.start..samples.start + n
 }
 
-/// The last seconds of a hold.
+/// Returns the last seconds of a dwell.
 fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
     let samples = hold.samples.clone();
     let times = &run.run.times[samples.clone()];

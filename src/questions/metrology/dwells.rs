@@ -1,4 +1,4 @@
-//! Where the recordings hold a load still or rest at zero: what a drift curve is drawn of.
+//! Dwells of the recordings, under load or at zero, whose drift curves are drawn.
 
 use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::measured::Measured;
@@ -9,18 +9,18 @@ use crate::questions::metrology::settings::{MetrologyError, Rules};
 /// How an output drifts in it is [`Drift::of`](crate::scoring::holds::Drift::of) the times and errors of its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dwell {
-    /// Where it is.
+    /// Recording and samples of the dwell.
     pub place: Place,
-    /// The mean load of each axis of the table; `None` where the recording has no reference for it.
+    /// Mean load of each axis of the table; `None` if the recording has no reference for it.
     pub level: Vec<Option<f64>>,
-    /// Whether every known axis is near zero.
+    /// True if every known axis is near zero.
     pub at_zero: bool,
 }
 
-/// All dwells of these runs, in the order of runs and time: the ones that the rows on zero and creep choose from.
+/// Returns all dwells of these runs, in the order of runs and time. The rows on zero and creep choose from them.
 ///
 /// # Errors
-/// As [`table_by`](crate::questions::metrology::table_by).
+/// See [`table_by`](crate::questions::metrology::table_by).
 pub fn dwells(runs: &[Run<'_>], rules: &Rules<'_>) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
     let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {

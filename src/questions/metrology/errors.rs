@@ -1,4 +1,4 @@
-//! The rows about errors over all samples.
+//! Metrology rows on the errors over all samples.
 
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::AxisView;
@@ -6,10 +6,10 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::scoring::metrics::root_mean;
 use crate::scoring::quantile::quantile;
 
-/// The share of samples that the 95 % error covers.
+/// Share of the samples that the 95 % error covers.
 const COVERED: f64 = 0.95;
 
-/// The figures of one output.
+/// Figures of one output.
 pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Result<Found>)> {
     let n = view.runs.iter().map(|run| run.loads.len()).sum();
     let mut sizes: Vec<f64> = Vec::with_capacity(n);

@@ -1,4 +1,4 @@
-//! What is measured, and the figures that come of it.
+//! Inputs of the metrology figures, and the figures.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::questions::metrology::reason::Reason;
 use crate::recording::{Axis, Recording};
 use crate::scoring::numbers::significant;
 
-/// One recording with what a calibration makes of it.
+/// One recording with the loads of a calibration.
 ///
 /// **Shapes** reference `n × reference_axes` row-major, conventional and compensated `n × n_axes` row-major, with the axes
 /// of the table.
@@ -18,26 +18,26 @@ use crate::scoring::numbers::significant;
 /// **Units** times (s), loads (N) and (N·m).
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
-    /// The recording's name.
+    /// Name of the recording.
     pub name: &'a str,
     /// Sample times.
     pub times: &'a [f64],
-    /// The gauge channels, row-major; they say what has hysteresis. May be empty.
+    /// Gauge channels, row-major; they show which gauges have hysteresis. May be empty.
     pub gauges: &'a [f64],
-    /// The axes whose reference load is known; empty without a reference.
+    /// Axes whose reference load is known; empty without a reference.
     pub reference_axes: &'a [Axis],
-    /// The load that was really applied.
+    /// Reference load.
     pub reference: &'a [f64],
-    /// Conv.
+    /// Uncompensated load.
     pub conventional: &'a [f64],
-    /// Comp.
+    /// Compensated load.
     pub compensated: &'a [f64],
-    /// Whether the samples have no times, being rows of load cases.
+    /// True if the samples are load cases without times.
     pub is_static: bool,
 }
 
 impl<'a> Run<'a> {
-    /// A recording with the loads that a calibration gave for it.
+    /// Returns a recording with the loads of a calibration.
     pub fn new(recording: &'a Recording, applied: &'a AppliedLoads) -> Self {
         Self {
             name: recording.name(),
@@ -52,12 +52,12 @@ impl<'a> Run<'a> {
     }
 }
 
-/// An interval of a recording that a figure comes from.
+/// Interval of a recording that a figure comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Place {
-    /// Which of the runs it is in.
+    /// Index of the run.
     pub recording: usize,
-    /// Its name.
+    /// Name of the recording.
     pub name: String,
     /// Time of the first sample.
     pub from_secs: f64,
@@ -71,50 +71,50 @@ pub struct Place {
 /// A figure; always finite.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
-    /// In the unit of its cell.
+    /// Value in the unit of its cell.
     pub value: f64,
-    /// In % of full scale; `None` for times, and for an axis without a full scale.
+    /// Value in % of full scale; `None` for times, and for an axis without a full scale.
     pub percent_fs: Option<f64>,
-    /// Where it comes from; `None` for what all samples give.
+    /// Interval that the figure comes from; `None` for a figure of all samples.
     pub place: Option<Place>,
-    /// What it rests on, where it comes from loops.
+    /// Basis of the figure, if it comes from loops.
     pub basis: Option<Basis>,
 }
 
-/// How many cycles a figure of loops rests on, and how far it depends on what counts as a reversal.
+/// Number of cycles behind a figure of loops, and its dependence on the reversal threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Basis {
-    /// How many cycles.
+    /// Number of cycles.
     pub n_cycles: usize,
-    /// The loads that they have in common, as a share of all loads of the axis.
+    /// Share of all loads of the axis that the cycles have in common.
     pub range_share: f64,
-    /// The figure with half the dead band; `None` where there is none then.
+    /// The figure with half the reversal threshold; `None` if there is none then.
     pub dead_band_halved: Option<f64>,
-    /// The figure with twice the dead band.
+    /// The figure with twice the reversal threshold; `None` if there is none then.
     pub dead_band_doubled: Option<f64>,
 }
 
 impl Basis {
-    /// Before it is known what other dead bands would give.
+    /// Returns a basis without the figures of other reversal thresholds.
     pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
         Self { n_cycles, range_share, dead_band_halved: None, dead_band_doubled: None }
     }
 }
 
-/// A figure, or why there is none.
+/// A figure, or the reason why there is none.
 pub type Figure = std::result::Result<Value, Reason>;
 
-/// The figures of one row and axis.
+/// Figures of one row and axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
     /// The axis.
     pub axis: Axis,
-    /// The unit of `value`.
+    /// Unit of `value`.
     pub unit: &'static str,
-    /// Conv.
+    /// Figure of the uncompensated load.
     #[serde(serialize_with = "figure")]
     pub conventional: Figure,
-    /// Comp.
+    /// Figure of the compensated load.
     #[serde(serialize_with = "figure")]
     pub compensated: Figure,
 }
@@ -122,17 +122,17 @@ pub struct Cell {
 /// One row of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Which.
+    /// Quantity of the row.
     #[serde(skip)]
     pub quantity: Quantity,
-    /// What it means.
+    /// Definition of the quantity.
     #[serde(flatten)]
     pub definition: Definition,
-    /// One per axis, in axis order.
+    /// One cell per axis, in axis order.
     pub cells: Vec<Cell>,
 }
 
-/// Something to know about the whole table.
+/// Note on the whole table.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Note {
@@ -141,7 +141,7 @@ pub enum Note {
         .axis.symbol(), significant(*.reaches, 4), .axis.unit(), significant(*.full_scale, 4), .axis.unit()
     )]
     BeyondFullScale { axis: Axis, reaches: f64, full_scale: f64 },
-    #[error("{} has no full scale, so nothing of it is in percent; enter one", .axis.symbol())]
+    #[error("{} has no full scale, so none of its figures is in percent; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
         "the largest cycle of {} spans {:.0} % of all its loads only; record it from the least to the greatest load and back in one run",
@@ -163,39 +163,39 @@ impl Serialize for Note {
     }
 }
 
-/// The table.
+/// Table of metrology figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrology {
     /// Axes in the order of the cells.
     pub axes: Vec<Axis>,
-    /// Full scale per axis, in its unit; 0 where there is none.
+    /// Full scale per axis, in its unit; 0 if there is none.
     pub full_scale: Vec<f64>,
-    /// The dead band that was used per axis, in its unit.
+    /// Reversal threshold per axis, in its unit.
     pub dead_bands: Vec<f64>,
-    /// How many recordings there are.
+    /// Number of recordings.
     pub n_recordings: usize,
-    /// How many samples they have.
+    /// Number of their samples.
     pub n_samples: usize,
-    /// What to know before reading on.
+    /// Notes on the whole table.
     pub notes: Vec<Note>,
-    /// In a fixed order.
+    /// Rows in a fixed order.
     pub rows: Vec<Row>,
 }
 
 impl Metrology {
-    /// The rows but those of crosstalk, which read better as a table of their own.
+    /// Returns the rows without crosstalk, which has a table of its own.
     pub fn own_rows(&self) -> impl Iterator<Item = &Row> {
         let rows = self.rows.iter();
         rows.filter(|row| row.quantity.crosstalk_from().is_none())
     }
 
-    /// The rows of crosstalk, with the axis that is loaded.
+    /// Returns the rows of crosstalk, with the axis that is loaded.
     pub fn crosstalk_rows(&self) -> impl Iterator<Item = (Axis, &Row)> {
         let rows = self.rows.iter();
         rows.filter_map(|row| Some((row.quantity.crosstalk_from()?, row)))
     }
 
-    /// The definitions of all rows, those of crosstalk once for all axes, with what they define.
+    /// Returns the definitions of all rows with their names. Crosstalk is defined once for all axes.
     pub fn definitions(&self) -> impl Iterator<Item = (&str, &Definition)> {
         let first = self.crosstalk_rows().next().map(|(axis, _)| axis);
         let rows = self.rows.iter();
@@ -209,7 +209,7 @@ impl Metrology {
 
 pub(crate) type Result<T> = std::result::Result<T, Reason>;
 
-/// A figure before it knows its full scale.
+/// A figure without its share of full scale.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
     pub(crate) size: f64,
@@ -218,7 +218,7 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// Of all samples.
+    /// Returns a figure of all samples.
     pub(crate) fn everywhere(size: f64) -> Self {
         Self::at(size, None)
     }
@@ -228,7 +228,7 @@ impl Found {
     }
 }
 
-/// `value`, `percent_fs`, `place`, `basis` and `reason`; what is not there is null.
+/// Serialises `value`, `percent_fs`, `place`, `basis` and `reason`; missing ones are null.
 pub(crate) fn figure<S: Serializer>(
     figure: &Figure,
     serializer: S,

@@ -1,4 +1,4 @@
-//! The rows that come from loops: hysteresis, nonlinearity, combined error, repeatability.
+//! Metrology rows from loops: hysteresis, nonlinearity, combined error, repeatability.
 
 use std::ops::Range;
 
@@ -13,25 +13,26 @@ use crate::scoring::loops::{
     Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, branches, common_loads, even_loads,
 };
 
-/// A line through fewer averages than this says nothing about linearity.
+/// Minimum number of averages for a line that shows nonlinearity.
 const FEWEST_AVERAGES: usize = 3;
-/// Cycles repeat if they turn at the same loads, and all other axes are loaded alike, up to this share of the range.
+/// Largest difference, as a share of the range, between the turning points of repeated cycles, and between the loads of the
+/// other axes.
 const ALIKE: f64 = 0.05;
-/// Two cycles, up and down.
+/// Branches of two cycles, up and down.
 const FEWEST_REPEATS: usize = 4;
 
-/// The loops of one axis, with the curves that several rows need.
+/// Loops of one axis, with curves that several rows need.
 pub(crate) struct LoopRows<'a> {
     view: &'a AxisView<'a>,
     loops: Loops,
-    /// The largest cycle, or why there is none.
+    /// Largest cycle, or the reason why there is none.
     largest: Result<Cycle>,
-    /// The cycles of the mean loop, or why there is none.
+    /// Cycles of the mean loop, or the reason why there is none.
     mean_cycles: Result<Vec<Cycle>>,
 }
 
 impl<'a> LoopRows<'a> {
-    /// The loops behind this dead band.
+    /// Returns the loops for this reversal threshold.
     pub(crate) fn of(view: &'a AxisView<'a>, dead_band: f64) -> Self {
         let (axis, range) = (view.axis, view.range());
         let loops = Loops::of(view.runs.iter().map(|run| run.loads), dead_band);
@@ -44,7 +45,7 @@ impl<'a> LoopRows<'a> {
         Self { view, loops, largest, mean_cycles }
     }
 
-    /// The figures of one output.
+    /// Figures of one output.
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
         let [largest_width, mean_width] = self.mean_loop(output);
         let [terminal, best_fit] =
@@ -60,13 +61,13 @@ impl<'a> LoopRows<'a> {
         ]
     }
 
-    /// What the largest cycle spans, as a share of the whole range of the load; `None` without a cycle.
+    /// Returns the span of the largest cycle as a share of the load's whole range; `None` without a cycle.
     pub(crate) fn share_of_range(&self) -> Option<f64> {
         let cycle = self.largest.as_ref().ok()?;
         Some(cycle.loads().share_of(self.view.range()))
     }
 
-    /// A figure of so many cycles over these loads.
+    /// Returns a figure of this number of cycles over these loads.
     fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Found {
         let range_share = loads.share_of(self.view.range());
         Found { size, place, basis: Some(Basis::new(n_cycles, range_share)) }
@@ -102,7 +103,7 @@ impl<'a> LoopRows<'a> {
         self.found(size, Some(place), 1, cycle.loads())
     }
 
-    /// The largest and the mean width of the mean loop.
+    /// Returns the largest and the mean width of the mean loop.
     fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
         let axis = self.view.axis;
         let mean = self.mean_cycles.as_ref().map_err(Clone::clone);
@@ -118,7 +119,7 @@ impl<'a> LoopRows<'a> {
         })
     }
 
-    /// The rising branch of the largest cycle; without a cycle, the widest rising branch.
+    /// Returns the rising branch of the largest cycle; without a cycle, the widest rising branch.
     fn rising(&self) -> Result<(usize, &Branch)> {
         match &self.largest {
             Ok(cycle) => Ok((cycle.recording, cycle.rising())),
@@ -152,14 +153,14 @@ impl<'a> LoopRows<'a> {
         Ok(self.of_cycle(size, cycle))
     }
 
-    /// A line through a curve that has loads enough for one.
+    /// Fits a line through a curve that has enough loads.
     fn enough(&self, curve: &Curve, line: fn(&Curve) -> Option<Line>) -> Result<Line> {
         let found = curve.averages().len();
         let axis = self.view.axis;
         line(curve).filter(|_| found >= FEWEST_AVERAGES).ok_or(Reason::TooFewLoads { axis, found })
     }
 
-    /// The largest difference at equal load between branches that go the same way, of cycles that repeat.
+    /// Returns the largest difference at equal load between branches of the same direction, of cycles that repeat.
     fn repeatability(&self, output: usize) -> Result<Found> {
         let axis = self.view.axis;
         if let Err(reason @ Reason::ConstantLoad { .. }) = &self.largest {
@@ -170,7 +171,7 @@ impl<'a> LoopRows<'a> {
         let mut why_not = few;
         let mut worst: Option<Found> = None;
         for run in &self.view.runs {
-            // What does not go through half the range is on the way.
+            // Branches that cover less than half the range belong to smaller cycles.
             let mut large = branches(run.loads, 0.5 * span);
             trim(&mut large, run.loads);
             if large.len() >= FEWEST_REPEATS {
@@ -197,7 +198,7 @@ impl<'a> LoopRows<'a> {
         worst.ok_or(why_not)
     }
 
-    /// Another axis whose load differs, at equal load of this one, between branches that go the same way.
+    /// Returns another axis whose load differs, at equal load of this axis, between branches of the same direction.
     fn differs(&self, run: &AxisRun<'_>, ways: &[Vec<&Branch>; 2]) -> Option<Axis> {
         let measured = self.view.measured;
         let axes = measured.axes.iter().zip(measured.full_scale).zip(&run.run.loads);
@@ -211,8 +212,8 @@ impl<'a> LoopRows<'a> {
     }
 }
 
-/// Lets the first branch begin, and the last one end, where it is farthest: before and after, the load may have gone the other
-/// way by up to the dead band.
+/// Moves the start of the first branch, and the end of the last one, to their extremes. The load may turn by up to the
+/// reversal threshold there without a reversal.
 fn trim(branches: &mut [Branch], loads: &[f64]) {
     let farthest = |branch: &Branch, highest: bool| {
         let order = |a: &usize, b: &usize| match highest {
@@ -231,8 +232,8 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
     }
 }
 
-/// The longest rows of neighbouring branches over most of this range that turn at the same loads up to a share of it: two
-/// each way at least.
+/// Returns the longest series of neighbouring branches over most of this range that turn at the same loads up to a share of
+/// the range. A series has at least two branches of each direction.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
         let apart = {
@@ -262,8 +263,7 @@ fn samples_of(branches: &[Branch]) -> Range<usize> {
     ends.map_or(0..0, |(first, last)| first.samples.start..last.samples.end)
 }
 
-/// The largest difference at equal load between these branches; `None` for one alone, or without a load that all of them
-/// have.
+/// Returns the largest difference at equal load between these branches; `None` for a single branch, or without a common load.
 fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
     let all = branches.iter();
     let common = MinMax::common(all.clone().map(|one| one.loads));
@@ -276,7 +276,7 @@ fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
     Some(apart.fold(0.0, f64::max))
 }
 
-/// A straight line through outputs over loads.
+/// A straight line of outputs over loads.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     load: f64,
@@ -285,13 +285,13 @@ struct Line {
 }
 
 impl Line {
-    /// From the least load to the greatest.
+    /// Returns the line from the minimum to the maximum load.
     fn through_ends(curve: &Curve) -> Option<Self> {
         let [(x0, y0), (x1, y1)] = curve.ends()?;
         Some(Self { load: x0, output: y0, slope: (y1 - y0) / (x1 - x0) })
     }
 
-    /// By least squares through the averages, each counting alike.
+    /// Returns the least-squares line through the averages, with equal weights.
     fn best_fit(curve: &Curve) -> Option<Self> {
         let points = curve.averages();
         let n = points.len() as f64;

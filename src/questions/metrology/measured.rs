@@ -1,4 +1,4 @@
-//! The numbers behind the figures, one column per axis and recording.
+//! Numbers behind the metrology figures, one column per axis and recording.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -16,10 +16,10 @@ use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
 use crate::scoring::lag::LagRun;
 
-/// Conventional and compensated, in this order.
+/// Uncompensated and compensated, in this order.
 pub(crate) const OUTPUTS: usize = 2;
 
-/// Loads beyond this are a mistake, and their squares would overflow.
+/// Largest valid load; the squares of larger ones could overflow.
 const LARGEST: f64 = 1e100;
 
 /// One run, by columns.
@@ -28,12 +28,12 @@ pub(crate) struct Columns<'a> {
     pub(crate) name: &'a str,
     pub(crate) is_static: bool,
     pub(crate) times: &'a [f64],
-    /// Per axis of the table; `None` where the run has no reference for it.
+    /// Reference of each axis of the table; `None` if the run has no reference for it.
     pub(crate) loads: Vec<Option<Vec<f64>>>,
-    /// Row-major, where all axes of the table have a reference and samples have times.
+    /// Reference row-major, if all axes of the table have one and samples have times.
     reference: Option<&'a [f64]>,
     gauges: &'a [f64],
-    /// Per output, row-major; an axis becomes a column where it is measured, as those of all would double the memory.
+    /// Loads of each output, row-major. An axis is copied to a column only while it is measured, to save memory.
     outputs: [&'a [f64]; OUTPUTS],
 }
 
@@ -69,18 +69,18 @@ impl<'a> Columns<'a> {
         })
     }
 
-    /// The reference of every axis of the table; `None` if one is missing.
+    /// Returns the reference of every axis of the table; `None` if one is missing.
     pub(crate) fn all_loads(&self) -> Option<Vec<&[f64]>> {
         self.loads.iter().map(Option::as_deref).collect()
     }
 
-    /// The run as the lag of an output is measured; `None` without times or without a reference for every axis.
+    /// Returns the run for the measurement of an output's lag; `None` without times or without a reference for every axis.
     pub(crate) fn lag_run(&self, output: usize) -> Option<LagRun<'a>> {
         let (loads, outputs) = (self.reference?, self.outputs[output]);
         Some(LagRun { times: self.times, gauges: self.gauges, loads, outputs })
     }
 
-    /// What an output gives on an axis of the table at a sample.
+    /// Returns the load of an output on an axis of the table at a sample.
     pub(crate) fn output(&self, output: usize, axis: usize, sample: usize) -> f64 {
         self.outputs[output][sample * self.loads.len() + axis]
     }
@@ -100,16 +100,16 @@ fn column(values: &[f64], width: usize, at: usize) -> Vec<f64> {
     values.iter().skip(at).step_by(width.max(1)).copied().collect()
 }
 
-/// All runs, with what is derived once for all rows.
+/// All runs, with data that several rows share.
 #[derive(Debug)]
 pub(crate) struct Measured<'a> {
     pub(crate) axes: &'a [Axis],
     pub(crate) full_scale: &'a [f64],
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
-    /// Per axis.
+    /// Data per axis.
     pub(crate) dead_bands: Vec<f64>,
-    /// Per run: where every axis that has a reference stands still.
+    /// Dwells of each run, of all axes that have a reference.
     pub(crate) holds: Vec<Vec<Hold>>,
     lags: OnceLock<Lags>,
 }
@@ -139,12 +139,12 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, dead_bands, holds, lags })
     }
 
-    /// How late each output is: measured when it is first asked for.
+    /// Returns the time lag of each output. It is measured at the first call.
     pub(crate) fn lags(&self) -> &Lags {
         self.lags.get_or_init(|| lags_of(self))
     }
 
-    /// Whether every axis of the run that has a reference is near zero in this hold.
+    /// Returns true if every axis of the run that has a reference is near zero in this dwell.
     pub(crate) fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
         let known = self.runs[run].loads.iter().zip(self.full_scale);
         let full_scales =
@@ -153,10 +153,10 @@ impl<'a> Measured<'a> {
         levels.all(|(level, full_scale)| level.abs() <= self.settings.zero_share * full_scale)
     }
 
-    /// One axis in the runs that have a reference for it.
+    /// Returns one axis in the runs that have a reference for it.
     ///
     /// # Errors
-    /// [`Reason`] where there is none, or where a number cannot be computed with.
+    /// [`Reason`] if there is none, or if a number cannot be used.
     pub(crate) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
         let axis = self.axes[at];
         let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
@@ -188,7 +188,7 @@ impl<'a> Measured<'a> {
     }
 }
 
-/// Finite numbers, none so large that its square would not be.
+/// Checks that numbers are finite and not too large.
 pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
     let usable = |value: &f64| value.abs() <= LARGEST;
     match values.iter().position(|value| !usable(value)) {
@@ -211,7 +211,7 @@ pub(crate) struct AxisView<'a> {
 /// One axis in one run.
 #[derive(Debug)]
 pub(crate) struct AxisRun<'a> {
-    /// Which of the runs it is.
+    /// Index of the run.
     pub(crate) index: usize,
     pub(crate) run: &'a Columns<'a>,
     pub(crate) loads: &'a [f64],
@@ -219,7 +219,7 @@ pub(crate) struct AxisRun<'a> {
 }
 
 impl AxisRun<'_> {
-    /// Output less load, sample by sample.
+    /// Returns the error of the output at each sample.
     pub(crate) fn errors(&self, output: usize, samples: Range<usize>) -> impl Iterator<Item = f64> {
         let outputs = &self.outputs[output][samples.clone()];
         outputs.iter().zip(&self.loads[samples]).map(|(output, load)| output - load)
@@ -229,22 +229,22 @@ impl AxisRun<'_> {
         self.run.place(self.index, samples)
     }
 
-    /// Whether the load reaches this size somewhere in these samples.
+    /// Returns true if the load reaches this magnitude in these samples.
     pub(crate) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
         self.loads[samples].iter().any(|load| load.abs() >= size)
     }
 }
 
 impl AxisView<'_> {
-    /// Least and greatest load in all runs.
+    /// Returns the minimum and maximum load in all runs.
     pub(crate) fn range(&self) -> MinMax {
         self.runs.iter().flat_map(|run| run.loads).collect()
     }
 
-    /// From where this axis counts as loaded.
+    /// Returns the load from which this axis counts as loaded.
     ///
     /// # Errors
-    /// [`Reason`] if it has no full scale.
+    /// [`Reason`] if the axis has no full scale.
     pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
         if self.full_scale > 0.0 {
             Ok(self.measured.settings.loaded_share * self.full_scale)

@@ -1,8 +1,7 @@
-//! Metrology figures per axis, conventional beside compensated.
+//! Metrology figures per axis, uncompensated beside compensated.
 //!
-//! [`table_by`] takes recordings with what a calibration makes of them and gives one row per [`Quantity`], each with its
-//! definition and source. Where the data cannot give a figure, a [`Reason`] stands in its place: a sentence, never a
-//! number that means nothing, and never NaN.
+//! [`table_by`] takes recordings with the loads of a calibration, and returns one row per [`Quantity`] with its definition
+//! and source. If the data do not determine a figure, its cell holds a [`Reason`] instead of a number.
 //!
 //! **Source** OIML R 60 and VDI/VDE 2638 (errors over full scale rather than over the reading), and the glossaries of
 //! load-cell makers; each row names its own. Full scale is the rated load that the user entered, else what the recordings

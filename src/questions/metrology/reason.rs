@@ -1,4 +1,4 @@
-//! Why a figure is not there, as a sentence that stands in its place.
+//! Reasons why a figure is missing, as sentences that take its place.
 
 use crate::min_max::MinMax;
 use crate::recording::Axis;
@@ -7,10 +7,10 @@ use crate::scoring::lag::NoLag;
 use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
 use crate::scoring::numbers::significant;
 
-/// Why the data do not give a figure.
+/// Reason why the data do not determine a figure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
-    #[error("no recording has a reference load for {}; record one, in a column of that name", .axis.symbol())]
+    #[error("no recording has a reference load for {}; record it in a column of this name", .axis.symbol())]
     NoReference { axis: Axis },
     #[error(
         "{} stays between {} and {} {}, within the dead band of {} {}; load it further, or choose a smaller dead band",
@@ -23,7 +23,7 @@ pub enum Reason {
     )]
     NoTimes { axis: Axis },
     #[error(
-        "no load case of {} was taken twice, so nothing says how well it repeats; repeat load cases",
+        "no load case of {} was measured twice, so its repeatability is unknown; repeat load cases",
         .axis.symbol()
     )]
     NoRepeats { axis: Axis },
@@ -81,7 +81,7 @@ pub enum Reason {
     NoTimeConstant(#[from] NoTimeConstant),
     #[error("{} is the loaded axis", .axis.symbol())]
     LoadedAxis { axis: Axis },
-    #[error("{} is the only axis, so there is none to load it from", .axis.symbol())]
+    #[error("{} is the only axis, so there is no crosstalk", .axis.symbol())]
     OnlyAxis { axis: Axis },
     #[error(
         "no interval in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
@@ -100,7 +100,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// A word or two that stand for the sentence where there is no room for it.
+    /// Returns one or two words in place of the sentence, for narrow cells.
     pub fn word(&self) -> &'static str {
         match self {
             Self::NoReference { .. } => "no ref.",
@@ -131,12 +131,13 @@ impl Reason {
         }
     }
 
-    /// Why the cycles of an axis have no mean loop.
+    /// Returns the reason why the cycles of an axis have no mean loop.
     pub fn few_cycles(axis: Axis, TooFew { count, share }: TooFew) -> Self {
         Self::FewCycles { axis, count, share }
     }
 
-    /// Why the loads of an axis, split with this dead band, have no cycle; `range` holds its least and greatest load.
+    /// Returns the reason why the loads of an axis have no cycle with this reversal threshold. `range` is the minimum and
+    /// maximum load.
     pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, dead_band: f64) -> Self {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);
@@ -151,7 +152,7 @@ impl Reason {
     }
 }
 
-/// Three digits, and no zeros behind the point that say nothing.
+/// Returns a number with three digits, without trailing zeros.
 fn short(value: f64) -> String {
     let digits = significant(value, 3);
     if digits.contains('.') && !digits.contains('e') {

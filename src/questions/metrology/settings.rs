@@ -1,11 +1,11 @@
-//! What a person chooses about the figures, and what stands where nothing is chosen.
+//! Settings of the metrology figures, and their defaults.
 
 use serde::{Deserialize, Serialize};
 
 use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 
-/// The choices behind a table of figures.
+/// Settings of a table of figures.
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
@@ -18,17 +18,18 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MetrologySettings {
-    /// Dead band per axis, in axis order; missing or `None` entries come from noise and range ([`LoadExtent`]).
+    /// Reversal threshold per axis, in axis order. Missing entries and `None` are computed from noise and range
+    /// ([`LoadExtent`]).
     pub dead_bands: Vec<Option<f64>>,
-    /// The shortest hold.
+    /// Shortest dwell (s).
     pub hold_secs: f64,
-    /// How still a hold is, as a share of full scale.
+    /// Largest movement of a load in a dwell, as a share of full scale.
     pub still_share: f64,
-    /// How near to zero is zero, as a share of full scale.
+    /// Largest load that counts as zero, as a share of full scale.
     pub zero_share: f64,
-    /// From where an axis counts as loaded, as a share of full scale.
+    /// Smallest load of a loaded axis, as a share of full scale.
     pub loaded_share: f64,
-    /// Up to where an axis counts as not loaded, as a share of full scale.
+    /// Largest load of an unloaded axis, as a share of full scale.
     pub alone_share: f64,
 }
 
@@ -45,38 +46,38 @@ impl Default for MetrologySettings {
     }
 }
 
-/// How loops, dwells and figures are made: one set of rules for all of them.
+/// Rules for loops, dwells and figures, the same for all of them.
 ///
 /// **Shapes** one full scale and one extent per axis.
 ///
-/// **Units** full scales in N and N·m; 0 where there is none.
+/// **Units** full scales in N and N·m; 0 if there is none.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules<'a> {
-    /// The axes.
+    /// Axes of the calibration.
     pub axes: &'a [Axis],
-    /// What is 100 %.
+    /// Full scale of each axis.
     pub full_scale: &'a [f64],
-    /// What was chosen.
+    /// Settings of the user.
     pub settings: &'a MetrologySettings,
-    /// What the loads do, from which what was not chosen comes; see [`extents_of_set`].
+    /// Noise and range of the loads, for settings without a value; see [`extents_of_set`].
     pub extents: &'a [LoadExtent],
 }
 
 impl Rules<'_> {
-    /// From where a reversal counts on the axis in this place, in its unit.
+    /// Returns the reversal threshold of the axis at this position, in its unit.
     pub fn dead_band(&self, at: usize) -> f64 {
         let chosen = self.settings.dead_bands.get(at).copied().flatten();
         chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::dead_band))
     }
 
-    /// How far a load that stands still may move on the axis in this place, in its unit.
+    /// Returns the largest movement in a dwell of the axis at this position, in its unit.
     pub(crate) fn still(&self, at: usize) -> f64 {
         let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
         (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
     }
 }
 
-/// What the load of each axis does in these recordings; those without a reference for it say nothing.
+/// Returns the noise and range of each axis' load in these recordings. Recordings without a reference are skipped.
 pub fn extents_of<'a>(
     recordings: impl IntoIterator<Item = &'a Recording>,
     axes: &[Axis],
@@ -96,8 +97,8 @@ pub fn extents_of<'a>(
     extents
 }
 
-/// What the load of each axis does in the recordings that train or test, or in all where none does: whatever part of them
-/// is looked at, it is looked at by the same rules.
+/// Returns the noise and range of each axis' load in the training and test recordings, or in all if there are none. So every
+/// view of the recordings uses the same rules.
 pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
     let entries = set.entries().iter();
     let used = entries.clone().filter(|entry| entry.role != Role::Off);
@@ -108,7 +109,7 @@ pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
     }
 }
 
-/// A choice, or a table of numbers, from which no figures can be made.
+/// Reason why no figures can be computed from these settings and numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
     #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]
@@ -127,7 +128,7 @@ impl MetrologySettings {
     /// Checks every range of the table above.
     ///
     /// # Errors
-    /// [`MetrologyError`] with the first choice that is out of range.
+    /// [`MetrologyError`] for the first setting that is out of range.
     pub fn validate(&self, n_axes: usize) -> Result<(), MetrologyError> {
         if !self.dead_bands.is_empty() {
             let chosen: Vec<f64> = self.dead_bands.iter().map(|band| band.unwrap_or(0.0)).collect();
@@ -151,7 +152,7 @@ impl MetrologySettings {
     }
 }
 
-/// One number from zero up for each axis.
+/// Checks that there is one number from zero up for each axis.
 pub(crate) fn check_per_axis(
     what: &'static str,
     plural: &'static str,

@@ -1,4 +1,4 @@
-//! The table of all figures.
+//! Makes the table of all metrology figures.
 
 use rayon::prelude::*;
 
@@ -20,17 +20,17 @@ use crate::recording::Axis;
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::WORTH_REMOVING;
 
-/// A load this much beyond full scale is worth a note …
+/// Ratio of the largest load to full scale above which the table has a note.
 pub(crate) const BEYOND: f64 = 1.2;
 
-/// … and so is a largest cycle of less than this share of the range.
+/// Share of the load's range that the largest cycle must span; below it, the table has a note.
 pub(crate) const SMALL: f64 = 0.6;
 
-/// Makes the table of these runs by rules that others go by, too.
+/// Returns the table of these runs by given rules.
 ///
 /// # Errors
-/// [`MetrologyError`] where a choice is out of range or numbers do not fit together. What the data cannot give is no error
-/// but a [`Reason`] in its cell.
+/// [`MetrologyError`] if a setting is out of range or numbers do not match. A figure that the data do not determine is no
+/// error: its cell holds a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
@@ -45,7 +45,7 @@ pub fn table_by(
     measured.lags(); // by all threads, before any axis asks
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
-    // Of many samples the lists of several axes at a time would fill the memory.
+    // With many samples, the columns of several axes at a time would fill the memory.
     let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
         true => (0..axes.len()).map(of_axis).collect(),
         false => (0..axes.len()).into_par_iter().map(of_axis).collect(),
@@ -78,14 +78,14 @@ pub fn table_by(
     })
 }
 
-/// The figures of one axis.
+/// Figures of one axis.
 pub(crate) struct AxisFigures {
     outputs: [Vec<(Quantity, Result<Found>)>; OUTPUTS],
-    /// Why there is none of the other quantities.
+    /// Reason why the other quantities are missing.
     missing: Reason,
-    /// What the largest cycle spans, as a share of the range.
+    /// Span of the largest cycle, as a share of the range.
     cycle_share: Option<f64>,
-    /// The share of the conventional loop's mean width that its lag explains.
+    /// Share of the conventional loop's mean width that the lag explains.
     lag_share: Option<f64>,
 }
 
@@ -138,7 +138,7 @@ impl AxisFigures {
         Self { outputs, missing, cycle_share: loops.share_of_range(), lag_share: of_lag[0].1 }
     }
 
-    /// The figure of each output.
+    /// Returns the figure of each output.
     fn figures(&self, quantity: Quantity) -> [Result<Found>; OUTPUTS] {
         let found = |all: &Vec<_>| figure(all, quantity).cloned();
         let missing = || Err(self.missing.clone());
@@ -150,7 +150,7 @@ fn figure(all: &[(Quantity, Result<Found>)], quantity: Quantity) -> Option<&Resu
     all.iter().find(|(own, _)| *own == quantity).map(|(_, found)| found)
 }
 
-/// The rows of all load cases as one run, in which the order says nothing.
+/// Joins the rows of all load cases into one run without an order in time.
 pub(crate) struct LoadCases<'a> {
     axes: &'a [Axis],
     times: Vec<f64>,
@@ -160,7 +160,7 @@ pub(crate) struct LoadCases<'a> {
 }
 
 impl<'a> LoadCases<'a> {
-    /// `None` where samples have times.
+    /// Returns the rows of load cases; `None` if samples have times.
     fn of(runs: &[Run<'a>]) -> Option<Self> {
         let with_reference = || runs.iter().filter(|run| !run.reference_axes.is_empty());
         let is_static = runs.iter().any(|run| run.is_static);

@@ -5,11 +5,11 @@
 
 use std::sync::Arc;
 
+use crate::calibration::CrossValidation;
 use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, GroupedBy, Recording, RecordingSet, Role};
+use crate::scoring::cross_validation::{MOST_FITS, fit_without};
 
-/// More folds than this are put together: each costs a whole search.
-const MAX_FOLDS: usize = 5;
 /// With one group alone each recording is cut into this number of segments.
 const SEGMENTS: usize = 4;
 
@@ -62,24 +62,17 @@ impl Folds {
         numbers.dedup();
         let n_groups = numbers.len();
         let (pieces, parts, what) = if n_groups > 1 {
-            let n_folds = n_groups.min(MAX_FOLDS);
+            let n_folds = n_groups.min(MOST_FITS);
             let pieces = training.into_iter().map(|(entry, group)| {
                 let part = numbers.binary_search(&group).unwrap_or_default();
                 let fold = match is_one_run {
                     true => part * n_folds / n_groups,
-                    false => part % n_folds,
+                    false => fit_without(part, n_groups),
                 };
                 Piece { fold, part, entry }
             });
             let pieces: Vec<Piece> = pieces.collect();
-            let noun = match groups.by == GroupedBy::Recording {
-                true => "recordings".to_owned(),
-                false => format!("groups by {}", groups.by),
-            };
-            let what = match n_groups == n_folds {
-                true => format!("nested: {n_folds} {noun}, each left out in turn"),
-                false => format!("nested: {n_groups} {noun} in {n_folds} folds"),
-            };
+            let what = CrossValidation { by: groups.by, groups: n_groups, parts: n_folds };
             let name = |part: usize| {
                 let own = pieces.iter().find(|piece| piece.part == part);
                 let own = own.map(|own| &own.entry);
@@ -97,8 +90,7 @@ impl Folds {
                     entry: Entry { recording: Arc::new(own), ..entry.clone() },
                 })
             };
-            let what =
-                format!("nested, by {SEGMENTS} segments of the recordings: there is but one group");
+            let what = CrossValidation { by: GroupedBy::Block, groups: SEGMENTS, parts: SEGMENTS };
             let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
@@ -110,7 +102,7 @@ impl Folds {
         recordings: &RecordingSet,
         pieces: &[Piece],
         parts: Vec<String>,
-        what: String,
+        what: CrossValidation,
         is_forward: bool,
     ) -> Self {
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
@@ -133,8 +125,8 @@ impl Folds {
         let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
         let whole = Arc::new(collected(training.chain(tested.cloned())));
         let what = match folds.len() > n_left_out {
-            true => format!("{what}; and forward in time"),
-            false => what,
+            true => format!("nested, {what}; and forward in time"),
+            false => format!("nested, {what}"),
         };
         Self { folds, whole, what, parts, n_left_out }
     }
@@ -217,7 +209,7 @@ mod tests {
             set.push(Entry::new(recording, Role::Train)).unwrap();
         }
         let found = Folds::of(&set).unwrap();
-        assert_eq!(found.what, "nested: 3 groups by path, each left out in turn");
+        assert_eq!(found.what, "nested, by path: leave-one-path-out, 3 groups");
         assert_eq!(found.parts, ["path 1", "path 2", "path 3"]);
         for (fold, path) in found.folds.iter().zip(["path 1", "path 2", "path 3"]) {
             for entry in fold.set.entries() {

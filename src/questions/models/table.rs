@@ -227,6 +227,13 @@ pub fn model_table<'a>(
         .about("What is appended to the gauges")
         .words("regressor", |row| row.settings.regressor.label())
         .about("How the load is made of them")
+        .words("cross-validation", |row| {
+            row.state.as_ref().map_or_else(|_| String::new(), |model| model.left_out.clone())
+        })
+        .about(
+            "What was left out in turn. Nested: the numbers of the model were chosen anew without each part, so that its error \
+             cannot be compared with one that is not nested",
+        )
         .words("data", |row| match (row.data, row.settings.decimation) {
             ("", 1) => "A".to_owned(),
             ("", 10) => "B".to_owned(),

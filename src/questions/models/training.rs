@@ -6,11 +6,12 @@ use crate::calibration::network::NetworkError;
 use crate::calibration::{Calibration, Learner, SettingsError};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::cross_validated::{
-    FOLDS, best_shares, cross_validated, cross_validation_steps, part_squares,
+    best_shares, cross_validated, cross_validation_steps, part_squares,
 };
 use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, TrainingStep, band, fit_all};
 use crate::questions::request::Request;
+use crate::scoring::cross_validation::MOST_FITS;
 use crate::scoring::part_squares::PartSquares;
 
 /// A calibration, and what left-out parts say of it.
@@ -102,7 +103,7 @@ fn fit_and_score(
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
     if let (true, Some(own)) = (left_out.is_some(), &mut calibration.quality.cross_validation) {
-        own.parts = own.parts.min(FOLDS);
+        own.parts = own.parts.min(MOST_FITS);
     }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
     calibration.quality.band = band(&data, &past, &calibration);

@@ -8,7 +8,6 @@ use crate::min_max::MinMax;
 use crate::questions::thresholds::grid::ThresholdGrid;
 use crate::questions::thresholds::measure::{Measure, MeasureScale};
 use crate::questions::thresholds::scorer::PointScores;
-use crate::questions::thresholds::suggestion::{NoSuggestion, Suggestion};
 use crate::scoring::quantile::quantile;
 
 /// Share of a map's numbers that lie within the range of its colours.
@@ -249,13 +248,5 @@ impl ThresholdMap {
         let values = self.values(set, measure).into_iter().enumerate();
         let known = values.filter_map(|(at, value)| Some(((at / n_t, at % n_t), value?)));
         known.min_by(|(_, a), (_, b)| a.total_cmp(b))
-    }
-
-    /// Returns the suggested thresholds; see [`Suggestion`].
-    ///
-    /// # Errors
-    /// [`NoSuggestion`] if there is no number to choose by.
-    pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
-        Suggestion::of(self, measure)
     }
 }

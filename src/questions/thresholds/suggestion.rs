@@ -4,8 +4,7 @@ use serde::Serialize;
 
 use crate::calibration::{CrossValidation, ErrorBlocks, weighed};
 use crate::features::Thresholds;
-use crate::questions::thresholds::map::ScoreSet;
-use crate::questions::thresholds::map::ThresholdMap;
+use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::scorer::PointScores;
 
@@ -69,15 +68,20 @@ pub enum NoSuggestion {
     NotYet,
 }
 
-impl Suggestion {
-    pub(crate) fn of(map: &ThresholdMap, measure: Measure) -> Result<Self, NoSuggestion> {
-        let weights = measure.weights(&map.scale).ok_or(NoSuggestion::NoAxis)?;
-        let conventional = map
+impl ThresholdMap {
+    /// Returns the thresholds to use; see [`Suggestion`].
+    ///
+    /// # Errors
+    /// [`NoSuggestion`] if the map holds nothing to choose by.
+    pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
+        let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
+        let conventional = self
             .conventional_value(ScoreSet::LeftOut, measure)
             .ok_or(NoSuggestion::NothingLeftOut)?;
-        let (at, left_out) = map.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
-        let best = map.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
-        let parts = ErrorBlocks::of_parts(&map.part_samples);
+        let (at, left_out) =
+            self.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
+        let best = self.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
+        let parts = ErrorBlocks::of_parts(&self.part_samples);
         if parts.samples.iter().filter(|n| **n > 0.0).count() < 2 {
             return Err(NoSuggestion::NothingLeftOut);
         }
@@ -85,21 +89,23 @@ impl Suggestion {
         let is_worse = |point: &PointScores| {
             parts.is_below(&lowest, &weighed(&point.left_out_squares, &weights), 1.0)
         };
-        let is_flat = |f_at: usize, t_at: usize| Some(!is_worse(map.point(f_at, t_at)?));
-        Ok(Self {
-            thresholds: map.thresholds(at.0, at.1),
+        let is_flat = |f_at: usize, t_at: usize| Some(!is_worse(self.point(f_at, t_at)?));
+        Ok(Suggestion {
+            thresholds: self.thresholds(at.0, at.1),
             at,
             left_out,
             conventional,
-            beats_conventional: is_worse(&map.conventional),
-            f_th_range: flat_range(map.grid.f_ths(), at.0, |f_at| is_flat(f_at, at.1)),
-            t_th_range: flat_range(map.grid.t_ths_secs(), at.1, |t_at| is_flat(at.0, t_at)),
-            n_parts: map.part_samples.len(),
-            parts_are_blocks: map.cross_validation.is_by_block(),
-            cross_validation: map.cross_validation.clone(),
+            beats_conventional: is_worse(&self.conventional),
+            f_th_range: flat_range(self.grid.f_ths(), at.0, |f_at| is_flat(f_at, at.1)),
+            t_th_range: flat_range(self.grid.t_ths_secs(), at.1, |t_at| is_flat(at.0, t_at)),
+            n_parts: self.part_samples.len(),
+            parts_are_blocks: self.cross_validation.is_by_block(),
+            cross_validation: self.cross_validation.clone(),
         })
     }
+}
 
+impl Suggestion {
     /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
     ///
     /// The smallest values do not count, because they are the conventional calibration.

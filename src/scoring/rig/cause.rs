@@ -29,6 +29,9 @@ const REFITTED: usize = 40;
 const STEPS: usize = 6;
 /// Weight of a parameter against a smaller error: half the logarithm of the number of units, over twice that number.
 const PARAMETER: f64 = 0.033;
+/// Ratio of the noise of a gauge in one run to that in every other. Of four runs that one makes the error a quarter larger, its mean square is
+/// 3.25 times as large, and the noise, which is a part of it, more than that.
+const NOISIER: f64 = 1.8;
 /// How much of an exchange of two columns is found, where it is one.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
@@ -51,6 +54,8 @@ pub enum Cause {
     SwappedGauges(usize, usize),
     /// The columns of two axes are exchanged.
     SwappedAxes(usize, usize),
+    /// These gauges have more noise.
+    Noise(Vec<usize>),
     /// It contradicts the others without a pattern.
     Unlike,
 }
@@ -177,7 +182,7 @@ impl Rig {
                     without: own.error,
                 })
             }
-            None => self.unlike(&errors, with),
+            None => self.noisy(with).or_else(|| self.unlike(&errors, with)),
         }
     }
 
@@ -247,13 +252,18 @@ impl Rig {
         all
     }
 
-    /// The gauges whose raw signal a cause may multiply.
+    /// The gauges whose raw signal a cause may multiply; none where a zero is larger than the range, since a tare looks the same then.
     fn scaled_gauges(&self, cause: &Cause) -> Vec<usize> {
-        match cause {
+        let gauges: Vec<usize> = match cause {
             Cause::Gauge(gauge) => vec![*gauge],
             Cause::AllGauges => (0..self.shape.n_gauges).collect(),
             _ => Vec::new(),
-        }
+        };
+        let is_large = |gauge: &usize| {
+            let (mean, scale) = self.scales[*gauge];
+            (mean / scale).abs() > self.spans[*gauge]
+        };
+        if gauges.iter().any(is_large) { Vec::new() } else { gauges }
     }
 
     /// By which share the raw signals of some gauges are larger than the fit says.
@@ -346,7 +356,7 @@ impl Rig {
                 let turn = exchanged(shape, *a, *b);
                 vec![&fit.slopes * turn - &fit.slopes]
             }
-            Cause::Tare | Cause::Drift | Cause::Unlike => Vec::new(),
+            Cause::Tare | Cause::Drift | Cause::Noise(_) | Cause::Unlike => Vec::new(),
         }
     }
 
@@ -545,6 +555,40 @@ impl Rig {
         }
     }
 
+    /// The run that has more noise than each of the others; of fewer than four it says little how much noise is usual.
+    fn noisy(&self, with: f64) -> Option<Contradiction> {
+        let n = self.n_runs();
+        let of_run = |run: usize| {
+            let ratio = |gauge: usize| {
+                let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
+                let most = others.map(|(_, own)| own.0[gauge]).fold(0.0, f64::max);
+                self.noise[run].0[gauge] / most.max(f64::MIN_POSITIVE)
+            };
+            let ratios: Vec<f64> = (0..self.shape.n_gauges).map(ratio).collect();
+            let gauges: Vec<usize> =
+                (0..ratios.len()).filter(|gauge| ratios[*gauge] > NOISIER).collect();
+            let largest = ratios.into_iter().fold(0.0, f64::max);
+            let without = if gauges.is_empty() { with } else { self.error_without(run) };
+            let is_static = self.noise[run].1;
+            (without < MATTERS * with && with - without > FALLS).then(|| Contradiction {
+                cause: if is_static { Cause::Unlike } else { Cause::Noise(gauges) },
+                place: Where::One(run),
+                values: vec![largest],
+                with,
+                without,
+            })
+        };
+        if n < ENOUGH_RUNS { None } else { (0..n).find_map(of_run) }
+    }
+
+    /// Left-out error without one run.
+    fn error_without(&self, run: usize) -> f64 {
+        let kept: Vec<usize> =
+            (0..self.units.len()).filter(|at| self.units[*at].run != run).collect();
+        let others = self.of_units_only(&kept);
+        others.error(&others.sums())
+    }
+
     /// The run whose error is out of line with the others, though its loads are not; of fewer than four nobody can say which.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
@@ -570,9 +614,7 @@ impl Rig {
             &vec![1.0; n],
             &is_worst,
         );
-        let kept: Vec<usize> = (0..self.units.len()).filter(|at| !is_here[*at]).collect();
-        let others = self.of_units_only(&kept);
-        let without = others.error(&others.sums());
+        let without = self.error_without(worst);
         // Loads that the others do not reach are predicted by an extrapolation.
         let reach = |wanted: bool| {
             let sums = self.total(|run| (run == worst) == wanted);
@@ -610,6 +652,7 @@ impl Rig {
             runs: runs.iter().map(|run| self.runs[*run].clone()).collect(),
             scales: self.scales.clone(),
             spans: self.spans.clone(),
+            noise: Vec::new(),
         }
     }
 

@@ -61,6 +61,12 @@ fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: &[usize]) -> Mat<f64
     Mat::from_fn(n, outputs.len(), |i, j| found[(i, j)] / lengths[i])
 }
 
+/// Factors of the first four columns that come nearest to the fifth.
+pub(super) fn line(sums: &Mat<f64>) -> [f64; 4] {
+    let found = solved(sums.as_ref(), &[0, 1, 2, 3], &[4]);
+    [0, 1, 2, 3].map(|at| found[(at, 0)])
+}
+
 /// What a fit leaves of an output in some sums.
 fn residual(
     sums: MatRef<'_, f64>,

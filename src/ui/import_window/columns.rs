@@ -1,4 +1,4 @@
-//! One row a column: what it is, its name and unit, its scale factor, what it holds.
+//! Rows of the import table, one for each column of the file: role, name, unit, scale factor and values.
 
 use std::collections::BTreeSet;
 
@@ -14,10 +14,10 @@ use crate::ui::choice::choice;
 use crate::ui::numbers::significant;
 
 const NAME: &str =
-    "What a gauge or an auxiliary channel is called; empty: as in the header, or S1, S2, …";
-const SCALE: &str = "Values are multiplied with this; -1 turns the sign";
-const SELECT: &str = "As the file writes it. Click a row to select it, Ctrl for one more, Shift for a range: a role chosen for one of them is for all";
-const MISSING: &str = "A number that means that there is none";
+    "Name of a gauge or an auxiliary channel; if empty, that of the header, or S1, S2, …";
+const SCALE: &str = "Factor of the values; -1 changes the sign";
+const SELECT: &str = "Name in the file. Click a row to select it; Ctrl adds a row, Shift a range. A role that is chosen for one of them applies to all";
+const MISSING: &str = "A number that stands for a missing value";
 
 /// One row a column: what it is, its name and unit, its sign and scale, what it holds.
 pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
@@ -51,14 +51,14 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                     for (title, explanation) in [
                         ("", "The number of the column"),
                         ("Header", SELECT),
-                        ("Role", "What it is; what nobody looks at is ignored. Of selected columns, what all of them are"),
+                        ("Role", "Role of the column; ignored columns are not loaded. Applies to all selected columns"),
                         ("Name", NAME),
                         ("Unit", &units()),
                         ("Scale factor", SCALE),
                         ("Missing value", MISSING),
                         (
                             "First values, range",
-                            "By the first rows, and some all over the file",
+                            "First values, and the range over rows from the whole file",
                         ),
                     ] {
                         titles.col(|ui| {
@@ -103,16 +103,16 @@ fn selection_id(table: &str) -> egui::Id {
     egui::Id::unique(("selected columns", table))
 }
 
-/// Which rows of the table a role is chosen for at once.
+/// State of the selection of several rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Selection {
     rows: BTreeSet<usize>,
-    /// Where a range starts.
+    /// Row where a range starts.
     anchor: usize,
 }
 
 impl Selection {
-    /// As in any list: one alone, with Ctrl one more or less, with Shift all from the last one on.
+    /// Selects like any list: a click selects one row, Ctrl adds or removes one, Shift selects all from the last row on.
     fn click(&mut self, row: usize, modifiers: egui::Modifiers) {
         if modifiers.shift {
             let (first, last) = (self.anchor.min(row), self.anchor.max(row));
@@ -132,7 +132,7 @@ impl Selection {
     }
 }
 
-/// Makes these columns the same; of a load, this axis and those that follow it.
+/// Gives these columns the same role; load axes continue from this axis.
 fn set_all(
     table: &mut TableMap,
     header: &Header<'_>,
@@ -155,7 +155,7 @@ fn set_all(
 
 fn units() -> String {
     format!(
-        "Of a load: {FORCE_UNITS}, {MOMENT_UNITS}; of a time: {TIME_SPELLINGS}; of a gauge a label"
+        "For loads {FORCE_UNITS}, {MOMENT_UNITS}; for times {TIME_SPELLINGS}; for gauges any label"
     )
 }
 
@@ -175,13 +175,13 @@ fn column_row(
     });
     row.col(|ui| {
         let button =
-            ComboBox::from_id_salt((id, number)).selected_text(rule.is.name()).width(112.0);
-        let items = ColumnRole::all().map(|role| (role, role.name().into(), ""));
+            ComboBox::from_id_salt((id, number)).selected_text(rule.is.label()).width(112.0);
+        let items = ColumnRole::all().map(|role| (role, role.label().into(), ""));
         let button = choice(ui, button, &mut rule.is, items);
-        (button.on_hover_text("What the column holds")).widget_info(|| {
+        (button.on_hover_text("Role of the column")).widget_info(|| {
             let name = format!("Role of {column}");
             egui::WidgetInfo {
-                current_text_value: Some(rule.is.name().to_owned()),
+                current_text_value: Some(rule.is.label()),
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
             }
         });
@@ -217,12 +217,28 @@ fn column_row(
             (Some(min), Some(max)) => format!("{} to {}", significant(min, 4), significant(max, 4)),
             _ => report.content.name().to_owned(),
         };
+        outline(ui, &report.outline);
         let first: Vec<String> = report.first.iter().map(|cell| shortened(cell)).collect();
         ui.label(format!("{}   {range}", first.join("  ")));
     });
 }
 
-/// A number with as many digits as one looks at; other text as it is.
+/// Draws the values of a column as a line over their order.
+fn outline(ui: &mut egui::Ui, values: &[f32]) {
+    let (place, _) = ui.allocate_exact_size(egui::vec2(90.0, 18.0), egui::Sense::hover());
+    let (min, max) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {
+        (min.min(*value), max.max(*value))
+    });
+    let (span, last) = ((max - min).max(f32::MIN_POSITIVE), values.len().saturating_sub(1).max(1));
+    let points = values.iter().enumerate().map(|(at, value)| {
+        let (x, y) = (at as f32 / last as f32, (value - min) / span);
+        place.lerp_inside(egui::vec2(x, 1.0 - y))
+    });
+    let stroke = egui::Stroke::new(1.0, ui.visuals().text_color());
+    ui.painter().line(points.collect(), stroke);
+}
+
+/// Returns a number with a few digits; other text is unchanged.
 fn shortened(cell: &str) -> String {
     let number = cell.parse::<f64>().ok().filter(|_| cell.len() > 8);
     number.map_or_else(|| cell.to_owned(), |number| significant(number, 5))

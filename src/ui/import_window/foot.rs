@@ -1,4 +1,4 @@
-//! What would be loaded, what is wrong, and the buttons.
+//! Summary of the recordings that would be loaded, the problems, and the buttons.
 
 use egui::{RichText, TextEdit};
 
@@ -34,14 +34,23 @@ pub(super) fn foot(
         }
     });
     ui.horizontal(|ui| {
-        let can_load = check.error.is_none() && !importing.looking;
-        if ui.press_if(can_load, "Load it", "Reads the whole file so, and remembers it for files of this shape") {
+        let columns = &inspection.table.columns;
+        let open = importing.questions.iter().find_map(|(question, is_decided)| {
+            question.still_open(&importing.map, columns).filter(|_| !is_decided)
+        });
+        let can_load = check.error.is_none() && !importing.looking && open.is_none();
+        let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
+        let load = load.on_hover_text("Reads the whole file with this map, and remembers the map for files of this shape");
+        let why = open.map_or_else(|| "The problem is listed above".to_owned(), |open| {
+            format!("Answer this question first: {open}")
+        });
+        if load.on_disabled_hover_text(why).clicked() {
             send(out, ImportCommand::Load);
         }
 
         let next = match importing.waiting.is_empty() {
-            true => "Nothing is loaded, nothing is lost",
-            false => "This file is not loaded; the next that wants a map comes",
+            true => "Loads nothing; the open recordings stay",
+            false => "Skips this file and goes on to the next one that needs a map",
         };
 
         if ui.press("Cancel import", next) {
@@ -51,19 +60,19 @@ pub(super) fn foot(
             let n_left = importing.waiting.len() + 1;
 
             let explanation =
-                "None of the files that still want a map is loaded, what is loaded stays; Escape does the same";
+                "Skips all files that still need a map; the open recordings stay. Escape does the same";
             if ui.press(format!("Cancel all ({n_left} left)"), explanation) {
                 send(out, ImportCommand::CancelAll);
             }
         }
         ui.separator();
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.field("Column map", field, "A JSON file that says all of this for files of this shape");
+        ui.field("Column map", field, "JSON file with the roles of the columns, for files of this shape");
         let path = fields.map_path.trim().to_owned();
-        if ui.press("Write map", "For --columns on the command line") && !path.is_empty() {
+        if ui.press("Write map", "Writes the map to this file, also for --columns on the command line") && !path.is_empty() {
             send(out, ImportCommand::WriteMap(path.clone().into()));
         }
-        if ui.press("Read map", "Takes what the file says") && !path.is_empty() {
+        if ui.press("Read map", "Reads the map from this file") && !path.is_empty() {
             send(out, ImportCommand::ReadMap(path.into()));
         }
         if importing.looking {

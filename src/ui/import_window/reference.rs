@@ -1,4 +1,4 @@
-//! A reference on its own clock: in a file of its own, and how it is joined.
+//! Reference load with its own clock: in a file of its own, or joined from the same file.
 
 use egui::TextEdit;
 
@@ -13,7 +13,7 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     let mut own_file = map.reference.is_some();
     if ui.tick(
         &mut own_file,
-        "The reference load stands in a file of its own",
+        "The reference load is in a file of its own",
         "Two loggers, two clocks: the times of both files are joined",
     ) {
         map.reference =
@@ -27,12 +27,12 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
             ui.explained_field(
                 "File",
                 field,
-                "Seen from the folder of the file with the gauges; {stem} stands for that file's name without its ending",
+                "Path from the folder of the gauge file; {stem} stands for the gauge file's name without its ending",
             );
         });
         if let Some(table) = &inspection.reference {
             if reference.table == TableMap::default() {
-                // Begin with how the file itself is cut.
+                // The layout of the gauge file is the first guess.
                 reference.table.text = table.text.clone();
                 reference.table.shape.columns = table.columns.len();
             }
@@ -46,13 +46,13 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     ui.horizontal_wrapped(|ui| {
         ui.label("Between reference samples");
         for (method, label, explanation) in [
-            (JoinMethod::Interpolate, "interpolate", "On the straight line between two samples"),
-            (JoinMethod::Nearest, "take the nearest", "The sample whose time is nearest"),
-            (JoinMethod::Hold, "hold the last", "The last sample, until the next one comes"),
+            (JoinMethod::Interpolate, "interpolate", "Interpolates linearly between two samples"),
+            (JoinMethod::Nearest, "take the nearest", "Takes the sample whose time is nearest"),
+            (JoinMethod::Hold, "hold the last", "Holds each sample until the next one"),
         ] {
             ui.select_radio(&mut map.join.method, method, label, explanation);
         }
-        let explanation = "By how much the reference's clock is behind that of the gauges";
+        let explanation = "Time by which the reference's clock is behind the gauges' clock";
         number(
             ui,
             ["add to the reference's times", " s", explanation],
@@ -62,7 +62,7 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {
             ui.label(format!(
-                "By cross-correlation the reference seems to need {} s; it is added only if you apply it.",
+                "The reference fits the gauges best with a shift of {} s. Slow gauges look the same as a clock offset: apply it only if the clocks differ.",
                 significant(offset.offset_secs, 4)
             ));
             if ui.press("Apply", "Adds it to the reference's times") {

@@ -1,4 +1,4 @@
-//! How the text of a file is cut, and what makes its rows recordings: rate, bursts, gaps, tare.
+//! Settings of the text layout, and of rows to recordings: rate, bursts, gaps, tare.
 
 use egui::{ComboBox, DragValue};
 
@@ -16,7 +16,7 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
         let items = Delimiter::ALL.into_iter();
         let items = items.map(|delimiter| (delimiter, delimiter.name().into(), ""));
         choice(ui, button, &mut text.delimiter, items)
-            .on_hover_text("What stands between the cells of a line");
+            .on_hover_text("Character between the cells of a line");
         let mut comma = text.decimal == Decimal::Comma;
         if ui.tick(&mut comma, "decimal comma", "1,5 is one and a half") {
             text.decimal = match comma {
@@ -30,26 +30,30 @@ pub(super) fn layout(ui: &mut egui::Ui, text: &mut TextLayout) {
         let items = [None].into_iter().chain(Thousands::ALL.map(Some));
         let items = items.map(|own| (own, name(own).into(), ""));
         choice(ui, button, &mut text.thousands, items)
-            .on_hover_text("What stands before each three digits of large numbers, as in 1,234.5");
+            .on_hover_text("Character between groups of three digits, as in 1,234.5");
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
-        ui.field("skip lines", lines, "Lines before the table, which a logger writes about itself");
-        ui.tick(&mut text.header, "header row", "The first line of the table names its columns");
-        ui.tick(&mut text.units_row, "units row", "The next line says their units");
+        ui.field("skip lines", lines, "Number of lines before the table");
+        ui.tick(
+            &mut text.header,
+            "header row",
+            "The first line of the table holds the names of the columns",
+        );
+        ui.tick(&mut text.units_row, "units row", "The next line holds the units");
     });
 }
 
-/// Which of several tables in the file are read.
+/// Controls for the tables of the file that are read.
 pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout) {
     if parts.is_empty() {
         return;
     }
     ui.horizontal_wrapped(|ui| {
-        ui.label("Read of this file:");
+        ui.label("Tables to read:");
         for part in parts {
             let mut is_used = part.is_used;
 
             let explanation = format!(
-                "{}. Of topics one of gauges and one of the reference are read together, of tables those with the same columns, one after the other",
+                "{}. One topic of gauges and one of the reference are joined; tables with the same columns are read one after the other",
                 part.what
             );
             if ui.tick(&mut is_used, &part.name, explanation) { let used = parts.iter().filter(|own| match own.name == part.name {
@@ -57,7 +61,7 @@ pub(super) fn parts(ui: &mut egui::Ui, parts: &[FilePart], text: &mut TextLayout
                     false => own.is_used,
                 });
                 let used: Vec<String> = used.map(|own| own.name.clone()).collect();
-                // Without any, one would be chosen again.
+                // One table stays selected.
                 if !used.is_empty() {
                     text.parts = used;
                 }
@@ -73,7 +77,7 @@ pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             [
                 "sample rate",
                 " Hz",
-                "Where no column is the time, or where the time counts samples",
+                "Sample rate, if no column is the time or the time counts samples",
             ],
             100.0,
             &mut map.table.sample_rate_hz,
@@ -85,13 +89,13 @@ pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             .width(150.0);
         let items = Stamps::ALL.map(|(own, name, explanation)| (own, name.into(), explanation));
         choice(ui, button, stamps, items)
-            .on_hover_text("For rows that stand out of order, or that share one time");
+            .on_hover_text("For rows that are out of order or share one time");
         optional(
             ui,
             [
                 "average bursts within",
                 " s",
-                "Successive gauge samples no further apart become one, their mean",
+                "Averages successive gauge samples that are no further apart than this",
             ],
             0.001,
             &mut map.average_bursts_secs,
@@ -101,7 +105,7 @@ pub(super) fn clock(ui: &mut egui::Ui, map: &mut ColumnMap) {
             [
                 "new recording after a pause of",
                 " s",
-                "A longer step in time starts a new recording; without a number that is told by the steps themselves",
+                "A longer step in time starts a new recording; without a number, the limit follows from the steps",
             ],
             2.0,
             &mut map.gap_secs,
@@ -127,22 +131,22 @@ fn tare(ui: &mut egui::Ui, tare: &mut Option<Tare>) {
         (Some(segment), "a segment".into(), ""),
     ];
     choice(ui, button, tare, items).on_hover_text(
-        "The mean gauges there are taken off; whether the sensor was unloaded then, you must know",
+        "Subtracts the mean gauges of this interval. The sensor must be unloaded there",
     );
     if let Some(Tare::Interval(from, to)) = tare {
         for (name, value) in [("from", from), ("to", to)] {
             let field = DragValue::new(value).range(0.0..=1e9).speed(0.01).suffix(" s");
-            ui.field(name, field, "Counted from the recording's first sample");
+            ui.field(name, field, "Time from the recording's first sample");
         }
     }
 }
 
-/// A field for a number, with its label.
+/// Draws a field for a number, with its label.
 pub(super) fn number(ui: &mut egui::Ui, [name, suffix, explanation]: [&str; 3], value: &mut f64) {
     let field = DragValue::new(value).speed(0.001).max_decimals(6).suffix(suffix);
     ui.field(name, field, explanation);
 }
-/// A tick with a number beside it.
+/// Draws a check box with a number beside it.
 fn optional(
     ui: &mut egui::Ui,
     [name, suffix, explanation]: [&str; 3],

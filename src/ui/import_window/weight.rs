@@ -1,4 +1,4 @@
-//! A load that is computed from the sensor's pose and a known weight.
+//! Controls of a load that is computed from the sensor's pose and a known weight.
 
 use egui::TextEdit;
 
@@ -13,8 +13,8 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
     let mut used = map.weight.is_some();
     if ui.tick(
         &mut used,
-        "The load is that of a known weight, by the pose columns",
-        format!("Say which columns are the pose: {}", Attitude::listed()),
+        "Computes the load of a known weight from the pose columns",
+        format!("Choose the columns of the pose: {}", Attitude::listed()),
     ) {
         map.weight = used.then(|| WeightMap {
             mass_kg: Some(1.0),
@@ -27,7 +27,7 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
     };
     ui.horizontal_wrapped(|ui| {
         if let Some(mass) = &mut weight.mass_kg {
-            number(ui, ["mass", " kg", "Of all that hangs on the sensor"], mass);
+            number(ui, ["mass", " kg", "Mass of everything that hangs on the sensor"], mass);
         }
         if let Some(centre) = &mut weight.centre_m {
             for (name, value) in ["centre x", "centre y", "centre z"].into_iter().zip(centre) {
@@ -37,7 +37,7 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
         }
         let names = ["gravity x", "gravity y", "gravity z"];
         for (name, value) in names.into_iter().zip(&mut weight.gravity) {
-            let explanation = "In the frame that the pose is measured in";
+            let explanation = "Gravity in the frame of the pose";
             number(ui, [name, " m/s²", explanation], value);
         }
         ui.select_radio(
@@ -50,12 +50,12 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
             &mut weight.angles,
             Angles::IntrinsicXyz,
             "turned axes",
-            "Each angle turns about an axis that the ones before have turned",
+            "Each angle turns about an axis that the previous angles have turned",
         );
         ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
-            "Adds what accelerating the weight takes, from the pose columns of its position",
+            "Adds the force that accelerates the weight, from the position columns of the pose",
         );
-        let explanation = "The window over which accelerations are estimated";
+        let explanation = "Time window of the estimated accelerations";
         number(
             ui,
             ["smoothed over", " s", explanation],
@@ -89,25 +89,21 @@ pub(super) fn weight(ui: &mut egui::Ui, map: &mut ColumnMap, out: &mut Vec<Comma
     }
 }
 
-/// One of several weights; whether it stays.
+/// Draws one of several weights. Returns false if it was removed.
 fn mount(ui: &mut egui::Ui, nth: usize, mount: &mut Mount) -> bool {
     let mut kept = true;
     ui.horizontal_wrapped(|ui| {
         let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
-        ui.field(
-            format!("Mount {nth}"),
-            name,
-            "As the column \"mount\" says it, or as it stands in the names of files",
-        );
+        ui.field(format!("Mount {nth}"), name, "Name in the column \"mount\", or in the file name");
         let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
         let centre = mount.centre_m.get_or_insert([0.0; 3]);
         let centre = ["x", "y", "z"].into_iter().zip(centre);
         let centre = centre.map(|(axis, value)| (axis, " m", value));
         for (what, suffix, value) in mass.into_iter().chain(centre) {
-            let explanation = "Of this mount: its mass, and its centre in the sensor's frame";
+            let explanation = "Mass of this mount, and its centre in the sensor's frame";
             number(ui, [what, suffix, explanation], value);
         }
-        kept = !ui.press_small("×", "Takes this mount away");
+        kept = !ui.press_small("×", "Removes this mount");
     });
     kept
 }

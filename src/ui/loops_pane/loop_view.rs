@@ -1,4 +1,4 @@
-//! Loops of one axis, the width over the load, and the table of figures.
+//! Draws the loops of one axis, the width over the load, and the table of figures.
 
 use super::{LoopsPane, linked, trace_of};
 use crate::engine::Engine;
@@ -53,7 +53,7 @@ pub(super) fn show(
                 (
                     FiguresOf::Largest,
                     "Largest cycle",
-                    "The one cycle whose branches share the widest range of loads",
+                    "Figures of the cycle whose branches share the widest range of loads",
                 ),
             ] {
                 let can = has_mean || of == FiguresOf::Largest;
@@ -90,7 +90,7 @@ pub(super) fn show(
     }
 }
 
-/// How late the gauges are, and the switch that takes it out.
+/// Draws the time lag and the switch that removes it from the loops.
 fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     let words = lag_in_words(&picture.lag);
     let is_known = picture.lag.lag.is_ok();

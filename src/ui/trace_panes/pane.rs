@@ -86,6 +86,9 @@ fn pane(
         .get(&key)
         .copied()
         .unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
+    if panes.locks_values {
+        panes.shown.values.insert(key, values);
+    }
     let bounds = PlotBounds::from_min_max([visible.time.0, values.0], [visible.time.1, values.1]);
     let width = (ui.available_width() - VALUE_AXIS_WIDTH).max(1.0);
     let columns = (width * ui.pixels_per_point()) as usize + 1;

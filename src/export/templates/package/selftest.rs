@@ -1,6 +1,6 @@
 //! The self-test: what is in expected.csv is given to the calibration, and what it answers compared. Ends with 0 if all is well.
 //!
-//!     rustc -O selftest.rs && ./selftest ../expected.csv
+//!     rustc --edition 2021 -O selftest.rs && ./selftest ../expected.csv
 
 #[allow(dead_code)]
 #[path = "{{ name }}.rs"]

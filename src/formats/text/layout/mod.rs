@@ -112,7 +112,7 @@ pub(crate) fn sample<'a>(
 }
 
 /// Returns the end of the first lines that are inspected, and the mean length of a line (bytes).
-pub(crate) fn looked_at(head: &[u8]) -> (usize, usize) {
+pub(crate) fn inspected(head: &[u8]) -> (usize, usize) {
     let lines = first_lines(head, 0);
     let end = lines.last().map_or(0, |line| line.end);
     (end, end / lines.len().max(1))

@@ -7,7 +7,7 @@ use crate::formats::text::cells::{Cells, is_skipped};
 use crate::formats::text::written::Delimiter;
 
 /// Number of first lines that are inspected, without comments.
-const LINES_LOOKED_AT: usize = 200;
+const INSPECTED_LINES: usize = 200;
 
 /// Line at the start of a file.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
     let mut n_significant = 0;
-    while start < head.len() && n_significant < LINES_LOOKED_AT {
+    while start < head.len() && n_significant < INSPECTED_LINES {
         let end = memchr::memchr(b'\n', &head[start..]).map_or(head.len(), |at| start + at);
         let text = head[start..end].trim_ascii_end();
         start = head.len().min(end + 1);
@@ -74,7 +74,6 @@ fn decoded(text: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// Returns a unit without surrounding brackets.
 pub(super) fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()

@@ -1,0 +1,41 @@
+//! What cross-validation leaves out in turn, and its wording.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::recording::GroupedBy;
+
+/// What cross-validation leaves out in turn.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CrossValidation {
+    /// What a group is.
+    pub by: GroupedBy,
+    /// How many groups there are.
+    pub groups: usize,
+    /// The parts that they are left out in: as many, or fewer where some are left out together.
+    pub parts: usize,
+}
+
+impl CrossValidation {
+    /// Whether blocks are left out, for want of recordings.
+    pub fn is_by_block(&self) -> bool {
+        self.by == GroupedBy::Block
+    }
+}
+
+impl fmt::Display for CrossValidation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { by, groups, parts } = self;
+        if self.is_by_block() {
+            return write!(f, "by {parts} contiguous blocks of the training recordings");
+        }
+        let noun = if *by == GroupedBy::Recording { "recordings" } else { "groups" };
+        if parts < groups {
+            write!(f, "by {by}: {groups} {noun} left out in {parts} parts")
+        } else {
+            let one = by.to_string().replace(' ', "-");
+            write!(f, "by {by}: leave-one-{one}-out, {groups} {noun}")
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! Converts rows that devices print to lines of a table: plain numbers, `name:value` pairs, Teleplot, JSON without a time.
+//!
+//! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times always increase. The text of
+//! a cell is not changed, so a value that is not a number is reported as in files.
+
+use super::live::LiveSource;
+use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
+use crate::formats::text::cells::Cells;
+use crate::formats::text::times::TimeForm;
+use crate::formats::text::{Delimiter, TextLayout, stamped};
+
+/// Number of first lines from which the form is guessed.
+pub(super) const GUESSED_BY: usize = 10;
+/// Minimum number of rows for taking a first column that always increases for the time.
+const ROWS_FOR_A_CLOCK: usize = 5;
+/// Time step between rows that were read at once (s).
+const LEAST_STEP_SECS: f64 = 1e-6;
+
+/// JSON key of a time in seconds.
+const SECONDS: &str = "time [s]";
+
+/// Form in which a device prints its rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowForm {
+    /// Table with a time in its header, or JSON lines with a time.
+    Table,
+    /// Plain numbers: gauges in the order of the calibration, then auxiliary channels.
+    Numbers,
+    /// Time, then the numbers as in [`Self::Numbers`].
+    TimedNumbers,
+    /// Pairs `name:value`, as Arduino's plotter reads them.
+    Pairs,
+    /// Teleplot: a line `>name:time:value` or `>name:value` for each value.
+    Teleplot,
+    /// JSON lines without a time.
+    Json,
+}
+
+impl RowForm {
+    /// All forms, with their names on the command line and their descriptions.
+    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+        (Self::Table, "table", "a table with a header, or JSON lines, with a time"),
+        (Self::Numbers, "numbers", "numbers without a header: the gauges, then auxiliary channels"),
+        (
+            Self::TimedNumbers,
+            "timed-numbers",
+            "numbers without a header, the time before the gauges",
+        ),
+        (Self::Pairs, "pairs", "name:value pairs"),
+        (Self::Teleplot, "teleplot", "Teleplot lines, >name:time:value"),
+        (Self::Json, "json", "JSON lines without a time"),
+    ];
+
+    /// Returns the description of the form.
+    pub fn words(self) -> &'static str {
+        let own = Self::ALL.iter().find(|(form, ..)| *form == self);
+        own.map_or("", |(_, _, words)| words)
+    }
+
+    /// Returns the form of most of these lines; `None` if most of them have no known form.
+    pub(super) fn guess(lines: &[String], n_needed: usize) -> Option<Self> {
+        let lines: Vec<&str> = lines.iter().map(|line| without_stamp(line).1).collect();
+        let lines: Vec<&str> = lines.into_iter().filter(|line| !line.trim().is_empty()).collect();
+        let count = |is: &dyn Fn(&&&str) -> bool| lines.iter().filter(is).count();
+        let is_numbers = |line: &&&str| numbers(line).is_some();
+        let forms = [
+            (Self::Teleplot, count(&|line| teleplot(line).is_some())),
+            (Self::Json, count(&|line| line.trim_start().starts_with('{'))),
+            (Self::Pairs, count(&|line| pairs(line).is_some())),
+            (Self::Numbers, count(&is_numbers)),
+        ];
+        let (form, n) = forms.into_iter().max_by_key(|(_, n)| *n)?;
+        let form = (2 * n > lines.len()).then_some(form)?;
+        let rows = lines.iter().filter_map(|line| numbers(line));
+        let first: Vec<f64> =
+            rows.filter(|row| row.len() == n_needed + 1).map(|row| row[0]).collect();
+        let is_clock = first.len() >= ROWS_FOR_A_CLOCK
+            && 2 * first.len() > lines.len()
+            && first.windows(2).all(|two| two[0] < two[1]);
+        Some(if form == Self::Numbers && is_clock { Self::TimedNumbers } else { form })
+    }
+}
+
+/// Splits off the time stamp and the arrow that terminals for serial ports write.
+fn without_stamp(line: &str) -> (Option<&str>, &str) {
+    match stamped(line.as_bytes()) {
+        Some((time, row)) => (line.get(..time), line.get(row..).unwrap_or_default()),
+        None => (None, line),
+    }
+}
+
+/// Returns the delimiter of the numbers in a line; `None` if the line is not a row of numbers.
+fn delimiter(line: &str) -> Option<Delimiter> {
+    use Delimiter::{Comma, Semicolon, Spaces, Tab};
+    [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
+        let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
+        // For a single number the delimiter is a comma, so that no comma is read as a decimal point.
+        let is_cut = *own == Comma || cells(line, *own).nth(1).is_some();
+        is_cut && cells(line, *own).all(|cell| layout.number(cell).is_some())
+    })
+}
+
+/// Returns the cells of a line. A delimiter at the end of the line is ignored.
+fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
+    let line = line.trim_end().trim_end_matches(char::from(delimiter.byte()));
+    Cells::new(line.as_bytes(), delimiter)
+}
+
+/// Returns the numbers of a line that consists only of numbers.
+fn numbers(line: &str) -> Option<Vec<f64>> {
+    let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
+    cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
+}
+
+/// Returns the names and values of a line of pairs.
+fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
+    if line.starts_with(['>', '{']) {
+        return None;
+    }
+    let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
+    // A blank may follow a colon.
+    let mut joined: Vec<(&str, &str)> = Vec::new();
+    for cell in cells {
+        match (cell.split_once(':'), joined.last_mut()) {
+            (Some((name, value)), _) if !name.is_empty() => joined.push((name, value)),
+            (None, Some((_, value))) if value.is_empty() => *value = cell,
+            _ => return None,
+        }
+    }
+    (!joined.is_empty()).then_some(joined)
+}
+
+/// Returns the name, the time (ms) and the value of a Teleplot line.
+fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
+    let (name, rest) = line.trim().strip_prefix('>')?.split_once(':')?;
+    // A unit and flags may follow.
+    let rest = rest.split(['§', '|']).next()?;
+    Some(match rest.split_once(':') {
+        Some((time, value)) => (name, Some(time), value),
+        None => (name, None, rest),
+    })
+}
+
+/// Converter from lines of a device to lines of a table.
+#[derive(Debug)]
+pub(super) struct DeviceRows {
+    /// Form of the rows.
+    pub form: RowForm,
+    /// Source of the times, in words.
+    pub clock: &'static str,
+    rate_hz: Option<f64>,
+    delimiter: Delimiter,
+    n_rows: f64,
+    last_secs: f64,
+    /// Channel names of the calibration. The first one begins a Teleplot row.
+    cycle: Vec<String>,
+    /// Values of the incomplete Teleplot row.
+    pending: Vec<(String, String)>,
+    /// Name and text of the time of the incomplete row, if the device sends it.
+    pending_time: Option<(&'static str, String)>,
+}
+
+impl DeviceRows {
+    /// Creates the converter from the first lines, with the map of its table. The map is `None` if the names of the columns
+    /// give their roles.
+    pub fn new(
+        form: RowForm,
+        lines: &[String],
+        source: LiveSource<'_>,
+    ) -> (Self, Option<ColumnMap>) {
+        let rows: Vec<(Option<&str>, &str)> =
+            lines.iter().map(|line| without_stamp(line)).collect();
+        let stamp = rows.iter().find_map(|(stamp, _)| *stamp);
+        let has_own_time = match form {
+            RowForm::TimedNumbers => true,
+            RowForm::Teleplot => {
+                rows.iter().any(|(_, row)| matches!(teleplot(row), Some((_, Some(_), _))))
+            }
+            _ => stamp.is_some(),
+        };
+        let row = rows.iter().find(|(_, row)| numbers(row).is_some()).map_or("", |(_, row)| *row);
+        let own = Self {
+            form,
+            clock: match (has_own_time, source.rate_hz) {
+                (true, _) => "their own times",
+                (false, Some(_)) => "the given rate",
+                (false, None) => "the clock of this computer",
+            },
+            rate_hz: source.rate_hz,
+            delimiter: delimiter(row).unwrap_or_default(),
+            n_rows: 0.0,
+            last_secs: f64::NEG_INFINITY,
+            cycle: source.gauges.iter().chain(source.auxiliary).cloned().collect(),
+            pending: Vec::new(),
+            pending_time: None,
+        };
+        let is_numbers = matches!(form, RowForm::Numbers | RowForm::TimedNumbers);
+        let map = is_numbers.then(|| own.map(row, stamp, source));
+        (own, map)
+    }
+
+    /// Returns the map of a table with the time first, then the channels of the calibration.
+    fn map(&self, row: &str, stamp: Option<&str>, source: LiveSource<'_>) -> ColumnMap {
+        let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
+        let is_timed = self.form == RowForm::TimedNumbers;
+        let form = stamp.and_then(|stamp| TimeForm::of_all([stamp.as_bytes()].into_iter()));
+        let unit = match form {
+            Some(form) if !is_timed => Some(form.name().to_owned()),
+            _ => (!is_timed).then(|| "s".to_owned()),
+        };
+        let time = ColumnRule { unit, ..ColumnRule::new(ColumnKey::Number(1), ColumnRole::Time) };
+        let gauges = source.gauges.iter().map(|name| (name, ColumnRole::Gauge));
+        let auxiliary = source.auxiliary.iter().map(|name| (name, ColumnRole::Auxiliary));
+        let rules = gauges.chain(auxiliary).zip(2..).map(|((name, is), number)| ColumnRule {
+            name: Some(name.clone()),
+            ..ColumnRule::new(ColumnKey::Number(number), is)
+        });
+        let columns = [time].into_iter().chain(rules).collect::<Vec<_>>();
+        let n_columns = cells(row, self.delimiter).count() + usize::from(!is_timed);
+        let shape = Shape { columns: n_columns, ..Shape::default() };
+        ColumnMap {
+            table: TableMap { shape, text, columns, ..TableMap::default() },
+            ..ColumnMap::default()
+        }
+    }
+
+    /// Converts a line that arrived at this time (s). Returns the line of the table that is then complete, or `None`.
+    pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
+        let (stamp, row) = without_stamp(line);
+        match self.form {
+            RowForm::Table | RowForm::TimedNumbers => Some(row.to_owned()),
+            RowForm::Numbers => {
+                let time = self.time(stamp, arrived_secs);
+                Some(format!("{time}{}{row}", char::from(self.delimiter.byte())))
+            }
+            RowForm::Json => {
+                let time = self.time(stamp, arrived_secs);
+                let Some(rest) = row.trim_start().strip_prefix('{') else {
+                    return Some(object((SECONDS, &time), &[]));
+                };
+                Some(format!("{{\"{SECONDS}\":\"{time}\",{rest}"))
+            }
+            RowForm::Pairs => {
+                let time = self.time(stamp, arrived_secs);
+                Some(object((SECONDS, &time), &pairs(row).unwrap_or_default()))
+            }
+            RowForm::Teleplot => self.teleplot(stamp, row, arrived_secs),
+        }
+    }
+
+    /// Adds a Teleplot value. A row begins with the first gauge or with a repeated name. It is complete when it has all channels
+    /// of the calibration.
+    fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
+        let (name, time, value) = teleplot(row)?;
+        let is_first = self.cycle.first().is_some_and(|first| first == name);
+        let begins = self.pending.iter().any(|(own, _)| is_first || own == name);
+        let before = begins.then(|| self.whole(arrived_secs));
+        if self.pending.is_empty() {
+            let time = time.map(|time| ("time [ms]", time.to_owned()));
+            self.pending_time = time.or_else(|| Some((SECONDS, stamp?.to_owned())));
+        }
+        self.pending.push((name.to_owned(), value.to_owned()));
+        let is_there = |own: &String| self.pending.iter().any(|(name, _)| name == own);
+        let is_whole = self.cycle.iter().all(is_there);
+        before.or_else(|| is_whole.then(|| self.whole(arrived_secs)))
+    }
+
+    fn whole(&mut self, arrived_secs: f64) -> String {
+        let row = std::mem::take(&mut self.pending);
+        let values: Vec<(&str, &str)> =
+            row.iter().map(|(name, value)| (&**name, &**value)).collect();
+        let (name, time) =
+            (self.pending_time.take()).unwrap_or_else(|| (SECONDS, self.time(None, arrived_secs)));
+        object((name, &time), &values)
+    }
+
+    /// Returns the time of the next row: from its stamp, else from the rate, else from its arrival. Rows that were read at once
+    /// are a microsecond apart.
+    fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
+        let secs = match self.rate_hz {
+            Some(rate_hz) => self.n_rows / rate_hz,
+            None => arrived_secs.max(self.last_secs + LEAST_STEP_SECS),
+        };
+        self.n_rows += 1.0;
+        self.last_secs = secs;
+        stamp.map_or_else(|| format!("{secs:.6}"), str::to_owned)
+    }
+}
+
+/// Returns a line of JSON with a time and these values.
+fn object(time: (&str, &str), values: &[(&str, &str)]) -> String {
+    let text = |text: &str| serde_json::Value::from(text).to_string();
+    let members = [time].into_iter().chain(values.iter().copied());
+    let members = members.map(|(name, value)| format!("{}:{}", text(name), text(value)));
+    format!("{{{}}}", members.collect::<Vec<_>>().join(","))
+}

@@ -1,0 +1,308 @@
+//! Faults that the sums of a rig do not show: hum, one gauge that bends, a reference that ends before the load does, noise of one recording.
+
+use std::f64::consts::TAU;
+
+use crate::recording::{Recording, median};
+use crate::scoring::rig::Rig;
+use crate::scoring::rig::fits::{self, Forward};
+
+/// Maximum number of samples of a recording whose spectrum is taken.
+const SPECTRUM: usize = 1024;
+/// Minimum number of samples for a spectrum.
+const FEWEST_SAMPLES: usize = 128;
+/// Maximum number of recordings whose spectrum is taken.
+const SPECTRA: usize = 4;
+/// Share of what loads leave of a gauge that a hum or a bend makes up: without it the rest is a tenth smaller (√0.8).
+const SHARE: f64 = 0.2;
+/// Share of the power of a load that lies below its highest frequency.
+const OF_LOAD: f64 = 0.99;
+/// Share of the range of a gauge by which it bends more than ordinary sensors do, whose makers state up to half a percent.
+const BENDS: f64 = 0.005;
+/// Ratio of the share that a bend explains of one gauge to that of each other: a bend of all gauges is the sensor's own.
+const OTHERS_BEND: f64 = 4.0;
+/// Minimum number of visits of a load to its largest value.
+const VISITS: usize = 3;
+/// Standard errors by which the gauges rise in these visits: less than one in a million by noise.
+const RISES: f64 = 5.0;
+/// Highest harmonic of the loads in which hysteresis leaves much.
+const HARMONIC: usize = 3;
+
+/// A fault of single channels.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ChannelFault {
+    /// A line in the spectra of gauges at a frequency (Hz) that loads do not have; amplitude as a share of the gauge's range.
+    Hum {
+        /// Positions of the gauges.
+        gauges: Vec<usize>,
+        /// Frequency, aliased by the sample rate (Hz).
+        hz: f64,
+        /// Largest amplitude, as a share of the range of its gauge.
+        amplitude: f64,
+    },
+    /// One gauge bends towards its ends; by which share of its range.
+    Bent(usize, f64),
+    /// The reference of an axis stays at a load (N, N·m) while the gauges go on.
+    ClippedReference {
+        /// Position among the axes that move.
+        axis: usize,
+        /// Load at which it stays.
+        load: f64,
+        /// How often.
+        visits: usize,
+    },
+}
+
+/// What the fit to all recordings leaves of each gauge, and what it says, in the gauge's scale.
+struct Rest {
+    /// `n_samples × n_gauges`.
+    left: Vec<f64>,
+    fitted: Vec<f64>,
+}
+
+impl Rig {
+    fn rest(&self, of: &Recording, fit: &Forward) -> Rest {
+        let (n, shape) = (self.shape.n_gauges, &self.shape);
+        let columns: Vec<usize> = (shape.axes.iter())
+            .filter_map(|axis| of.axes().iter().position(|own| own == axis))
+            .collect();
+        let (mut left, mut fitted) = (Vec::new(), Vec::new());
+        let loads = of.loads().chunks_exact(of.axes().len());
+        for (gauges, loads) in of.gauges().chunks_exact(n).zip(loads) {
+            for (gauge, (value, (mean, scale))) in gauges.iter().zip(&self.scales).enumerate() {
+                let along = columns.iter().enumerate().map(|(axis, column)| {
+                    fit.slopes[(gauge, axis)] * loads[*column] / shape.full_scale[axis]
+                });
+                let own = fit.zero[gauge] + along.sum::<f64>();
+                left.push((value - mean) / scale - own);
+                fitted.push(own);
+            }
+        }
+        Rest { left, fitted }
+    }
+
+    /// Noise of each gauge in each run, in the gauge's scale, however the load moves; what loads leave where samples have no order.
+    pub(super) fn noise(&self, recordings: &[&Recording]) -> Vec<Vec<f64>> {
+        let fit = Forward::of(&self.total(|_| true), &self.shape);
+        let n = self.shape.n_gauges;
+        let of_run = |run: &Vec<usize>| {
+            let all = run.iter().map(|at| (recordings[*at], self.rest(recordings[*at], &fit)));
+            let all: Vec<_> = all.collect();
+            let of_gauge = |gauge: usize| {
+                let sizes = all.iter().flat_map(|(own, rest)| {
+                    let left = |k: usize| rest.left[k * n + gauge];
+                    let size = move |k: usize| match own.is_static() {
+                        true => left(k).abs(),
+                        false => bend([left(k), left(k + 1), left(k + 2)]),
+                    };
+                    let last =
+                        own.n_samples() - if own.is_static() { 0 } else { 2.min(own.n_samples()) };
+                    (0..last).map(size)
+                });
+                deviation(sizes)
+            };
+            (0..n).map(of_gauge).collect()
+        };
+        self.runs.iter().map(of_run).collect()
+    }
+
+    /// Faults of single channels in the recordings that this was made of.
+    pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
+        let fit = Forward::of(&self.total(|_| true), &self.shape);
+        let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
+        let mut found: Vec<ChannelFault> = self.hum(recordings, &rests).into_iter().collect();
+        found.extend(self.bent(&rests));
+        found.extend(self.clipped_reference(recordings));
+        found
+    }
+
+    fn hum(&self, recordings: &[&Recording], rests: &[Rest]) -> Option<ChannelFault> {
+        let n_gauges = self.shape.n_gauges;
+        let mut looked_at = 0;
+        let mut lines: Vec<Vec<(f64, f64, f64)>> = vec![Vec::new(); n_gauges];
+        for (own, rest) in recordings.iter().zip(rests) {
+            let n = own.n_samples().min(SPECTRUM);
+            let (first, last) = (own.times()[0], own.times()[n - 1]);
+            if own.is_static() || n < FEWEST_SAMPLES || last <= first || looked_at == SPECTRA {
+                continue;
+            }
+            looked_at += 1;
+            let rate = (n - 1) as f64 / (last - first);
+            let n_axes = own.axes().len();
+            let highest = (0..n_axes)
+                .map(|axis| highest(&powers(n, |k| own.loads()[k * n_axes + axis])))
+                .max()
+                .unwrap_or(0);
+            for (gauge, lines) in lines.iter_mut().enumerate() {
+                let power = powers(n, |k| rest.left[k * n_gauges + gauge]);
+                let all: f64 = power.iter().sum();
+                let Some(peak) = (HARMONIC * highest + 4..power.len())
+                    .max_by(|a, b| power[*a].total_cmp(&power[*b]))
+                else {
+                    continue;
+                };
+                let line: f64 = power[peak - 2..power.len().min(peak + 3)].iter().sum();
+                let squares: f64 =
+                    (0..n).map(|k| rest.left[k * n_gauges + gauge].powi(2)).sum::<f64>() / n as f64;
+                let share = line / all;
+                let amplitude = (2.0 * share * squares).sqrt() / self.spans[gauge];
+                lines.push((share, peak as f64 * rate / n as f64, amplitude));
+            }
+        }
+        let is_hum = |gauge: &usize| {
+            let own = &lines[*gauge];
+            own.iter().filter(|own| own.0 > SHARE).count() * 2 > own.len()
+        };
+        let gauges: Vec<usize> = (0..n_gauges).filter(is_hum).collect();
+        let lines: Vec<_> =
+            gauges.iter().flat_map(|at| &lines[*at]).filter(|own| own.0 > SHARE).collect();
+        let amplitude = lines.iter().map(|own| own.2).fold(0.0, f64::max);
+        let hz = median(lines.iter().map(|own| own.1))?;
+        Some(ChannelFault::Hum { gauges, hz, amplitude })
+    }
+
+    /// The gauge that bends where the others do not, by squares and cubes of what the fit says, each half predicted by the other.
+    fn bent(&self, rests: &[Rest]) -> Option<ChannelFault> {
+        let n_gauges = self.shape.n_gauges;
+        let half = |at: usize, k: usize, n: usize| match rests.len() {
+            1 => usize::from(2 * k >= n),
+            _ => at % 2,
+        };
+        let of_gauge = |gauge: usize| {
+            let rows = || {
+                rests.iter().enumerate().flat_map(move |(at, rest)| {
+                    let n = rest.left.len() / n_gauges;
+                    (0..n).map(move |k| {
+                        let own = k * n_gauges + gauge;
+                        (half(at, k, n), rest.fitted[own], rest.left[own])
+                    })
+                })
+            };
+            let n = rows().count().max(1) as f64;
+            let mean = rows().map(|own| own.1).sum::<f64>() / n;
+            let scale = rows().map(|own| (own.1 - mean).abs()).fold(f64::MIN_POSITIVE, f64::max);
+            let powers = |fitted: f64| {
+                let u = (fitted - mean) / scale;
+                [1.0, u, u * u, u * u * u]
+            };
+            let mut sums = [faer::Mat::<f64>::zeros(5, 5), faer::Mat::zeros(5, 5)];
+            for (half, fitted, left) in rows() {
+                let [a, b, c, d] = powers(fitted);
+                let row = [a, b, c, d, left];
+                for i in 0..5 {
+                    for j in 0..5 {
+                        sums[half][(i, j)] += row[i] * row[j];
+                    }
+                }
+            }
+            let factors = [0, 1].map(|half: usize| fits::line(&sums[1 - half]));
+            let (mut after, mut before) = (0.0, 0.0);
+            for (half, fitted, left) in rows() {
+                let said: f64 = powers(fitted).iter().zip(&factors[half]).map(|(a, b)| a * b).sum();
+                after += (left - said).powi(2);
+                before += left * left;
+            }
+            let whole = fits::line(&(&sums[0] + &sums[1]));
+            let bend = (whole[2].abs() + whole[3].abs()) / self.spans[gauge];
+            (1.0 - after / before.max(f64::MIN_POSITIVE), bend)
+        };
+        let all: Vec<(f64, f64)> = (0..n_gauges).map(of_gauge).collect();
+        let most = (0..n_gauges).max_by(|a, b| all[*a].0.total_cmp(&all[*b].0))?;
+        let (share, bend) = all[most];
+        let others = (0..n_gauges).filter(|own| *own != most);
+        let others = others.map(|own| all[own].0).fold(0.0, f64::max);
+        let is_bent = n_gauges > 2 && share > SHARE && bend > BENDS && share > OTHERS_BEND * others;
+        is_bent.then_some(ChannelFault::Bent(most, bend))
+    }
+
+    /// Axes whose reference stays at its largest value while the gauges rise and fall again.
+    fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
+        let shape = &self.shape;
+        let back = fits::backward(&self.total(|_| true), shape);
+        let mut found = Vec::new();
+        for (axis, own_axis) in shape.axes.iter().enumerate() {
+            for outward in [-1.0, 1.0] {
+                let columns = recordings.iter().filter(|own| !own.is_static()).filter_map(|own| {
+                    Some((*own, own.axes().iter().position(|axis| axis == own_axis)?))
+                });
+                let columns: Vec<_> = columns.collect();
+                let end = (columns.iter())
+                    .flat_map(|(own, at)| own.loads()[*at..].iter().step_by(own.axes().len()))
+                    .fold(f64::NEG_INFINITY, |end, load| end.max(outward * load));
+                let (mut rises, mut bends) = (Vec::new(), Vec::new());
+                for (own, at) in &columns {
+                    let load = |k: usize| own.loads()[k * own.axes().len() + at];
+                    let shown = |k: usize| -> f64 {
+                        let gauges = own.gauges_at(k).iter().zip(&self.scales).enumerate();
+                        gauges
+                            .map(|(gauge, (value, (mean, scale)))| {
+                                outward * back[(axis, gauge)] * (value - mean) / scale
+                            })
+                            .sum()
+                    };
+                    let all: Vec<f64> = (0..own.n_samples()).map(shown).collect();
+                    bends.extend(all.windows(3).map(|own| bend([own[0], own[1], own[2]])));
+                    let samples: Vec<usize> = (0..own.n_samples()).collect();
+                    for visit in samples
+                        .chunk_by(|a, b| outward * load(*a) == end && outward * load(*b) == end)
+                    {
+                        let n = visit.len();
+                        if n < 3 {
+                            continue;
+                        }
+                        let inner = &visit[n / 4..n - n / 4];
+                        let inner = &inner[usize::from(n < 4)..inner.len() - usize::from(n < 4)];
+                        let mean = inner.iter().map(|k| all[*k]).sum::<f64>() / inner.len() as f64;
+                        // The greater of both ends: noise alone makes this negative.
+                        rises.push(mean - all[visit[0]].max(all[visit[n - 1]]));
+                    }
+                }
+                let visits = rises.len() as f64;
+                let noise = deviation(bends.into_iter());
+                let mean = rises.iter().sum::<f64>() / visits.max(1.0);
+                if rises.len() >= VISITS && mean * visits.sqrt() > RISES * noise {
+                    let load = outward * end;
+                    found.push(ChannelFault::ClippedReference { axis, load, visits: rises.len() });
+                }
+            }
+        }
+        found
+    }
+}
+
+/// How far three samples are from a straight line, as large as the noise of one of them.
+fn bend([a, b, c]: [f64; 3]) -> f64 {
+    (a - 2.0 * b + c).abs() / 6_f64.sqrt()
+}
+
+/// Standard deviation of normal values with these sizes.
+fn deviation(sizes: impl Iterator<Item = f64>) -> f64 {
+    median(sizes).unwrap_or(0.0) / 0.6745
+}
+
+/// Powers at whole numbers of periods in `n` samples, from none to half of them, under a Hann window.
+fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mean = (0..n).map(&value).sum::<f64>() / n as f64;
+    let windowed: Vec<f64> = (0..n)
+        .map(|k| (value(k) - mean) * (0.5 - 0.5 * (TAU * k as f64 / n as f64).cos()))
+        .collect();
+    let waves: Vec<(f64, f64)> = (0..n).map(|k| (TAU * k as f64 / n as f64).sin_cos()).collect();
+    let power = |periods: usize| {
+        let (sin, cos) = windowed.iter().enumerate().fold((0.0, 0.0), |(sin, cos), (k, own)| {
+            let wave = waves[periods * k % n];
+            (sin + own * wave.0, cos + own * wave.1)
+        });
+        sin * sin + cos * cos
+    };
+    (0..n / 2).map(power).collect()
+}
+
+/// The position below which nearly all of the power lies.
+fn highest(powers: &[f64]) -> usize {
+    let all: f64 = powers.iter().sum();
+    let mut below = 0.0;
+    let is_above = |power: &f64| {
+        below += power;
+        below >= OF_LOAD * all
+    };
+    powers.iter().position(is_above).unwrap_or(0)
+}
