@@ -67,7 +67,7 @@ enum InTurn {
     /// Recordings instead of indices, because indices may change while the request waits.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
-    /// The built-in sensor, or the set that tells lag from hysteresis.
+    /// Simulate the built-in sensor, or the set that distinguishes lag from hysteresis.
     Simulate(Option<Late>),
 }
 
@@ -96,7 +96,7 @@ pub enum Action {
     Show(View),
     /// Open recordings, calibrations, a session, or folders of them.
     Open(Vec<PathBuf>),
-    /// Open the built-in simulated sensor, or the set that tells lag from hysteresis, instead of what is loaded.
+    /// Replace the loaded recordings by the built-in sensor, or by the set that distinguishes lag from hysteresis.
     OpenBuiltIn(Option<Late>),
     /// Tare these recordings.
     Tare(Vec<usize>, Tare),

@@ -112,9 +112,9 @@ struct Minute {
     refused: Option<String>,
     /// Sampling step of the calibration with which the table was started (s).
     step_secs: Option<f64>,
-    /// The gauges of that calibration, and the auxiliary channels that it needs.
+    /// Gauges of that calibration, and the auxiliary channels that it needs.
     channels: [Vec<String>; 2],
-    /// Whether there is something new to show.
+    /// True if there are new rows to show.
     changed: bool,
 }
 
@@ -246,7 +246,7 @@ impl Minute {
         if self.step_secs != calibration.step_secs() || self.channels != channels {
             self.step_secs = calibration.step_secs();
             self.channels = channels;
-            // What was read as seconds may be none.
+            // The unit of time may be wrong, so the file is read again.
             *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
             self.restart(Vec::new());
             self.counts = (0, 0);

@@ -49,9 +49,9 @@ enum Origin {
     Search(u64, usize),
     /// A comparison and the index of the candidate.
     Paper(u64, usize),
-    /// The user kept it.
+    /// The user kept this model.
     Kept,
-    /// It is that of the settings of now.
+    /// Model of the present settings.
     Present,
 }
 
@@ -256,12 +256,12 @@ impl Models {
         });
     }
 
-    /// Whether the settings of now have a row of these recordings.
+    /// Returns true if the present settings have a row with the present recordings.
     pub(super) fn has_present(&self, project: &Project) -> bool {
         self.rows.iter().any(|row| row.is_present(project) && !row.is_stale(project))
     }
 
-    /// Takes the model of the settings of now in the place of those of before.
+    /// Replaces the row of earlier present settings by the model of the present settings.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
         self.push(Row {
@@ -277,7 +277,7 @@ impl Models {
         });
     }
 
-    /// What was trained for just these recordings and settings.
+    /// Returns the calibration that was trained with the present recordings and settings.
     pub(super) fn trained(&self, project: &Project) -> Option<&Arc<Calibration>> {
         let holds = |row: &&Row| !row.is_stale(project) && row.settings == project.settings;
         let models = self.rows.iter().filter(holds).filter_map(Row::model);

@@ -1,7 +1,7 @@
 //! The document: everything that a session saves, and every change of it.
 //!
-//! Guarantees: no results, no window in it; a change that is refused changes nothing; what does not fit other recordings (an
-//! applied calibration, a cut, entered full scales) goes with the old ones.
+//! Guarantees: no results and no window state. A refused change changes nothing. Data that do not fit new recordings
+//! (an applied calibration, a split, entered full scales) are removed with the old recordings.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

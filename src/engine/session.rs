@@ -41,19 +41,19 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// | part | meaning |
 /// |---|---|
 /// | `notes` | free text |
-/// | `identity` | which sensor it is, who calibrates it, when, and against what |
-/// | `built_in` | whether the built-in sensor was open; then there are no files |
-/// | `built_in_lag` | which of the sets that tell lag from hysteresis it was: `lag`, `hysteresis` or `both` |
-/// | `files` | the recordings' files, in the order of opening |
-/// | `cut` | recordings are cut in time: this first share trains |
-/// | `calibration` | the file of a calibration that is applied instead of fitted |
-/// | `settings` | the choices of the fit |
-/// | `measuring` | how loops, dwells and figures are measured |
-/// | `gauge_range` | the least and the greatest value that a gauge can have, where somebody said so; a list of them has one for each |
-/// | `on_screen` | the name of the recording on screen; absent: all of them |
-/// | `hidden_axes` | axes that are not shown |
-/// | `layout` | where the panes stand |
-/// | `trained` | file of the trained calibration beside the session, where the settings ask for a training |
+/// | `identity` | identity of the sensor, and date, operator and reference of the calibration |
+/// | `built_in` | whether the built-in sensor was open; there are no files then |
+/// | `built_in_lag` | built-in set that distinguishes lag from hysteresis: `lag`, `hysteresis` or `both` |
+/// | `files` | files of the recordings, in the order of opening |
+/// | `cut` | first share of each recording that trains, if recordings are split in time |
+/// | `calibration` | file of a calibration that is applied instead of a fit |
+/// | `settings` | settings of the fit |
+/// | `measuring` | settings for loops, dwells and metrology |
+/// | `gauge_range` | minimum and maximum reading of the gauges if entered, for all gauges or a list for each |
+/// | `on_screen` | name of the shown recording; absent for all |
+/// | `hidden_axes` | axes that are hidden |
+/// | `layout` | layout of the panes |
+/// | `trained` | file of the trained calibration beside the session, if the settings have a network or kernel |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {

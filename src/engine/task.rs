@@ -57,7 +57,7 @@ pub enum Done {
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
     /// Model of these recordings to be listed.
     Kept(Arc<RecordingSet>, Box<Model>),
-    /// The model of the settings of now, of these recordings.
+    /// Model of the present settings, for these recordings.
     Present(Arc<RecordingSet>, Box<Model>),
 }
 
@@ -94,7 +94,7 @@ impl Task {
         })
     }
 
-    /// Makes the built-in recordings, to stand in the place of these.
+    /// Simulates the built-in recordings, which replace these.
     pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
             let made = match late {
@@ -188,7 +188,7 @@ impl Task {
         })
     }
 
-    /// Finds out what the calibration of the settings of now costs; nobody waits for it.
+    /// Measures the cost of the calibration with the present settings, to list it. The task is not shown.
     pub fn list_present(
         recordings: Arc<RecordingSet>,
         settings: FitSettings,

@@ -829,7 +829,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     open(&mut engine, &["c"]);
     finish(&mut engine, Done::Changed(untared, Ok(tared)));
     assert_eq!(tares(&engine), [None; 4]);
-    last_notice(&engine, Level::Warning, "Ask again");
+    last_notice(&engine, Level::Warning, "Repeat the action");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "no sample from 8 s to 9 s");
@@ -1099,7 +1099,7 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
 fn a_search_that_cannot_begin_says_why_and_keeps_the_list() {
     let mut engine = engine_with_files();
     engine.act(Action::KeepModel);
-    last_notice(&engine, Level::Error, "nothing to keep yet");
+    last_notice(&engine, Level::Error, "no model to keep yet");
     settle(&mut engine);
     engine.act(Action::KeepModel);
     settle(&mut engine);
@@ -1267,7 +1267,7 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
     finish(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));
     engine.act(Action::Discard);
     assert_eq!(names(engine.project()), ["other"]);
-    last_notice(&engine, Level::Warning, "other: not the file that");
+    last_notice(&engine, Level::Warning, "other: the file has changed since");
     assert!(engine.analysis().is_none());
     assert_eq!(analysed(&mut engine).calibration.trained_on, ["other"]);
 }
@@ -1451,7 +1451,7 @@ fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
     assert_eq!(engine.project().lost.len(), 2);
     engine.act(Action::Locate(at("new")));
     settle(&mut engine);
-    last_notice(&engine, Level::Warning, "not the file that");
+    last_notice(&engine, Level::Warning, "the file has changed since");
     let back = engine.project();
     assert!(back.lost.is_empty());
     assert_eq!(back.settings, saved.settings);
@@ -1589,7 +1589,7 @@ fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() 
     }
     let renamed = beside.replace("\"S1\"", "\"S9\"");
     fs::write(at("s.trained.json"), renamed).unwrap();
-    check("it is of other gauges or axes");
+    check("it has other gauges or axes");
     fs::write(at("s.trained.json"), &beside).unwrap();
     fs::write(at("s.json"), session.replace("\"train\"", "\"off\"")).unwrap();
     check("a or its role has changed since");

@@ -36,7 +36,7 @@ impl Engine {
         self.follow();
     }
 
-    /// Puts the settings of now on the list of models, where it has rows and none of them is theirs.
+    /// Adds the present settings to the list of models, if the list has rows but none with these settings.
     fn list_present(&mut self) {
         let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
         if self.models.rows.is_empty() || is_moving || !self.can_keep() {
@@ -49,7 +49,7 @@ impl Engine {
         }
     }
 
-    /// Looks for the thresholds with the lowest cross-validation error, unless the user has chosen some.
+    /// Searches for the thresholds with the lowest cross-validation error, unless the user has chosen thresholds.
     fn find_first_thresholds(&mut self) {
         let thresholds = self.project.thresholds();
         let features = &self.project.settings.features;
