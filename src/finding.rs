@@ -191,8 +191,6 @@ pub enum Id {
     HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
-    UnknownState,
-    ColdStart,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -322,16 +320,6 @@ impl Id {
                 "regressor",
                 "left-out parts learn next to nothing from the kernel; take another regressor",
                 &[Way::Regressor],
-            ),
-            Self::UnknownState => (
-                "cold_start",
-                "until then it says nothing; take a smaller radius, or loads that move farther",
-                &[Way::Features],
-            ),
-            Self::ColdStart => (
-                "cold_start",
-                "on a robot, wait for so long after switching on, or take features that settle sooner",
-                &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",

@@ -191,6 +191,8 @@ pub struct Engine {
     default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
     /// Thresholds in use while the minimum of cross-validation is searched for new recordings.
     first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,
+    /// True if thresholds are searched when recordings are opened.
+    finds_thresholds: bool,
     /// Notices.
     pub notices: Vec<Notice>,
     /// Number of notices so far.
@@ -229,6 +231,13 @@ pub struct Engine {
 }
 
 impl Engine {
+    /// Searches for the best thresholds whenever recordings are opened, as the window does.
+    #[must_use]
+    pub fn finding_thresholds(mut self) -> Self {
+        self.finds_thresholds = true;
+        self
+    }
+
     /// Creates an engine with an empty document. `notify` is called from other threads when there are new results.
     pub fn new(notify: Notify) -> Self {
         Self {
@@ -242,6 +251,7 @@ impl Engine {
             layout: None,
             default_thresholds: None,
             first_thresholds: None,
+            finds_thresholds: false,
             notices: Vec::new(),
             n_said: 0,
             replacing: None,

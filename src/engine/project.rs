@@ -697,7 +697,7 @@ mod tests {
         let mut project = with_files();
         let before = project.clone();
         let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
-        assert!(refused[0].contains("other: its gauges are G1"), "{refused:?}");
+        assert!(refused[0].contains("other: the gauges are G1"), "{refused:?}");
         assert_eq!(refused.len(), 1);
         assert!(project == before);
     }

@@ -368,7 +368,7 @@ fn other_gauges_are_refused_and_nothing_is_lost() {
     let before = Arc::clone(&engine.project().recordings);
     let other = of_file("other", &["G1"], &FORCES);
     finish(&mut engine, Done::Opened(vec![read(other)]));
-    last_notice(&engine, Level::Error, "other: its gauges are G1");
+    last_notice(&engine, Level::Error, "other: the gauges are G1");
     assert!(Arc::ptr_eq(&engine.project().recordings, &before));
     assert!(Arc::ptr_eq(engine.analysis().unwrap(), &analysis));
     assert!(engine.is_current());
@@ -1086,7 +1086,11 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
     find_best(&mut engine);
     settle_until(&mut engine, "the next search", |engine| engine.models.row(first).is_none());
     assert_eq!(engine.models.rows[0].name, "mine");
-    let removed = engine.models.rows[1].id;
+    let conventional = |engine: &Engine| {
+        engine.models.rows.iter().find(|row| row.name == "Conventional").map(|row| row.id)
+    };
+    settle_until(&mut engine, "the first model", |engine| conventional(engine).is_some());
+    let removed = conventional(&engine).unwrap();
     engine.act(Action::Model(removed, ModelChange::Remove));
     settle(&mut engine);
     let names: Vec<&str> = engine.models.rows.iter().map(|row| &*row.name).collect();

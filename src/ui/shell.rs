@@ -76,7 +76,7 @@ impl Shell {
         let notify: Notify = Arc::new(move || waker.request_repaint());
         let (commands, inbox): (Sender<Command>, _) = channel();
         let was_given_files = !files.is_empty();
-        let mut engine = Engine::new(Arc::clone(&notify));
+        let mut engine = Engine::new(Arc::clone(&notify)).finding_thresholds();
         if files.iter().all(|path| is_calibration(path)) {
             engine.act(Action::OpenBuiltIn(None));
         }

@@ -299,7 +299,7 @@ impl Engine {
         }
         let has_recordings = !self.entries().is_empty();
         calibrations.into_iter().for_each(|edit| self.edit(edit));
-        if has_recordings {
+        if has_recordings && self.finds_thresholds {
             self.find_first_thresholds();
         }
     }

@@ -73,8 +73,6 @@ impl Dataset {
             }
             found.extend(far_off(calibration, coverage));
             found.extend(of_regressor(calibration));
-            found.extend(self.unknown_state(calibration));
-            found.extend(self.cold_start(calibration));
         }
         found.extend(worse_on_test(calibration));
         found

@@ -1,7 +1,6 @@
 //! Do the recordings determine the model, and what is wrong with them?
 
 pub mod cautions;
-mod cold_start;
 pub mod faulty;
 pub mod independent_loads;
 mod judgement;
