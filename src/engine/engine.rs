@@ -231,11 +231,9 @@ pub struct Engine {
 }
 
 impl Engine {
-    /// Searches for the best thresholds whenever recordings are opened, as the window does.
-    #[must_use]
-    pub fn finding_thresholds(mut self) -> Self {
+    /// Searches for the best thresholds whenever recordings are opened from now on.
+    pub fn find_thresholds_after_opening(&mut self) {
         self.finds_thresholds = true;
-        self
     }
 
     /// Creates an engine with an empty document. `notify` is called from other threads when there are new results.

@@ -68,6 +68,13 @@ pub struct Shell {
 }
 
 impl Shell {
+    /// Searches for the best thresholds whenever recordings are opened.
+    #[must_use]
+    pub fn finding_thresholds(mut self) -> Self {
+        self.engine.find_thresholds_after_opening();
+        self
+    }
+
     /// Opens `files`, or the built-in sensor if there are none.
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
         let_window_go_first();
@@ -76,7 +83,7 @@ impl Shell {
         let notify: Notify = Arc::new(move || waker.request_repaint());
         let (commands, inbox): (Sender<Command>, _) = channel();
         let was_given_files = !files.is_empty();
-        let mut engine = Engine::new(Arc::clone(&notify)).finding_thresholds();
+        let mut engine = Engine::new(Arc::clone(&notify));
         if files.iter().all(|path| is_calibration(path)) {
             engine.act(Action::OpenBuiltIn(None));
         }

@@ -538,7 +538,7 @@ fn files_that_do_not_fit_are_told_and_lose_nothing() {
     let json = files.write("broken.json", "{\"format\": 1}");
     for (path, part) in [
         (broken, "broken.csv"),
-        (other, "its gauges are G1"),
+        (other, "the gauges are G1"),
         (json, "not a calibration"),
         (files.path("missing.csv"), "missing.csv"),
     ] {
