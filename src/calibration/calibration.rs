@@ -151,9 +151,9 @@ impl Undetermined {
 /// Maps refer to columns by kind. In a file the columns have names; see [`Calibration::in_file`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Always [`FORMAT`].
+    /// Always [`FORMAT`](super::error::FORMAT).
     pub format: String,
-    /// File version, at most [`VERSION`].
+    /// File version, at most [`VERSION`](super::error::VERSION).
     pub version: u32,
     /// Program that made the calibration.
     pub program: String,
