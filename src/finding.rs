@@ -398,8 +398,9 @@ impl Id {
             ),
             Self::Lag => (
                 "lag",
-                "the clocks of gauges and reference differ, or one of them is filtered; mend it before the past is used, since a look-back \
-                 would learn it",
+                "a time lag is not hysteresis, and thresholds or play radii fitted to it describe a filter. If stamps are late, set the clock \
+                 offset in the import; if the sensor is slow, add a fixed lag to the features, which the exported code then needs too; \
+                 else use a logger that samples both at once",
                 &[Way::Columns],
             ),
             Self::SameSamples => (

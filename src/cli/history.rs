@@ -66,7 +66,7 @@ pub fn with_history_that_fits(run: &Run, request: Request) -> Result<Request, Jo
         percent(error),
         percent(whole_error)
     ));
-    let settings = at_rate(request.settings.regressor.clone(), rate_hz);
+    let settings = at_rate(request.settings.regressor, rate_hz);
     Ok(Request::fit(request.recordings, settings))
 }
 

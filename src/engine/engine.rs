@@ -1,7 +1,7 @@
-//! The program behind the window: the document with its undo, the questions about it, and what is done with files.
+//! The program behind the window: document, undo, questions about the document, and work with files.
 //!
-//! Guarantees: only [`Engine::act`] changes the document, and each edit is one step of undo; what is shown follows the document
-//! by itself ([`Engine::follow`]); wrong files lose nothing that is loaded.
+//! Guarantees: only [`Engine::act`] changes the document, and each edit is one step of undo. Results follow the
+//! document automatically ([`Engine::follow`]). Wrong files never replace loaded data.
 
 mod act;
 mod leave;
@@ -44,29 +44,31 @@ use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
 use crate::scoring::numbers::significant;
 
-/// Files with the maps that they are read by.
+/// Files with the column maps by which they are read.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
 
-/// A task that was begun.
+/// A task that was started.
 struct Begun {
     is_seen: bool,
-    /// What waited for its turn, if it did.
+    /// Request from the queue that the task executes, if any.
     turn: Option<InTurn>,
     lane: Lane<Task>,
 }
 
-/// What makes recordings is done one after another: each begins with what the one before it made, and many long recordings at
-/// once would not be in memory.
+/// Requests that create recordings. They run one after another, because each starts from the result of the previous
+/// one, and to limit memory.
 #[derive(Clone)]
 enum InTurn {
     Read(Files),
-    /// By recordings, not by places, which may move while it waits.
+    /// Recordings instead of indices, because indices may change while the request waits.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
-    Simulate,
+    /// Simulate the built-in sensor, or the set that distinguishes lag from hysteresis.
+    Simulate(Option<Late>),
 }
 
 impl InTurn {
@@ -78,156 +80,163 @@ impl InTurn {
     }
 }
 
-/// More notices than this are forgotten, oldest first.
+/// Maximum number of notices; the oldest are removed.
 pub(super) const MAX_NOTICES: usize = 200;
 
-/// Something to do.
+/// Action requested by the user.
 #[derive(Clone, Debug)]
 pub enum Action {
     /// Change the document.
     Edit(Edit),
-    /// Take the last edit back.
+    /// Undo the last edit.
     Undo,
-    /// Make it again.
+    /// Redo the last undone edit.
     Redo,
-    /// Put these recordings on screen.
+    /// Show these recordings.
     Show(View),
     /// Open recordings, calibrations, a session, or folders of them.
     Open(Vec<PathBuf>),
-    /// Open the built-in simulated sensor instead of what is loaded.
-    OpenBuiltIn,
+    /// Replace the loaded recordings by the built-in sensor, or by the set that distinguishes lag from hysteresis.
+    OpenBuiltIn(Option<Late>),
     /// Tare these recordings.
     Tare(Vec<usize>, Tare),
-    /// Leave what is faulty out of all recordings.
+    /// Leave out the faulty samples of all recordings.
     LeaveOutFaulty,
     /// Write a file.
     Save(FileContent, PathBuf, Existing),
     /// Write the calibration.
     Export(PathBuf, Existing),
-    /// The answer to [`Engine::replacing`]: write it, or leave it.
+    /// Answer to [`Engine::replacing`]: write the file or not.
     Replace(bool),
-    /// Train what the settings ask for.
+    /// Train the network or kernel of the settings.
     Train,
-    /// Stop training; a network keeps the best it had.
+    /// Stop training. A network keeps its best state.
     StopTraining,
-    /// Choose a block's numbers by cross-validation; whose errors count, if that was chosen.
+    /// Choose the values of a block by cross-validation, with the chosen error measure.
     ChooseBlock(HistoryBlock, Option<Measure>),
-    /// Try sensible models and propose one; begin none after this time.
+    /// Search for the best model; start no further model after this time.
     FindBest(Duration),
-    /// Fit all that the paper compares.
+    /// Fit all models of the paper's comparison.
     ComparePaper,
     /// Follow a file that a logger writes.
     Follow(PathBuf),
-    /// Do not follow it any more.
+    /// Stop following the file.
     StopFollowing,
-    /// Stop trying models; those that are there stay.
+    /// Stop the search or comparison of models; finished models stay.
     StopTrying,
-    /// Put what is shown on the list of models.
+    /// Add the present fit to the list of models.
     KeepModel,
-    /// Change a row of the list of models.
+    /// Change a row in the list of models.
     Model(u64, ModelChange),
-    /// Take the settings of this row of the list of models.
+    /// Use the settings of this row in the list of models.
     BringBack(u64),
-    /// What concerns files whose columns have to be said.
+    /// Command of the import window.
     Import(ImportCommand),
-    /// Restore this autosaved session of a window that did not close as it should.
+    /// Restore this autosaved session of a window that crashed.
     Restore(PathBuf),
-    /// Forget it.
+    /// Discard this autosaved session.
     DropLeft(PathBuf),
-    /// Show what other windows left, or do not ask about it now: it stays where it is.
+    /// Show autosaved sessions of other windows, or hide them; hidden sessions are kept.
     ShowLeft(bool),
-    /// This is one of the session's files that are not where they were, or the folder that they are in now.
+    /// Location of a missing file of the session, or of the folder with the missing files.
     Locate(PathBuf),
-    /// Go on without this one of them.
+    /// Continue without this missing file.
     Forget(usize),
     /// Close the window.
     Close,
-    /// What is not saved is to stay on screen.
+    /// Cancel the action that would discard unsaved changes.
     Stay,
-    /// Do what waits for an answer, whatever is not saved.
+    /// Do the action and discard unsaved changes.
     Discard,
-    /// Stop background work.
+    /// Cancel background work.
     Cancel,
-    /// Something to tell.
+    /// Show a notice.
     Tell(Notice),
-    /// Take notice `n` away.
+    /// Dismiss notice `n`.
     Dismiss(usize),
-    /// Take all notices away.
+    /// Dismiss all notices.
     DismissAll,
-    /// What is remembered of a person has changed.
+    /// Change the preferences.
     Prefer(Preferences),
 }
 
-/// What takes everything away that is loaded, so that somebody is asked first whether to save it.
+/// Action that would discard all loaded data, so that the user is asked first whether to save.
 #[derive(Clone, Debug)]
 pub enum Leaving {
-    /// Closing the window.
+    /// Close the window.
     Close,
-    /// Opening files, a session among them.
+    /// Open files, including a session.
     Open(Vec<OpenedFile>),
-    /// Restoring the session that was left at this path.
+    /// Restore an autosaved session.
     Restore(PathBuf, Box<OpenedSession>),
 }
 
-/// Everything behind the window.
+/// State of the program behind the window.
 pub struct Engine {
     project: Project,
     history: History,
-    /// The document that was saved or opened last.
+    /// Document as it was saved or opened last.
     saved: Option<Project>,
-    /// What edits are made with, while a hand goes on.
+    /// Number of the gesture that makes edits, such as a drag of a slider.
     pub gesture: Option<u64>,
-    /// The session's file, if it has one.
+    /// File of the session, if it has one.
     pub session: Option<PathBuf>,
-    /// The trained calibration that was saved last beside the session.
+    /// Trained calibration that was last saved beside the session.
     saved_trained: Option<Arc<Calibration>>,
-    /// The trained calibration beside the session that was opened, until all its recordings are there.
+    /// Trained calibration of the opened session, until all recordings of the session are loaded.
     unproven: Option<Arc<Calibration>>,
-    /// Where the panes stood in a session that was just opened.
+    /// Layout of the panes in the session that was just opened.
     pub layout: Option<serde_json::Value>,
-    /// What the thresholds begin with, of these recordings measured this way.
+    /// Default thresholds for these recordings and this distance.
     default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
-    /// The thresholds that stand while the cross-validation minimum of recordings that were just opened is looked for.
+    /// Thresholds in use while the minimum of cross-validation is searched for new recordings.
     first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,
-    /// What there is to say.
+    /// True if thresholds are searched when recordings are opened.
+    finds_thresholds: bool,
+    /// Notices.
     pub notices: Vec<Notice>,
-    /// How many there have been.
+    /// Number of notices so far.
     n_said: u64,
-    /// A file that somebody is asked about before it is written.
+    /// File for which the user must confirm writing.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
-    /// The file whose columns are being said.
+    /// File in the import window.
     pub importing: Option<Importing>,
-    /// Autosaved sessions of windows that did not end as they should, oldest first.
+    /// Autosaved sessions of windows that crashed, oldest first.
     pub recoverable: Vec<LeftSession>,
-    /// Whether they are on screen.
+    /// True if the autosaved sessions are shown.
     pub shows_left: bool,
     recovery: Recovery,
-    /// The document that the autosave was given last.
+    /// Document that was last given to the autosave.
     kept: Option<Project>,
-    /// Those whose content is here now.
+    /// Autosaved sessions that were restored in this window.
     restored: Vec<PathBuf>,
-    /// What is to be done, once somebody has said what becomes of what is not saved.
+    /// Action that waits for the user's answer about unsaved changes.
     pub leaving: Option<Leaving>,
-    /// Whether the window is to close now.
+    /// True if the window must close now.
     pub closes: bool,
-    /// What is remembered between runs.
+    /// Preferences of the user.
     pub preferences: Preferences,
-    /// Everything that was tried.
+    /// List of models.
     pub models: Models,
     lanes: Lanes,
     following: Lane<Follow>,
-    /// What a file is followed with.
+    /// Calibration with which a file is followed.
     current: Current,
     preview: Lane<Preview>,
     tasks: Vec<Begun>,
     waiting: VecDeque<InTurn>,
-    /// What questions about the same recordings share.
+    /// Datasets that questions about the same recordings share.
     datasets: Datasets,
     notify: Notify,
 }
 
 impl Engine {
-    /// An empty document; `notify` is called from other threads when there is something to take.
+    /// Searches for the best thresholds whenever recordings are opened from now on.
+    pub fn find_thresholds_after_opening(&mut self) {
+        self.finds_thresholds = true;
+    }
+
+    /// Creates an engine with an empty document. `notify` is called from other threads when there are new results.
     pub fn new(notify: Notify) -> Self {
         Self {
             project: Project::default(),
@@ -240,6 +249,7 @@ impl Engine {
             layout: None,
             default_thresholds: None,
             first_thresholds: None,
+            finds_thresholds: false,
             notices: Vec::new(),
             n_said: 0,
             replacing: None,
@@ -264,22 +274,22 @@ impl Engine {
         }
     }
 
-    /// The document.
+    /// Returns the document.
     pub fn project(&self) -> &Project {
         &self.project
     }
 
-    /// The recordings of the document, with what each is for.
+    /// Returns the recordings of the document with their roles.
     pub fn entries(&self) -> &[Entry] {
         self.project.recordings.entries()
     }
 
-    /// What can be gone back and forward over.
+    /// Returns the history for undo and redo.
     pub fn history(&self) -> &History {
         &self.history
     }
 
-    /// The newest analysis of recordings like those that are loaded; it stays while the next one runs.
+    /// Returns the newest analysis of the loaded recordings. It stays available while the next one runs.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
         let of = &of.0.recordings;
@@ -289,7 +299,7 @@ impl Engine {
         self.lane::<Analyse>().answer().filter(|_| fits)
     }
 
-    /// How a recording of the document came out, in the newest analysis that has it.
+    /// Returns the result for a recording in the newest analysis that contains it.
     pub fn result_of(&self, at: usize) -> Option<&RecordingResult> {
         let own = &self.entries().get(at)?.recording;
         let of = self.lane::<Analyse>().answered()?.0.recordings.entries();
@@ -299,29 +309,29 @@ impl Engine {
         self.analysis()?.recordings.get(place)
     }
 
-    /// Whether the analysis is that of the document as it is now.
+    /// Returns true if the analysis is that of the present document.
     pub fn is_current(&self) -> bool {
         self.lane::<Analyse>().is_current()
     }
 
-    /// Why the newest analysis failed.
+    /// Returns the reason why the newest analysis failed.
     pub fn problem(&self) -> Option<&str> {
         self.lane::<Analyse>().problem()
     }
 
-    /// How far the last training is, or what came of it.
+    /// Returns the progress or the result of the last training.
     pub fn trained(&self) -> Option<&Trained> {
         self.lane::<Train>().answer()
     }
 
-    /// The newest analysis that is no preview, with what it is of.
+    /// Returns the newest analysis that is not a preview, with its request.
     pub fn exact(&self) -> Option<(&Request, &Arc<Analysis>)> {
         self.analysis()?;
         let (Analyse(request), analysis) = self.lane::<Analyse>().whole()?;
         Some((request, analysis))
     }
 
-    /// What was trained for just these recordings and settings, be it cross-validated or not.
+    /// Returns the calibration that was trained with the present recordings and settings.
     pub fn fitting(&self) -> Option<&Arc<Calibration>> {
         let last = self.fitted_last();
         last.or_else(|| self.models.trained(&self.project))
@@ -334,42 +344,43 @@ impl Engine {
         (settings == self.project.settings).then_some(calibration)
     }
 
-    /// Whether what is shown can be kept as a model: it was fitted to what is loaded, by the settings of now.
+    /// Returns true if the present fit can be added to the list of models: it belongs to the loaded recordings and the
+    /// present settings.
     pub fn can_keep(&self) -> bool {
         let learns = self.project.settings.regressor.learner().is_some();
         self.is_current() && self.project.applied.is_none() && (!learns || self.fitting().is_some())
     }
 
-    /// The training that runs.
+    /// Returns the running training.
     pub fn training(&self) -> Option<Running> {
         self.lane::<Train>().running()
     }
 
-    /// Whether models are being tried.
+    /// Returns true if a search or comparison of models runs.
     pub fn is_trying(&self) -> bool {
         !self.lane::<Compare>().is_idle() || !self.lane::<FindBest>().is_idle()
     }
 
-    /// The refit that runs.
+    /// Returns the running fit.
     pub fn refit(&self) -> Option<Running> {
         self.lane::<Analyse>().running()
     }
 
-    /// What else runs and is worth a word.
+    /// Returns other running tasks that are shown to the user.
     pub fn running(&self) -> Vec<Running> {
         let seen = self.tasks.iter().filter(|task| task.is_seen);
         let tasks = seen.filter_map(|task| task.lane.running());
         tasks.chain(self.lanes.running()).collect()
     }
 
-    /// What the thresholds begin with in these recordings.
+    /// Returns the default thresholds for the recordings.
     pub fn default_thresholds(&self) -> Thresholds {
         let own = self.default_thresholds.as_ref();
         own.map_or_else(|| self.project.default_thresholds(), |own| own.2)
     }
 
-    /// The share of training samples, or of all without any, for which the first look-back finds a past sample; `None` without a
-    /// look-back.
+    /// Returns the share of samples with a past sample of the first look-back, over training samples, or over all
+    /// samples without any. `None` without look-back.
     pub fn share_with_past(&self) -> Option<f64> {
         let entries = self.entries();
         let share = |is_asked: &dyn Fn(Role) -> bool| {
@@ -384,37 +395,37 @@ impl Engine {
         share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
-    /// The file that is followed.
+    /// Returns the file that is followed.
     pub fn followed_file(&self) -> Option<&Path> {
         self.following.asked().map(|follow| &*follow.path)
     }
 
-    /// Its newest minute.
+    /// Returns the newest minute of the followed file.
     pub fn followed(&self) -> Option<&Followed> {
         self.following.answer()
     }
 
-    /// Why it is not followed any more.
+    /// Returns the reason why following a file ended.
     pub fn following_problem(&self) -> Option<&str> {
         self.following.problem()
     }
 
-    /// The lane of a kind of question: what was asked on it last, and the answer.
+    /// Returns the lane of a question: the last question of its kind, and its answer.
     pub fn lane<Q: Query>(&self) -> &Lane<Q> {
         self.lanes.of()
     }
 
-    /// Asks, unless this was asked last.
+    /// Asks a question, unless it was the last one asked.
     pub fn ask<Q: Query>(&mut self, question: Q) {
         self.lanes.of_mut().ask(question);
     }
 
-    /// Whether anything runs or waits to run.
+    /// Returns true if any work runs or waits.
     pub fn is_busy(&self) -> bool {
         !self.lanes.are_idle() || !self.tasks.is_empty() || !self.preview.is_idle()
     }
 
-    /// Whether something would be lost with the window.
+    /// Returns true if closing the window would lose changes.
     pub fn is_unsaved(&self) -> bool {
         let recordings = &self.project.recordings;
         let is_changed = match &self.saved {
@@ -425,13 +436,13 @@ impl Engine {
         is_changed || trained.is_some() && trained != self.saved_trained.as_ref().map(Arc::as_ptr)
     }
 
-    /// Returns the trained calibration that is saved beside the session: that of the settings, where they ask for a training.
+    /// Returns the trained calibration to be saved beside the session, if the settings have a network or kernel.
     fn trained_to_save(&self) -> Option<&Arc<Calibration>> {
         let learns = self.project.settings.regressor.learner().is_some();
         self.unproven.as_ref().or_else(|| self.fitting().filter(|_| learns))
     }
 
-    /// The last training, if it is of the recordings of now.
+    /// Returns the last training, if it used the present recordings.
     fn last_training(&self) -> Option<(&FitSettings, &Trained, &Arc<Calibration>)> {
         let (Train { request: of, .. }, trained) = self.lane::<Train>().whole()?;
         let is_own = Arc::ptr_eq(&of.recordings, &self.project.recordings);
@@ -439,7 +450,7 @@ impl Engine {
         Some((&of.settings, trained, calibration))
     }
 
-    /// The window's title: the session's name, and a star while it is not saved.
+    /// Returns the title of the window: the name of the session, with a star if there are unsaved changes.
     pub fn title(&self) -> String {
         let name = self.session.as_ref().and_then(|path| path.file_stem());
         let star = if self.is_unsaved() { " *" } else { "" };
@@ -449,14 +460,15 @@ impl Engine {
         }
     }
 
-    /// The session as a file's content; `layout` says where the panes stand.
+    /// Returns the content of the session file. `layout` is the layout of the panes.
     pub fn session_content(&self, layout: Option<serde_json::Value>) -> FileContent {
         let session = Box::new(Session::of(&self.project, layout));
         let trained = self.trained_to_save().cloned();
         FileContent::Session(session, Box::new(self.project.clone()), trained)
     }
 
-    /// The calibration as a file's content. An applied one leaves as it came, not with the scores it has here.
+    /// Returns the content of the calibration file. An applied calibration is saved as it was opened, without the
+    /// scores on these recordings.
     pub fn calibration_content(&self) -> Option<FileContent> {
         let (_, analysis) = self.exact()?;
         let applied = self.project.applied.as_ref();
@@ -470,7 +482,7 @@ impl Engine {
         Some(FileContent::Calibration(calibration, fitted_to))
     }
 
-    /// A report as a file's content.
+    /// Returns the content of a report.
     pub fn report_content(&self) -> FileContent {
         FileContent::Report(Box::new(ReportRequest {
             identity: self.project.identity.clone(),
@@ -481,7 +493,7 @@ impl Engine {
         }))
     }
 
-    /// The traces of this interval of their time as a file's content.
+    /// Returns the content of a file with the traces in this interval of time.
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
         let (of, analysis) = self.exact()?;
         Some(FileContent::Traces(Box::new(TracesToWrite {
@@ -493,12 +505,12 @@ impl Engine {
         })))
     }
 
-    /// What is to be analysed.
+    /// Returns the request for an analysis of the document.
     pub fn request(&self) -> Request {
         Request { datasets: self.datasets.clone(), ..self.project.request(self.fitting()) }
     }
 
-    /// Asks for what follows from the document.
+    /// Asks the questions that follow from the document.
     fn follow(&mut self) {
         let (own, distance) = (&self.project.recordings, self.project.settings.features.distance);
         let holds = self
@@ -509,7 +521,7 @@ impl Engine {
             let default = self.project.default_thresholds();
             self.default_thresholds = Some((Arc::clone(own), distance, default));
         }
-        // Before anything was opened there is nothing to ask, and nothing to complain about.
+        // Without recordings there is nothing to ask.
         let asked = self.lane::<Analyse>().asked();
         if !self.entries().is_empty() {
             self.ask(Analyse(self.request()));
@@ -526,19 +538,19 @@ impl Engine {
         }
     }
 
-    /// What is wrong with each recording of the document, once it is known.
+    /// Returns the faults of each recording of the document, once they are known.
     pub fn all_faults(&self) -> Option<&[Arc<FaultyRecording>]> {
         let faults = self.lane::<FindFaults>();
         let is_own = Arc::ptr_eq(&faults.answered()?.recordings, &self.project.recordings);
         faults.answer().filter(|_| is_own).map(Vec::as_slice)
     }
 
-    /// What is wrong with a recording of the document, as far as it is known.
+    /// Returns the faults of one recording, if they are known.
     pub fn faults_of(&self, at: usize) -> Option<&Arc<FaultyRecording>> {
         self.all_faults()?.get(at)
     }
 
-    /// What a pane asks of the loops, by the newest analysis, of this interval of time on screen.
+    /// Returns the request of a pane for the loops of the newest analysis, in this interval of time.
     pub fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookRequest> {
         let (of, analysis) = self.exact()?;
         Some(LookRequest {
@@ -552,7 +564,7 @@ impl Engine {
         })
     }
 
-    /// Changes the document, as one step of undo.
+    /// Changes the document in one step of undo.
     fn change<T>(&mut self, change: impl FnOnce(&mut Project) -> T) -> T {
         let before = self.project.clone();
         let changed = change(&mut self.project);
@@ -566,12 +578,12 @@ impl Engine {
         }
     }
 
-    /// Says something.
+    /// Shows a notice.
     pub fn tell(&mut self, level: Level, text: impl Into<String>) {
-        self.say(Notice::new(level, text));
+        self.show_notice(Notice::new(level, text));
     }
 
-    fn say(&mut self, notice: Notice) {
+    fn show_notice(&mut self, notice: Notice) {
         let level = match notice.level {
             Level::Info => log::Level::Info,
             Level::Warning => log::Level::Warn,

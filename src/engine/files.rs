@@ -1,4 +1,4 @@
-//! What a file is, found out in one place: a session, a calibration, the matrix that a sensor came with, or recordings.
+//! Detection of file types: session, calibration, manufacturer's matrix, or recordings.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,31 +12,31 @@ use crate::import::map::ColumnMap;
 use crate::import::{Cause, LoadWarning, Loaded, ReadError};
 use crate::progress::Progress;
 
-/// What a file held.
+/// Content of a file.
 #[derive(Clone, Debug)]
 pub enum Opened {
-    /// Recordings, with what was remarkable about reading them, and the map that they were read by if any.
+    /// Recordings with warnings, and the column map if there is one.
     Recordings(Loaded, Option<Box<ColumnMap>>),
-    /// A calibration, with what its user must know of the file.
+    /// Calibration, with remarks for the user.
     Calibration(Arc<Calibration>, Vec<String>),
-    /// The matrix that the sensor came with.
+    /// Manufacturer's calibration matrix.
     Factory(Arc<Calibration>),
-    /// A session with its files.
+    /// Session with its files.
     Session(Box<OpenedSession>),
-    /// Its columns have to be said first, for this reason.
+    /// Recordings that need a column map, with the reason.
     WantsMap(String),
 }
 
-/// A file with what it held, or why it could not be read.
+/// File with its content, or the reason why it could not be read.
 pub type OpenedFile = (PathBuf, Result<Opened, String>);
 
-/// Whether the file's name says that it is a calibration or a session rather than recordings.
+/// Returns true if the file name is that of a calibration or session.
 pub fn is_calibration(path: &Path) -> bool {
     target_for(path).is_some_and(|target| target.reader.is_some()) && names_gauges(path)
 }
 
-/// Reads files one after another, each by its map if it has one; what was read before a cancel is kept. Folders are read
-/// file by file; `remembered` are maps for files whose names say too little.
+/// Reads files one after another, each by its map if it has one. After cancellation, files read so far are kept.
+/// Folders are replaced by their files. `remembered` are maps for files whose column names are not sufficient.
 pub fn open_all(
     files: &[(PathBuf, Option<ColumnMap>)],
     remembered: &[ColumnMap],
@@ -44,7 +44,7 @@ pub fn open_all(
 ) -> Vec<OpenedFile> {
     let files = with_folders_opened(files);
     for (path, _) in &files {
-        // A file that cannot be asked for its size is reported when it is read.
+        // A file whose size cannot be read is reported later.
         progress.add_total(std::fs::metadata(path).map_or(0, |metadata| metadata.len()));
     }
     let mut read = Vec::new();
@@ -82,7 +82,7 @@ fn open(
     }
 }
 
-/// Reads recordings, by the file's own map if there is one.
+/// Reads recordings, by the map of the file if there is one.
 fn open_recordings(
     path: &Path,
     map: Option<&ColumnMap>,
@@ -105,7 +105,7 @@ fn open_recordings(
     }
 }
 
-/// Folders are replaced by the files in them, in the order of their names; hidden ones are left out.
+/// Replaces folders by the files in them, sorted by name, without hidden files.
 fn with_folders_opened(
     files: &[(PathBuf, Option<ColumnMap>)],
 ) -> Vec<(PathBuf, Option<ColumnMap>)> {

@@ -1,4 +1,4 @@
-//! Files whose columns have to be said before they can be read: the import window's state.
+//! State of the import window, for files that need a column map.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,26 +12,26 @@ use crate::questions::question::{Answered, Query, Unanswered, Work};
 use crate::scoring::numbers::significant;
 use crate::shown::first;
 
-/// Of the files that were not read so many are named.
+/// Maximum number of file names in a message.
 const MAX_NAMED: usize = 8;
 
-/// What is known of a file before it is looked at.
+/// Information about a file before it is inspected.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KnownOf {
-    /// Nothing.
+    /// No information.
     Nothing,
-    /// How its text is cut.
+    /// Layout of the text.
     Layout(TextLayout),
-    /// Everything: the map is tried out.
+    /// Complete column map, which is tried.
     Map(Box<ColumnMap>),
 }
 
-/// A file to look at for the import window.
+/// Inspection of a file for the import window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preview {
     /// The file.
     pub path: PathBuf,
-    /// What is known of it.
+    /// Information about the file.
     pub known: KnownOf,
 }
 
@@ -40,7 +40,7 @@ impl Query for Preview {
     type Cache = ();
 
     fn title(&self) -> String {
-        "Looking at a file".to_owned()
+        "Inspecting a file".to_owned()
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
@@ -55,58 +55,58 @@ impl Query for Preview {
     }
 }
 
-/// What concerns importing.
+/// Command of the import window.
 #[derive(Clone, Debug)]
 pub enum ImportCommand {
-    /// Look at this file.
+    /// Import this file.
     Open(PathBuf),
-    /// Cut its text so; what the columns are is found again.
+    /// Use this text layout; the columns are detected again.
     SetLayout(TextLayout),
-    /// The columns are these.
+    /// Use this column map.
     SetMap(Box<ColumnMap>),
-    /// Find the weight that the recording was made with, by its pose and its measured load.
+    /// Estimate the weight from the pose and the measured load.
     FindWeight,
-    /// Take what is found by looking.
+    /// Detect layout and columns again.
     Begin,
-    /// Take this remembered map.
+    /// Use this remembered map.
     TakeMap(usize),
     /// Read a map from a file.
     ReadMap(PathBuf),
-    /// Write the map into a file.
+    /// Write the map to a file.
     WriteMap(PathBuf),
     /// Load the file with the map, and remember the map.
     Load,
-    /// This question is decided, or not yet.
+    /// Answer to a question: decided or not.
     Decide(usize, bool),
-    /// Leave it, and go on to the next that waits.
+    /// Cancel the import of this file, and continue with the next.
     Cancel,
-    /// Leave it and all that wait.
+    /// Cancel the import of this and all waiting files.
     CancelAll,
 }
 
-/// A file that is being imported.
+/// File in the import window.
 #[derive(Clone, Debug)]
 pub struct Importing {
     /// The file.
     pub path: PathBuf,
-    /// What was found, by the newest answer.
+    /// Newest result of the inspection.
     pub inspection: Option<Arc<Inspection>>,
-    /// The map as it stands.
+    /// Present column map.
     pub map: ColumnMap,
-    /// Why the file cannot be looked at.
+    /// Reason why the file cannot be inspected.
     pub problem: Option<String>,
-    /// Whether an answer is awaited.
+    /// True while an inspection runs.
     pub looking: bool,
-    /// What a person has to decide about the last proposal, and whether they say that they have.
+    /// Questions about the last proposal, and whether the user has answered them.
     pub questions: Vec<(Question, bool)>,
-    /// Whether the answer that is awaited is a proposal.
+    /// True if the running inspection makes a proposal.
     proposes: bool,
-    /// Other files that want a map; those of the same shape take this one.
+    /// Waiting files that need a column map. Files of the same shape use this map.
     pub waiting: Vec<PathBuf>,
 }
 
 impl Importing {
-    /// Begins with a file of which nothing is known.
+    /// Starts the import of an unknown file.
     pub fn of(path: PathBuf, waiting: Vec<PathBuf>) -> Self {
         Self {
             path,
@@ -121,7 +121,7 @@ impl Importing {
     }
 }
 
-/// Says of files that nobody said anything about by which remembered maps they were read.
+/// Returns a message for files that were read with a remembered map without asking.
 pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
     let mut said = Vec::new();
     while let Some((_, map)) = files.first().cloned() {
@@ -130,7 +130,7 @@ pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
         files = others;
         let names = by_it.iter().map(|(path, _)| path.file_name().unwrap_or_default().display());
         said.push(format!(
-            "{}: read by the column map of an earlier file like it: {}. If that is wrong, close it and say what its columns are with File > Import",
+            "{}: read with the column map of an earlier, similar file: {}. If this is wrong, close the recording and choose its columns with File > Import",
             first(1, names),
             roles_in_words(&map.table)
         ));
@@ -138,7 +138,7 @@ pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
     said
 }
 
-/// Which columns a table takes, in few words.
+/// Returns a short description of the columns that a map uses.
 fn roles_in_words(table: &TableMap) -> String {
     let rules = || table.columns.iter();
     let n_gauges = rules().filter(|rule| rule.is == ColumnRole::Gauge).count();
@@ -152,7 +152,7 @@ fn roles_in_words(table: &TableMap) -> String {
     parts.join(", ")
 }
 
-/// What was found, with how well it explains the measured load.
+/// Returns a description of the estimated weight and of the remaining residual.
 pub(super) fn in_words(estimate: &WeightEstimate) -> String {
     let list = |values: [f64; 3]| values.map(|value| significant(value, 4)).join(", ");
     let centre = match estimate.centre_m {
@@ -170,14 +170,14 @@ pub(super) fn in_words(estimate: &WeightEstimate) -> String {
 }
 
 impl Importing {
-    /// Says that this file and all that wait are not read.
+    /// Returns a message that this file and all waiting files were not read.
     pub(super) fn not_read(&self) -> String {
         let files = [&self.path].into_iter().chain(&self.waiting);
         let names = files.map(|path| path.file_name().unwrap_or(path.as_os_str()).display());
-        format!("Not read, for what their columns are was not said: {}", first(MAX_NAMED, names))
+        format!("Not read, because no columns were chosen: {}", first(MAX_NAMED, names))
     }
 
-    /// Changes what is said about the file; what is to be looked at then.
+    /// Changes the information about the file, and returns the inspection to run.
     pub(super) fn apply(
         &mut self,
         command: ImportCommand,
@@ -207,14 +207,14 @@ impl Importing {
         Some(self.look(known))
     }
 
-    /// What is to be looked at with this known of it.
+    /// Returns the inspection with this information.
     pub(super) fn look(&mut self, known: KnownOf) -> Preview {
         self.looking = true;
         self.proposes = !matches!(known, KnownOf::Map(_));
         Preview { path: self.path.clone(), known }
     }
 
-    /// The load is that of this weight from now on; a centre that was not found stays as it was said.
+    /// Uses this weight for the load. If no centre of mass was found, the entered one stays.
     pub(super) fn take_weight(&mut self, estimate: &WeightEstimate) -> Preview {
         let weight = self.map.weight.get_or_insert_default();
         weight.mass_kg = Some(estimate.mass_kg);
@@ -222,7 +222,7 @@ impl Importing {
         self.look(KnownOf::Map(Box::new(self.map.clone())))
     }
 
-    /// A map that somebody made answers whatever was open.
+    /// Uses a finished map, which answers all questions.
     pub(super) fn take_map(&mut self, map: ColumnMap) -> Preview {
         for (_, is_decided) in &mut self.questions {
             *is_decided = true;
@@ -231,7 +231,7 @@ impl Importing {
         self.look(KnownOf::Map(Box::new(self.map.clone())))
     }
 
-    /// Takes what was found in a file, if it is this one.
+    /// Takes the result of an inspection, if it is of this file.
     pub(super) fn take_answer(&mut self, path: &Path, answer: Result<&Arc<Inspection>, &str>) {
         if path != self.path {
             return;

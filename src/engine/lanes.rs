@@ -1,4 +1,4 @@
-//! The list of questions about the document, each with its lane. A new question is a line here.
+//! List of the questions about the document, each with its lane. A new question is one more line.
 
 use std::any::Any;
 
@@ -12,11 +12,11 @@ use crate::questions::models::asked::{Compare, FindBest, Train};
 use crate::questions::question::Query;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 
-/// A lane for each kind of question.
+/// One lane for each kind of question.
 pub struct Lanes(Vec<Box<dyn Background>>);
 
 impl Lanes {
-    /// Lanes on which nothing has been asked.
+    /// Creates lanes without questions.
     pub fn new(notify: &Notify) -> Self {
         Self(vec![
             Box::new(Lane::<Analyse>::new(notify)),
@@ -34,16 +34,16 @@ impl Lanes {
         ])
     }
 
-    /// The lane of this kind of question.
+    /// Returns the lane of a kind of question.
     ///
     /// # Panics
-    /// If the list above has no such line.
+    /// If the list has no lane for this question.
     pub fn of<Q: Query>(&self) -> &Lane<Q> {
         let own = self.0.iter().find_map(|lane| (&**lane as &dyn Any).downcast_ref());
         own.expect("each question has a line in the list of lanes")
     }
 
-    /// The same, to ask on it.
+    /// Returns the lane for asking questions.
     ///
     /// # Panics
     /// As [`Self::of`].
@@ -52,7 +52,7 @@ impl Lanes {
         own.expect("each question has a line in the list of lanes")
     }
 
-    /// Takes what has been answered on all of them; returns why work that the user began has failed.
+    /// Takes the answers of all lanes, and returns the failures of work that the user started.
     pub fn take(&mut self) -> Vec<String> {
         let taken = self.0.iter_mut().filter_map(|lane| {
             let failed = lane.hear_all().contains(&LaneEvent::Problem);
@@ -62,23 +62,23 @@ impl Lanes {
         taken.collect()
     }
 
-    /// Whether nothing runs or waits on any of them.
+    /// Returns true if nothing runs or waits.
     pub fn are_idle(&self) -> bool {
         self.0.iter().all(|lane| lane.is_idle())
     }
 
-    /// Stops what runs or waits on all of them.
+    /// Cancels all running and waiting work.
     pub fn cancel(&self) {
         self.0.iter().for_each(|lane| lane.cancel());
     }
 
-    /// The work that the user began and that still runs.
+    /// Returns running work that the user started.
     pub fn running(&self) -> impl Iterator<Item = Running> {
         let begun = self.0.iter().filter(|lane| lane.begun_by_user().is_some());
         begun.filter_map(|lane| lane.running())
     }
 
-    /// Forgets what panes have asked, for there are no recordings any more; work that the user began goes on.
+    /// Forgets the questions of panes when there are no recordings. Work that the user started continues.
     pub fn forget_shown(&mut self) {
         let asked = self.0.iter_mut().filter(|lane| lane.begun_by_user().is_none());
         asked.for_each(|lane| lane.forget());

@@ -1,4 +1,4 @@
-//! Following a file that a logger writes: its newest minute, with what the calibration of now makes of it.
+//! Following a file that a logger writes: shows the newest minute with the loads of the present calibration.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -13,61 +13,61 @@ use crate::recording::Axis;
 use crate::same::same_where;
 use crate::scoring::series::Series;
 
-/// How much of the file is shown (s).
+/// Length of the shown interval (s).
 const SHOWN_SECS: f64 = 60.0;
-/// How often it is shown.
+/// Time between two updates of the screen.
 const PERIOD: Duration = Duration::from_millis(100);
-/// So many columns of time are drawn.
+/// Number of time columns on the screen.
 const COLUMNS: f64 = 1000.0;
-/// More samples than this are not kept, however fast they come.
+/// Maximum number of samples in the history, at any sample rate.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// The calibration that a file is followed with; it changes as sliders move.
+/// Calibration with which a file is followed. It changes while sliders are moved.
 pub type Current = Arc<Mutex<Option<Arc<Calibration>>>>;
 
-/// Follow this file until it is stopped.
+/// Follows a file until it is cancelled.
 #[derive(Clone, Debug)]
 pub struct Follow {
     /// The file.
     pub path: PathBuf,
-    /// What it is followed with.
+    /// Calibration for the loads.
     pub calibration: Current,
 }
 
 same_where!(Follow: shared(calibration) value(path) besides());
 
-/// The newest minute.
+/// Newest minute of the file.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
-    /// The axes of the calibration, with what is drawn of each.
+    /// Axes of the calibration with their traces.
     pub axes: Vec<(Axis, LiveTraces)>,
-    /// From when to when, on the clock of the file (s).
+    /// First and last time on the clock of the file (s).
     pub span: (f64, f64),
-    /// How many rows there were, and how many lines that were none.
+    /// Number of rows, and number of lines that are not rows.
     pub counts: (u64, u64),
-    /// What became of the newest sample.
+    /// Status of the newest sample.
     pub status: String,
-    /// What is to be said of the file.
+    /// Remarks on the file.
     pub notes: Vec<String>,
 }
 
-/// The traces of one axis, as points of time and load; a refused sample has none.
+/// Traces of one axis as points of time and load. A refused sample has no point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiveTraces {
-    /// From the present gauges.
+    /// Uncompensated load, from the present gauges.
     pub conventional: Vec<[f64; 2]>,
-    /// With what the blocks and the regressor add.
+    /// Compensated load, with history and regressor.
     pub compensated: Vec<[f64; 2]>,
-    /// What was really applied; empty where the file does not say.
+    /// Reference load; empty if the file has none.
     pub reference: Vec<[f64; 2]>,
-    /// The root mean squares of the errors of both, where that is known.
+    /// Root mean square errors of uncompensated and compensated load, if there is a reference.
     pub rms_errors: Option<[f64; 2]>,
 }
 
 impl Query for Follow {
     type Answer = Followed;
     type Cache = ();
-    // A file is followed for hours, and nothing else draws it.
+    // Nothing else redraws a followed file, so parts are shown more often.
     const PARTS_INTERVAL: Duration = Duration::from_millis(90);
 
     fn title(&self) -> String {
@@ -99,7 +99,7 @@ impl Follow {
     }
 }
 
-/// The rows of the newest minute, with what is before them for as long as a calibration looks back.
+/// Rows of the newest minute, and earlier rows within the window of the calibration.
 #[derive(Default)]
 struct Minute {
     head: LiveHead,
@@ -108,27 +108,27 @@ struct Minute {
     kept_secs: f64,
     counts: (u64, u64),
     notes: Vec<String>,
-    /// Why nothing can be made of the file until another takes its place.
+    /// Reason why the file cannot be used until another file replaces it.
     refused: Option<String>,
-    /// The step of the recordings of the calibration that the table was begun with (s).
+    /// Sampling step of the calibration with which the table was started (s).
     step_secs: Option<f64>,
-    /// The gauges of that calibration, and the auxiliary channels that it needs.
+    /// Gauges of that calibration, and the auxiliary channels that it needs.
     channels: [Vec<String>; 2],
-    /// Whether there is something new to show.
+    /// True if there are new rows to show.
     changed: bool,
 }
 
-/// Where the gauges and the auxiliary channels of a calibration stand in a row; else why there is nothing that it can be given.
+/// Columns of the gauges and auxiliary channels of a calibration, or the reason why they are not in the file.
 type Places = Result<(Vec<usize>, Vec<usize>), String>;
 
-/// What came of a sample.
+/// Result of one sample.
 struct Taken {
     time: f64,
     loads: [Vec<f64>; 3],
 }
 
 impl Minute {
-    /// Begins anew with the file.
+    /// Starts again with the file.
     fn restart(&mut self, notes: Vec<String>) {
         *self = Self {
             kept_secs: self.kept_secs,
@@ -140,15 +140,14 @@ impl Minute {
         };
     }
 
-    /// Reads a line, if one is there; says whether a row came.
+    /// Reads a line, if there is one, and returns whether it is a row.
     fn read(&mut self, file: &mut GrowingFile, path: &Path) -> Result<Read, Unanswered> {
         let grown = file.look().map_err(|error| Unanswered::Because(error.to_string()))?;
         let line = match grown {
             Grown::Line(line) => line,
             Grown::Nothing => return Ok(Read::Nothing),
             Grown::Replaced => {
-                let note =
-                    "another file took its place, or it was cut: followed from its beginning";
+                let note = "the file was replaced or shortened: followed from its beginning";
                 self.restart(vec![note.to_owned()]);
                 return Ok(Read::Replaced);
             }
@@ -176,8 +175,7 @@ impl Minute {
                     Ok(None) => Vec::new(),
                     Ok(Some((table, rows))) => {
                         let unit = table.assumed_unit();
-                        let note =
-                            |unit| format!("the times have no unit; they are taken in {unit}");
+                        let note = |unit| format!("the times have no unit; {unit} is assumed");
                         self.notes.extend(unit.map(note));
                         self.notes.extend(table.device());
                         self.table = Some(table);
@@ -204,7 +202,7 @@ impl Minute {
         })
     }
 
-    /// Without a calibration there is nothing to show but that samples come.
+    /// Waits for a calibration and only shows that samples arrive.
     fn wait(
         &mut self,
         file: &mut GrowingFile,
@@ -230,7 +228,7 @@ impl Minute {
         Ok(())
     }
 
-    /// Runs the calibration on what is there and on what comes, until there is another one or another file.
+    /// Runs the calibration on existing and new rows until the calibration or the file changes.
     fn run(
         &mut self,
         calibration: &Arc<Calibration>,
@@ -248,7 +246,7 @@ impl Minute {
         if self.step_secs != calibration.step_secs() || self.channels != channels {
             self.step_secs = calibration.step_secs();
             self.channels = channels;
-            // What was read as seconds may be none.
+            // The unit of time may be wrong, so the file is read again.
             *file = GrowingFile::open(&of.path).map_err(|error| because(&error))?;
             self.restart(Vec::new());
             self.counts = (0, 0);
@@ -324,7 +322,7 @@ impl Minute {
         }
     }
 
-    /// What is to be said of the file, and why nothing comes of it.
+    /// Returns remarks on the file, and the reason why it cannot be used.
     fn notes(&self, places: Option<&Places>) -> Vec<String> {
         let unfit = places.and_then(|places| places.as_ref().err());
         let all = self.notes.iter().chain(&self.refused).chain(unfit);
@@ -339,7 +337,7 @@ impl Minute {
         places: Option<&Places>,
     ) -> Followed {
         let times: Vec<f64> = taken.iter().map(|taken| taken.time).collect();
-        // A clock that was set anew begins anew on screen.
+        // After a clock reset, the screen starts again.
         let back = (1..times.len()).rev().find(|at| times[*at] < times[at - 1]);
         let shown = back.unwrap_or(0)..times.len();
         let times = &times[shown.clone()];
@@ -377,14 +375,14 @@ impl Minute {
 fn places_of(calibration: &Calibration, table: &LiveTable) -> Places {
     let places = table.places(&calibration.gauges).ok_or_else(|| {
         format!(
-            "the file's gauges are {}, and the calibration was made for {}: another file in its place is awaited",
+            "the file's gauges are {}, but the calibration needs {}; waiting for another file in its place",
             table.gauge_names().join(" "),
             calibration.gauges.join(" ")
         )
     })?;
     let auxiliary = table.auxiliary_places(&calibration.features.auxiliary_names());
     let auxiliary = auxiliary.map_err(|channel| {
-        format!("the file has no auxiliary channel {channel}, which the calibration needs: another file in its place is awaited")
+        format!("the file has no auxiliary channel {channel}, which the calibration needs; waiting for another file in its place")
     })?;
     Ok((places, auxiliary))
 }
@@ -402,9 +400,9 @@ fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
     (n > 0).then(|| squares.map(|sum: f64| (sum / f64::from(n)).sqrt()))
 }
 
-/// What a look at the file gave.
+/// Result of one look at the file.
 enum Read {
-    /// So many rows.
+    /// Number of rows.
     Rows(usize),
     /// No row yet.
     Nothing,
@@ -424,7 +422,7 @@ mod tests {
     use crate::questions::{Request, train};
     use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
 
-    /// Follows a file; `check` is given what waits for something to be shown.
+    /// Follows a file. `check` gets a function that waits until a condition on the shown minute holds.
     fn following(
         path: &Path,
         calibration: &Arc<Calibration>,
@@ -436,7 +434,7 @@ mod tests {
         };
         let progress = Progress::default();
         let (sender, receiver) = channel();
-        // Also where an assertion below fails: the file is not followed for ever.
+        // The file is not followed for ever, even if an assertion fails.
         struct Ends<'a>(&'a Progress);
         impl Drop for Ends<'_> {
             fn drop(&mut self) {
@@ -467,7 +465,7 @@ mod tests {
         Arc::new(train(&request, &Progress::default(), &mut |_| {}).unwrap())
     }
 
-    /// The file is awaited that has the right columns, in whatever encoding and with whatever clock it comes.
+    /// The right file is recognised in any encoding and with any clock.
     #[test]
     fn a_log_with_other_columns_is_noted_and_the_right_one_in_its_place_is_followed() {
         let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
@@ -498,14 +496,14 @@ mod tests {
             let right = seen(&|followed| followed.counts.0 == n);
             assert_eq!(right.status, "ok");
             let notes = right.notes.join("; ");
-            assert!(notes.contains("taken in ms") && !notes.contains("gauges are"), "{notes}");
+            assert!(notes.contains("; ms is assumed") && !notes.contains("gauges are"), "{notes}");
             assert!((right.span.1 - recording.duration_secs()).abs() < 2e-3);
         });
     }
 
-    /// What is shown of a file that grows is what the calibration makes of it; another calibration begins anew on what is there.
+    /// A growing file shows the loads of the calibration. Another calibration starts again with the existing rows.
     #[test]
-    fn a_growing_file_is_shown_with_the_calibration_of_now() {
+    fn a_growing_file_is_shown_with_the_present_calibration() {
         let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
         let (first, second) = (fitted(&recording, 2.0), fitted(&recording, 5.0));
         let mut text = Vec::new();

@@ -1,6 +1,6 @@
-//! Files of a session that are not where they were: which of those in a folder they are.
+//! Search for missing files of a session in a folder.
 //!
-//! Guarantees: a file is taken for one of them at most, and for none where it might as well be another.
+//! Guarantees: a found file is assigned to at most one missing file, and never if the assignment is ambiguous.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,17 +8,17 @@ use std::path::{Path, PathBuf};
 use crate::engine::project::SessionFile;
 use crate::engine::session::is_another;
 
-/// A file that may be one that is lost: the better, the greater.
+/// Possible assignment of a found file to a missing one.
 struct Claim {
-    /// Which of those that are lost.
+    /// Index of the missing file.
     of: usize,
     path: PathBuf,
-    /// Whether it is known to hold the same, and how many folders from its name up are called the same.
+    /// Quality of the match: equal content, and number of equal path components from the file name up.
     fits: (bool, usize),
 }
 
-/// Where files are now, of which `place` is one or the folder that they are in: by their names and the folders that they had
-/// among each other. Those in `others` are not meant.
+/// Returns the new paths of missing files. `place` is one of the files or their folder. Files are recognised by their
+/// names and relative folders. Files in `others` are excluded.
 pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usize, PathBuf)> {
     let place = std::path::absolute(place).unwrap_or_else(|_| place.to_owned());
     let folder = match place.is_file() {
@@ -33,7 +33,7 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         for root in old.ancestors().skip(1) {
             places.push((of, folder.join(old.strip_prefix(root).unwrap_or(old))));
         }
-        // The folder of another one bears the name that it had: what stood beside it stands beside it now.
+        // The folder of another missing file keeps its name, so files beside it are searched there.
         for other in &parents {
             let n_same = common_tail(other, folder);
             let roots = other.ancestors().nth(n_same);
@@ -45,7 +45,7 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
         }
     }
     if place.is_file() && !places.iter().any(|(_, path)| *path == place) {
-        // It bears another name.
+        // The file was renamed.
         let is_same = |of: &usize| lost.len() == 1 || holds_the_same(&lost[*of], &place);
         places.extend((0..lost.len()).find(is_same).map(|of| (of, place.clone())));
     }
@@ -60,12 +60,12 @@ pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usiz
     choose(lost, places.into_iter().map(claim).collect())
 }
 
-/// The best for each, where that can be told.
+/// Returns the best path for each missing file, if it is unambiguous.
 fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)> {
     let meets = |a: &Claim, b: &Claim| a.of == b.of || a.path == b.path;
     for at in 0..claims.len() {
         let own = &claims[at];
-        // What is alone need not be read for it.
+        // Only competing matches need their content compared.
         if claims.iter().filter(|other| meets(own, other)).count() > 1 {
             claims[at].fits.0 = holds_the_same(&lost[own.of], &own.path);
         }
@@ -88,12 +88,12 @@ fn choose(lost: &[SessionFile], mut claims: Vec<Claim>) -> Vec<(usize, PathBuf)>
     found
 }
 
-/// Whether the file is known to hold what the one that is lost held.
+/// Returns true if the content of the file is known to equal that of the missing file.
 fn holds_the_same(lost: &SessionFile, path: &Path) -> bool {
     lost.sha256.is_some() && !is_another(lost, path)
 }
 
-/// How many parts at the end of both paths are the same.
+/// Returns the number of equal components at the end of two paths.
 fn common_tail(one: &Path, other: &Path) -> usize {
     let names = |path: &Path| {
         let names = path.iter().map(ToOwned::to_owned);
@@ -114,7 +114,7 @@ mod tests {
         SessionFile { absolute: path.into(), ..SessionFile::default() }
     }
 
-    /// A folder with these files, each holding its own path.
+    /// Creates a folder with these files, each containing its own path.
     fn folder(files: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         for name in files {
@@ -125,7 +125,7 @@ mod tests {
         folder
     }
 
-    /// What is found at `place` in the folder.
+    /// Returns the files found at `place` in the folder.
     fn found(lost: &[SessionFile], folder: &Path, place: &str) -> Vec<(usize, String)> {
         let found = find(lost, &folder.join(place), &[]).into_iter();
         let inside = |path: PathBuf| path.strip_prefix(folder).unwrap().to_str().unwrap().into();
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(found(&both, folder.path(), ""), expected);
         assert_eq!(found(&both, folder.path(), "day2"), expected);
         assert!(found(&both, folder.path(), "flat").is_empty());
-        // The hash tells what the folders do not, and against them.
+        // The hash decides where folders do not, and has precedence over them.
         both[1].sha256 = sha256(&folder.path().join("flat/run.csv")).ok();
         let by_hash = [(1, "flat/run.csv".to_owned())];
         assert_eq!(found(&both, folder.path(), "flat"), by_hash);

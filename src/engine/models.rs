@@ -1,7 +1,7 @@
-//! The list of everything that was tried: who tried it, what came of it, and whether it is of the recordings of now.
+//! List of models: origin, result, and whether a model belongs to the present recordings.
 //!
-//! Guarantees: what a run has found stays when it is cancelled; a run replaces what the one before it found, but nothing that is
-//! pinned; a row is known by its number, wherever it stands.
+//! Guarantees: results stay when a run is cancelled. A run replaces results of the previous run, except pinned ones.
+//! Rows are identified by number.
 
 use std::sync::{Arc, Weak};
 
@@ -15,69 +15,69 @@ use crate::questions::{
 use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};
 
-/// The most minutes in which the search begins another model, unless somebody says otherwise.
+/// Default time (min) after which a search starts no further model.
 pub const SEARCH_MINUTES: f64 = 2.0;
 
-/// What becomes of a row of the list.
+/// Change of a row in the list.
 #[derive(Clone, Debug)]
 pub enum ModelChange {
-    /// Keep it when others are tried, or no longer.
+    /// Pin or unpin: a pinned row stays when other models are tried.
     Pin(bool),
-    /// Call it so.
+    /// Rename.
     Name(String),
-    /// Take it off the list.
+    /// Remove from the list.
     Remove,
 }
 
-/// How far a model is.
+/// State of a model.
 #[derive(Clone, Debug)]
 pub enum State {
-    /// It is still to be fitted.
+    /// Waiting for its fit.
     Waits,
-    /// It is being fitted; its network is so far.
+    /// Being fitted, with the progress of its network.
     Runs(Option<TrainingStep>),
-    /// It could not be fitted, for this reason.
+    /// The fit failed for this reason.
     Failed(String),
-    /// It is there.
+    /// Fitted.
     Ready(Box<Model>),
 }
 
-/// Who tried it.
+/// Origin of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
-    /// A search, and its so many-th candidate.
+    /// A search and the index of the candidate.
     Search(u64, usize),
-    /// A comparison, and its so many-th candidate.
+    /// A comparison and the index of the candidate.
     Paper(u64, usize),
-    /// The user kept it.
+    /// The user kept this model.
     Kept,
-    /// It is that of the settings of now.
+    /// Model of the present settings.
     Present,
 }
 
-/// A row of the list.
+/// Row of the list.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What it is known by.
+    /// Number that identifies the row.
     pub id: u64,
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Whether it stays when others are tried.
+    /// True if the row stays when other models are tried.
     pub is_pinned: bool,
-    /// What brings it back.
+    /// Settings of the model.
     pub settings: FitSettings,
-    /// How far it is.
+    /// State of the fit.
     pub state: State,
-    /// Whether it is the one to take.
+    /// Recommendation of the search.
     pub mark: Mark,
-    /// The amount of data in the paper's words; empty where it is that of the settings.
+    /// Amount of data as named in the paper; empty if it follows from the settings.
     data: String,
     origin: Origin,
     recordings: Weak<RecordingSet>,
 }
 
 impl Row {
-    /// What came of it, where something did.
+    /// Returns the model, if it is fitted.
     pub fn model(&self) -> Option<&Model> {
         match &self.state {
             State::Ready(model) => Some(model),
@@ -89,33 +89,34 @@ impl Row {
         matches!(self.state, State::Ready(_) | State::Failed(_))
     }
 
-    /// Whether it was made of other recordings, or of other roles, than those of now.
+    /// Returns true if the model was fitted to other recordings or roles than the present ones.
     pub fn is_stale(&self, project: &Project) -> bool {
         !std::ptr::eq(self.recordings.as_ptr(), Arc::as_ptr(&project.recordings))
     }
 
-    /// Whether the document's settings are its own. Full scales are the sensor's, not a model's.
+    /// Returns true if the document has the settings of this row. Full scales belong to the sensor and are not
+    /// compared.
     pub fn is_present(&self, project: &Project) -> bool {
         let own = project.with_full_scale(self.settings.clone());
         project.applied.is_none() && own == project.settings
     }
 }
 
-/// The list.
+/// List of models.
 #[derive(Clone, Debug, Default)]
 pub struct Models {
-    /// In the order in which they were tried.
+    /// Rows in the order of their fits.
     pub rows: Vec<Row>,
-    /// Why a search proposes what it proposes, and what it left away.
+    /// Reasons for the proposal of a search, and candidates that it left out.
     pub said: Vec<String>,
     n_rows: u64,
     n_runs: u64,
-    /// The run whose first answer was taken, and how many of its candidates.
+    /// Run of which the first answer was taken, and its number of candidates taken.
     taken: (u64, usize),
 }
 
 impl Models {
-    /// The number of the next run.
+    /// Returns the number of the next run.
     pub(super) fn next_run(&mut self) -> u64 {
         self.n_runs += 1;
         self.n_runs
@@ -126,12 +127,12 @@ impl Models {
         self.rows.push(Row { id: self.n_rows, ..row });
     }
 
-    /// The row of this number.
+    /// Returns the row with this number.
     pub fn row(&self, id: u64) -> Option<&Row> {
         self.rows.iter().find(|row| row.id == id)
     }
 
-    /// Changes the row of this number, if it is still there.
+    /// Changes the row with this number, if it exists.
     pub(super) fn change(&mut self, id: u64, change: ModelChange) {
         let Some(at) = self.rows.iter().position(|row| row.id == id) else {
             return;
@@ -145,7 +146,7 @@ impl Models {
         }
     }
 
-    /// Takes how far a search is.
+    /// Takes the progress of a search.
     pub(super) fn take_search(&mut self, run: u64, best: &Best, recordings: &Arc<RecordingSet>) {
         if self.taken.0 != run {
             self.taken = (run, 0);
@@ -156,7 +157,7 @@ impl Models {
         for (at, tried) in best.tried.iter().enumerate() {
             let mark = tried.mark();
             let origin = Origin::Search(run, at);
-            // What was removed meanwhile stays away.
+            // Rows that the user removed are not added again.
             match self.rows.iter_mut().find(|row| row.origin == origin) {
                 Some(row) => row.mark = mark,
                 None if at >= self.taken.1 => self.push(Row {
@@ -177,7 +178,7 @@ impl Models {
         self.said = best.why().into_iter().chain(best.remarks()).collect();
     }
 
-    /// Lists what the paper compares and has no result yet that holds; `None` where all have one.
+    /// Adds the models of the paper's comparison that have no valid result; `None` if all have one.
     pub(super) fn begin_paper(&mut self, project: &Project) -> Option<Compare> {
         const LEARNERS: [Regressor; 3] =
             [Regressor::Linear, Regressor::Network, Regressor::HybridNetwork];
@@ -217,7 +218,7 @@ impl Models {
         })
     }
 
-    /// Takes how far a comparison is.
+    /// Takes the progress of a comparison.
     pub(super) fn take_paper(&mut self, asked: &Compare, states: &[RowState]) {
         for (at, state) in states.iter().enumerate() {
             let origin = Origin::Paper(asked.run, at);
@@ -233,12 +234,12 @@ impl Models {
         }
     }
 
-    /// Nothing runs any more: what has not ended goes.
+    /// Removes unfinished rows after the end of a run.
     pub(super) fn end_paper(&mut self) {
         self.rows.retain(Row::has_ended);
     }
 
-    /// Takes a model that somebody keeps.
+    /// Adds a model that the user keeps.
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         let kept = self.rows.iter().filter(|row| row.origin == Origin::Kept);
         let number = kept.count() + 1;
@@ -255,12 +256,12 @@ impl Models {
         });
     }
 
-    /// Whether the settings of now have a row of these recordings.
+    /// Returns true if the present settings have a row with the present recordings.
     pub(super) fn has_present(&self, project: &Project) -> bool {
         self.rows.iter().any(|row| row.is_present(project) && !row.is_stale(project))
     }
 
-    /// Takes the model of the settings of now in the place of those of before.
+    /// Replaces the row of earlier present settings by the model of the present settings.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
         self.push(Row {
@@ -276,14 +277,14 @@ impl Models {
         });
     }
 
-    /// What was trained for just these recordings and settings.
+    /// Returns the calibration that was trained with the present recordings and settings.
     pub(super) fn trained(&self, project: &Project) -> Option<&Arc<Calibration>> {
         let holds = |row: &&Row| !row.is_stale(project) && row.settings == project.settings;
         let models = self.rows.iter().filter(holds).filter_map(Row::model);
         models.rev().find_map(|model| model.trained.as_ref())
     }
 
-    /// All of them, a row each, in their order: errors on these samples, and what a model costs.
+    /// Returns the table of all rows in order: errors on these samples, and cost.
     pub fn table(&self, project: &Project, sets: &[ScoreSet]) -> Table {
         let rows = self.rows.iter().map(|row| row.of_table(project));
         model_table(project.axes(), sets, rows)
@@ -293,22 +294,21 @@ impl Models {
 impl Row {
     fn of_table(&self, project: &Project) -> ModelRow<'_> {
         let mark = match self.is_stale(project) {
-            true => Cell::words("others").about(
-                "Stale: made of other recordings, or of other roles or groups of them, than those of now",
-            ),
+            true => Cell::words("others")
+                .about("Stale: fitted to other recordings, roles or groups than the present ones"),
             false => self.mark.cell(),
         };
         let state = match &self.state {
             State::Ready(model) => Ok(&**model),
-            State::Waits => Err(Cell::missing("waits", "it is still to be fitted")),
-            State::Runs(None) => Err(Cell::missing("runs", "it is being fitted")),
+            State::Waits => Err(Cell::missing("waits", "not fitted yet")),
+            State::Runs(None) => Err(Cell::missing("runs", "being fitted")),
             State::Runs(Some(TrainingStep::Epoch(report))) => {
                 let text = format!("{}/{}", report.epoch, report.epochs);
-                Err(Cell::missing(text, "epochs that its network has had"))
+                Err(Cell::missing(text, "epochs of the network done"))
             }
             State::Runs(Some(TrainingStep::CrossValidation { done, .. })) => {
                 let text = format!("{:.0} %", 100.0 * done);
-                Err(Cell::missing(text, "of its cross-validation is done"))
+                Err(Cell::missing(text, "of the cross-validation done"))
             }
             State::Failed(reason) => Err(Cell::missing("failed", reason)),
         };
@@ -316,7 +316,7 @@ impl Row {
     }
 }
 
-/// What all candidates of a comparison have in common; the rest is the candidate's.
+/// Returns the settings that all candidates of a comparison share.
 fn shared_settings(settings: &FitSettings) -> FitSettings {
     FitSettings {
         features: Default::default(),

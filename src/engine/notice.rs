@@ -1,31 +1,31 @@
-//! What the program has to say: errors, warnings and news, kept until they are dismissed.
+//! Notices: errors, warnings and information, kept until they are dismissed.
 
 use crate::shown::message;
 
-/// How much a notice matters.
+/// Severity of a notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Something went as asked.
+    /// An action succeeded.
     Info,
-    /// Something was read differently from how it was written.
+    /// Input was interpreted differently from how it was written.
     Warning,
-    /// Something that was asked for could not be done.
+    /// An action failed.
     Error,
 }
 
-/// One thing to say.
+/// One notice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Notice {
-    /// How much it matters.
+    /// Severity.
     pub level: Level,
-    /// One or two sentences.
+    /// Text of one or two sentences.
     pub text: String,
-    /// Which it is of all that was said, from one; zero before it was said.
+    /// Number of the notice, counted from one; zero before it is shown.
     pub number: u64,
 }
 
 impl Notice {
-    /// A notice of this level; what files would have a reader see other than it is stands there by its codes.
+    /// Creates a notice. Control characters in the text are shown by their codes.
     pub fn new(level: Level, text: impl Into<String>) -> Self {
         let text = message(&text.into());
         Self { level, text, number: 0 }

@@ -1,6 +1,7 @@
-//! What the program remembers of a person, whatever is loaded.
+//! Preferences of the user, independent of the loaded recordings.
 //!
-//! Guarantees: its file is whole at any time; what another window has written since stays, but for what this one changed.
+//! Guarantees: the file is always complete. Changes by another window are kept, unless this window changed the same
+//! preference.
 
 use std::fs::File;
 use std::io;
@@ -13,11 +14,11 @@ use crate::export::{WriteError, write_atomically};
 use crate::import::map::ColumnMap;
 use crate::small_file::read_small;
 
-/// Light or dark.
+/// Theme of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Theme {
-    /// As the desktop has it.
+    /// Theme of the desktop.
     #[default]
     System,
     /// Light.
@@ -26,14 +27,14 @@ pub enum Theme {
     Dark,
 }
 
-/// So many recent files are remembered.
+/// Maximum number of recent files.
 const MAX_RECENT: usize = 12;
-/// So many maps are remembered.
+/// Maximum number of column maps.
 const MAX_MAPS: usize = 40;
-/// Preferences are short; whatever is longer is something else.
+/// Maximum size of the file in bytes. A larger file contains something else.
 const BYTES_LIMIT: u64 = 16 << 20;
 
-/// What stands in a file under one name, or the default where it cannot be understood: the rest stays.
+/// Reads one preference, or its default if it cannot be read, so that the others are kept.
 fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
     from: D,
 ) -> Result<T, D::Error> {
@@ -41,14 +42,14 @@ fn one_by_one<'de, D: Deserializer<'de>, T: DeserializeOwned + Default>(
     Ok(serde_json::from_value(value).unwrap_or_default())
 }
 
-/// [`one_by_one`], for each of a list.
+/// Reads a list as [`one_by_one`] for each entry, and skips entries that cannot be read.
 fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T>, D::Error> {
     let values: Vec<serde_json::Value> = one_by_one(from)?;
     let values = values.into_iter();
     Ok(values.filter_map(|value| serde_json::from_value(value).ok()).collect())
 }
 
-/// Remembered between runs; what an older or newer version does not know is left at its default.
+/// Preferences kept between runs. Unknown or missing entries get their defaults.
 ///
 /// | name | default | range |
 /// |---|---|---|
@@ -58,28 +59,28 @@ fn each<'de, D: Deserializer<'de>, T: DeserializeOwned>(from: D) -> Result<Vec<T
 /// | `maps` | none | 40 column maps, newest first |
 /// | `layout` | the program's | |
 /// | `toured` | no | whether the tour was seen or skipped |
-/// | `advanced` | no | whether the advanced settings are in sight |
+/// | `advanced` | no | whether the advanced settings are visible |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
-    /// Light or dark.
+    /// Theme.
     #[serde(deserialize_with = "one_by_one")]
     pub theme: Theme,
-    /// How large everything is.
+    /// Scale of all texts and widgets.
     #[serde(deserialize_with = "one_by_one")]
     pub text_scale: f32,
-    /// Recordings, calibrations and sessions that were opened, newest first.
+    /// Recently opened recordings, calibrations and sessions, newest first.
     #[serde(deserialize_with = "each")]
     pub recent: Vec<PathBuf>,
-    /// Column maps that files were read by, newest first.
+    /// Column maps by which files were read, newest first.
     #[serde(deserialize_with = "each")]
     pub maps: Vec<ColumnMap>,
-    /// Where the panes stand.
+    /// Layout of the panes.
     pub layout: Option<serde_json::Value>,
-    /// Whether the tour was seen or skipped.
+    /// True if the tour was seen or skipped.
     #[serde(deserialize_with = "one_by_one")]
     pub toured: bool,
-    /// Whether the advanced settings are in sight.
+    /// True if the advanced settings are visible.
     #[serde(deserialize_with = "one_by_one")]
     pub advanced: bool,
 }
@@ -99,10 +100,10 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// The range of [`Self::text_scale`].
+    /// Range of [`Self::text_scale`].
     pub const TEXT_SCALES: std::ops::RangeInclusive<f32> = 0.5..=3.0;
 
-    /// Reads what was remembered; what cannot be read is as if it had never been.
+    /// Reads preferences. Entries that cannot be read get their defaults.
     pub fn from_json(text: &str) -> Self {
         Self::understood(text.as_bytes()).unwrap_or_default()
     }
@@ -116,12 +117,12 @@ impl Preferences {
         Some(read)
     }
 
-    /// As JSON.
+    /// Returns the preferences as JSON.
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Puts a file before all others.
+    /// Puts a file first in the list of recent files.
     pub fn remember(&mut self, path: &Path) {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         self.recent.retain(|other| *other != path);
@@ -129,11 +130,11 @@ impl Preferences {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// Puts a map before those of other files.
+    /// Puts a map first in the list, and removes older maps of the same kind of file.
     pub fn remember_map(&mut self, map: &ColumnMap) {
         let is_other = |other: &ColumnMap| {
             let (other, this) = (&other.table, &map.table);
-            // Without names, how it is cut is a part of what a file looks like.
+            // Without a header row, the text layout also distinguishes kinds of files.
             let is_cut_so = !this.shape.names.is_empty() || other.text == this.text;
             other.shape != this.shape || !is_cut_so
         };
@@ -142,7 +143,7 @@ impl Preferences {
         self.maps.truncate(MAX_MAPS);
     }
 
-    /// Those of the file, with what is different here from what was `known`.
+    /// Returns the preferences of the file with the changes made here since `known`.
     fn onto(&self, known: &Self, mut file: Self) -> Self {
         fn take<T: Clone + PartialEq>(own: &T, known: &T, file: &mut T) {
             if own != known {
@@ -166,7 +167,7 @@ impl Preferences {
     }
 }
 
-/// What was put to the front since: the rest stands in the order of before.
+/// Returns the entries that were put first since `before`.
 fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     let mut left = before.iter().rev();
     let is_left = |item: &&T| left.any(|other| other == *item);
@@ -174,17 +175,17 @@ fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     &now[..now.len() - n_old]
 }
 
-/// What was taken away since, rather than pushed out of a list that holds so many.
+/// Returns the entries that were removed since `before`, except entries pushed out of a full list.
 fn forgotten<'a, T: PartialEq>(now: &[T], before: &'a [T], most: usize) -> Vec<&'a T> {
     let is_gone = |item: &&T| now.len() < most && !now.contains(*item);
     before.iter().filter(is_gone).collect()
 }
 
-/// The file in which all windows of a person keep them.
+/// File in which all windows of a user keep their preferences.
 #[derive(Debug)]
 pub struct PreferencesFile {
     path: PathBuf,
-    /// What this window began with, or wrote last: what is different, it changed.
+    /// Preferences that this window read or wrote last, to find its own changes.
     known: Preferences,
 }
 
@@ -198,20 +199,20 @@ impl PreferencesFile {
         Preferences::understood(&text)
     }
 
-    /// What is kept in `folder`, if anything that can be read.
+    /// Returns the preferences in `folder`, if they can be read.
     pub fn read_in(folder: &Path) -> Option<Preferences> {
         Self::read_at(&Self::path_in(folder))
     }
 
-    /// That of a window which begins with `known`.
+    /// Creates the access to the file for a window that starts with `known`.
     pub fn new(folder: &Path, known: Preferences) -> Self {
         Self { path: Self::path_in(folder), known }
     }
 
-    /// Writes what was changed here to what is kept.
+    /// Writes the changes made in this window to the file.
     ///
     /// # Errors
-    /// [`WriteError`] if it cannot be written; it is tried again with the next.
+    /// [`WriteError`] if the file cannot be written. The next call tries again.
     pub fn write(&mut self, own: &Preferences) -> Result<(), WriteError> {
         if *own == self.known {
             return Ok(());
@@ -225,7 +226,8 @@ impl PreferencesFile {
             .append(true)
             .open(self.path.with_extension("writing"))
             .map_err(at)?;
-        // One window after another; where files cannot be locked, none waits. Its end ends the lock.
+        // Windows write one after another. If the file system has no locks, they do not wait. The lock ends with the
+        // file handle.
         let _ = lock.lock();
         let kept = Self::read_at(&self.path).unwrap_or_else(|| self.known.clone());
         let merged = own.onto(&self.known, kept);
@@ -241,7 +243,7 @@ mod tests {
     use crate::import::map::{ColumnKey, ColumnRole, ColumnRule};
 
     #[test]
-    fn they_come_back_and_nonsense_is_as_if_never_said() {
+    fn preferences_are_restored_and_invalid_ones_are_ignored() {
         let mut preferences = Preferences {
             theme: Theme::Light,
             text_scale: 1.5,
@@ -259,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_file_is_first_and_stands_once() {
+    fn the_newest_file_is_first_and_listed_once() {
         let mut preferences = Preferences::default();
         for at in 0..20 {
             preferences.remember(Path::new(&format!("/{at}.csv")));
@@ -271,7 +273,7 @@ mod tests {
         assert_eq!(of_15.count(), 1);
     }
 
-    /// A window that began with what is kept.
+    /// Returns a window that starts with the stored preferences.
     fn window(folder: &Path) -> (PreferencesFile, Preferences) {
         let kept = PreferencesFile::read_in(folder).unwrap_or_default();
         (PreferencesFile::new(folder, kept.clone()), kept)
@@ -303,7 +305,7 @@ mod tests {
         of_b.remember(Path::new("/b.csv"));
         of_b.recent.retain(|path| !path.ends_with("gone.csv"));
         b.write(&of_b).unwrap();
-        // Nothing is new here: what the other one wrote since is not taken back.
+        // Nothing changed here, so the changes of the other window stay.
         a.write(&of_a).unwrap();
         let kept = PreferencesFile::read_in(folder.path()).unwrap();
         assert_eq!((kept.theme, kept.text_scale), (Theme::Light, 1.5));
@@ -314,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_pushed_out_of_a_full_list_was_not_taken_away() {
+    fn entries_pushed_out_of_a_full_list_do_not_count_as_removed() {
         let names = |from: i32, to: i32| (from..to).rev().collect::<Vec<_>>();
         assert_eq!(newest(&[9, 2, 5, 4, 1], &[5, 4, 3, 2, 1]), [9, 2]);
         assert_eq!(newest(&names(3, 15), &names(0, 12)), [14, 13, 12]);
@@ -343,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_cannot_be_read_is_replaced_by_what_is_known() {
+    fn an_unreadable_file_is_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let mut known = Preferences::default();
         known.remember(Path::new("/a.csv"));

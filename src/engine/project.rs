@@ -1,7 +1,7 @@
 //! The document: everything that a session saves, and every change of it.
 //!
-//! Guarantees: no results, no window in it; a change that is refused changes nothing; what does not fit other recordings (an
-//! applied calibration, a cut, entered full scales) goes with the old ones.
+//! Guarantees: no results and no window state. A refused change changes nothing. Data that do not fit new recordings
+//! (an applied calibration, a split, entered full scales) are removed with the old recordings.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,161 +22,162 @@ use crate::recording::{
 use crate::same::same_where;
 use crate::scoring::numbers::round_step;
 
-/// F_th in shares of how far the force moves: what the paper's 3 N are of its sensor's 22 N, roughly.
+/// Default F_th as a share of the range of the force: the ratio of the paper's 3 N to the 22 N range of its sensor.
 const USUAL_SHARE: f64 = 0.125;
-/// Shares at which an F_th does something: larger ones find next to no past sample, lesser ones only what came just before.
+/// Shares at which F_th has an effect. Larger values find almost no past sample; smaller values find only the previous
+/// samples.
 const SENSIBLE_SHARES: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
-/// A calibration with the file that it came from.
+/// Calibration and its file.
 #[derive(Clone, Debug)]
 pub struct FromFile {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
     /// The calibration.
     pub calibration: Arc<Calibration>,
 }
 
-// Equal ones that were opened twice count as two.
+// Equal calibrations that were opened twice are different.
 same_where!(FromFile: shared(calibration) value() besides(path));
 
-/// Recordings that are split in time into training and test.
+/// Recordings split in time into training and test.
 #[derive(Clone, Debug)]
 pub struct Split {
-    /// The recordings before.
+    /// Recordings before the split.
     pub whole: Arc<RecordingSet>,
-    /// The first share of each that trains.
+    /// First share of each recording, which trains.
     pub fraction: f64,
 }
 
 same_where!(Split: shared(whole) value(fraction) besides());
 
-/// One file of a session.
+/// File of a session.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SessionFile {
-    /// Where it is: seen from the session's folder where that is possible.
+    /// Path relative to the folder of the session, if possible.
     pub path: PathBuf,
-    /// Where it was, from the root.
+    /// Absolute path when the session was saved.
     pub absolute: PathBuf,
-    /// How long it was.
+    /// Length in bytes.
     pub bytes: Option<u64>,
-    /// What it held (SHA-256, hexadecimal).
+    /// SHA-256 in hexadecimal.
     pub sha256: Option<String>,
-    /// The map that it was read by.
+    /// Column map by which the file was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnMap>,
-    /// How its recordings were tared after reading, by name.
+    /// Tares of the recordings after reading, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub tares: BTreeMap<String, Tare>,
-    /// What was left out of its recordings as faulty, by the names that they had before.
+    /// Settings by which faulty samples were left out, by the earlier name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, Judged>,
-    /// What its recordings are for, by name; those that are not named take the role that their name asks for.
+    /// Roles of the recordings by name. Other recordings get the default role for their name.
     pub roles: BTreeMap<String, Role>,
-    /// The groups that its recordings were put in, by name.
+    /// Groups of the recordings, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, String>,
-    /// The days on which somebody said that its recordings were recorded, by name.
+    /// Days that the user entered for the recordings, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub days: BTreeMap<String, Day>,
 }
 
-/// Everything that a session saves. Recordings are shared, so a copy costs little.
+/// Everything that a session saves. Recordings are shared, so copying is cheap.
 #[derive(Clone, Debug, Default)]
 pub struct Project {
-    /// The recordings with their roles.
+    /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// How they were split in time, while they are.
+    /// Split in time, if the recordings are split.
     pub split: Option<Split>,
-    /// The choices of the fit.
+    /// Settings of the fit.
     pub settings: FitSettings,
-    /// How loops, dwells and figures are measured, whoever shows them.
+    /// Settings for loops, dwells and metrology.
     pub measuring: MetrologySettings,
-    /// The least and the greatest value that a gauge can have, as the logger writes it, where somebody knows.
+    /// Minimum and maximum reading of the gauges in the logger's unit, if the user entered them.
     pub gauge_range: Option<GaugeRange>,
-    /// Axes that are not shown.
+    /// Axes that are hidden.
     pub hidden_axes: Vec<Axis>,
-    /// A calibration that is applied instead of fitted.
+    /// Calibration that is applied instead of a fit.
     pub applied: Option<FromFile>,
-    /// The matrix that the sensor came with, beside the one that is fitted.
+    /// Manufacturer's calibration matrix for comparison.
     pub factory: Option<FromFile>,
     /// Free text.
     pub notes: String,
-    /// Which sensor it is, who calibrates it, when, and against what.
+    /// Identity of the sensor, and date, operator and reference of the calibration.
     pub identity: Identity,
-    /// Which recordings are on screen.
+    /// Recordings that are shown.
     pub view: View,
-    /// The maps that files were read by.
+    /// Column maps by which files were read.
     pub maps: BTreeMap<PathBuf, ColumnMap>,
-    /// Files of the session that are not where they were.
+    /// Missing files of the session.
     pub lost: Vec<SessionFile>,
 }
 
-// Equal where nothing was edited in between.
+// Documents are equal if nothing was edited in between.
 same_where!(Project:
     shared(recordings)
     value(split, settings, measuring, gauge_range, hidden_axes, applied, factory, notes, identity)
     besides(view, maps, lost)
 );
 
-/// One change of the document: one step of undo.
+/// One change of the document, which is one step of undo.
 #[derive(Clone, Debug)]
 pub enum Edit {
-    /// The choices of the fit.
+    /// Settings of the fit.
     Settings(FitSettings),
-    /// How loops, dwells and figures are measured.
+    /// Settings for loops, dwells and metrology.
     Measuring(MetrologySettings),
-    /// The choices of a model, in the place of an applied calibration too; full scales stay the sensor's.
+    /// Settings of a model. An applied calibration is removed; the full scales do not change.
     Model(Box<FitSettings>),
-    /// The thresholds of the first look-back; the others keep their F_th.
+    /// Thresholds of the first look-back. Other look-backs keep their F_th.
     Thresholds(Thresholds),
-    /// The numbers of a block.
+    /// Values of a block.
     Block(BlockSuggestion),
-    /// What one recording is for.
+    /// Role of one recording.
     Role(usize, Role),
-    /// What every recording with a reference is for.
+    /// Role of all recordings with a reference.
     AllRoles(Role),
-    /// The group of every recording, in their order; `None` leaves it to its name.
+    /// Group of every recording in order; `None` means that the group follows from the name.
     Groups(Vec<Option<String>>),
-    /// The day on which somebody says that each was recorded; `None` leaves it to its file.
+    /// Day of every recording in order; `None` means that the day follows from the file.
     Days(Vec<Option<Day>>),
-    /// What a gauge can show.
+    /// Minimum and maximum reading of the gauges.
     GaugeRange(Option<GaugeRange>),
     /// Close one recording.
     Remove(usize),
     /// Close all recordings.
     CloseAll,
-    /// Others in the place of these recordings, such as tared ones.
+    /// Replace these recordings, for example by tared ones.
     Replace(Arc<RecordingSet>),
     /// Split each recording in time: this first share trains, the rest tests.
     Split(f64),
-    /// Take the split back.
+    /// Undo the split.
     Unsplit,
     /// Show or hide an axis.
     ShowAxis(Axis, bool),
     /// Free text.
     Notes(String),
-    /// Which sensor it is, who calibrates it, when, and against what.
+    /// Identity of the sensor, and date, operator and reference of the calibration.
     Identity(Identity),
     /// Apply this calibration, or fit again.
     Apply(Option<FromFile>),
-    /// Compare with this matrix that the sensor came with, or with none.
+    /// Compare with this manufacturer's matrix, or with none.
     Compare(Option<FromFile>),
 }
 
-/// Why a change cannot be made.
+/// Reason why a change is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EditError {
     #[error(
-        "There is nothing to split: the recordings are off, have no reference, or are too short"
+        "There is nothing to split: the recordings are off, have no reference, or are too short. Set their role to train or test"
     )]
     NothingToSplit,
     #[error(
-        "{}: made for the gauges {}, while the loaded recordings have {}; open recordings of that sensor first",
+        "{}: made for the gauges {}, but the loaded recordings have {}; open recordings of the same sensor first",
         .path.display(), .own.join(" "), .loaded.join(" ")
     )]
     OtherGauges { path: PathBuf, own: Vec<String>, loaded: Vec<String> },
-    #[error("{}: made for {own} gauges, while the loaded recordings have {}", .path.display(), .loaded.join(" "))]
+    #[error("{}: made for {own} gauges, but the loaded recordings have {}", .path.display(), .loaded.join(" "))]
     OtherFactoryGauges { path: PathBuf, own: usize, loaded: Vec<String> },
 }
 
@@ -184,11 +185,11 @@ impl Project {
     /// Makes one change.
     ///
     /// # Errors
-    /// [`EditError`] if it cannot be made; nothing is changed then.
+    /// [`EditError`] if the change is refused; nothing is changed then.
     pub fn edit(&mut self, edit: Edit) -> Result<(), EditError> {
         let axes = self.axes().to_vec();
         let edited = self.make(edit);
-        // They were in other axes' units.
+        // The reversal thresholds were in the units of the old axes.
         if *self.axes() != axes {
             self.measuring.dead_bands.clear();
         }
@@ -282,7 +283,7 @@ impl Project {
         Ok(())
     }
 
-    /// This document with the edits of another moment; what is no edit stays.
+    /// Returns this document with the edits of `other`; state that is not edited stays.
     pub fn with_edits_of(&self, other: Self) -> Self {
         Self {
             view: self.view.within(other.recordings.entries().len()),
@@ -292,12 +293,12 @@ impl Project {
         }
     }
 
-    /// What is known of the sensor's channels.
+    /// Returns the limits of the sensor's channels.
     pub fn valid_range(&self) -> ValidRange {
         ValidRange { gauges: self.gauge_range.clone(), rated: self.settings.full_scale.clone() }
     }
 
-    /// The axes of the recordings or of the applied calibration.
+    /// Returns the axes of the recordings or of the applied calibration.
     pub fn axes(&self) -> &[Axis] {
         match &self.applied {
             Some(applied) => &applied.calibration.axes,
@@ -305,18 +306,18 @@ impl Project {
         }
     }
 
-    /// These settings with the full scales of the document's own.
+    /// Returns the settings with the full scales of the document.
     pub(super) fn with_full_scale(&self, settings: FitSettings) -> FitSettings {
         let full_scale = self.settings.full_scale.clone();
         FitSettings { full_scale, ..settings }
     }
 
-    /// Whether an axis is shown.
+    /// Returns true if an axis is shown.
     pub fn is_shown(&self, axis: Axis) -> bool {
         !self.hidden_axes.contains(&axis)
     }
 
-    /// The thresholds of the first look-back, or what they would begin with.
+    /// Returns the thresholds of the first look-back, or the default.
     pub fn thresholds(&self) -> Thresholds {
         let features = &self.settings.features;
         let distance = features.distance.effective(self.axes());
@@ -324,11 +325,11 @@ impl Project {
         first.unwrap_or_else(|| Thresholds::default_for(distance))
     }
 
-    /// What the thresholds begin with: the program's own, or where these would find next to nothing or nothing else in the loaded
-    /// recordings, an F_th in the same proportion to how far the force moves.
+    /// Returns the default thresholds. If the paper's F_th has no effect on the loaded recordings, F_th is the same
+    /// share of the range of the force.
     pub fn default_thresholds(&self) -> Thresholds {
         let chosen = self.settings.features.distance;
-        // Before anything is loaded nothing says that there is no force.
+        // Without recordings, the axes are not known.
         let distance = match self.axes() {
             [] => chosen,
             axes => chosen.effective(axes),
@@ -347,7 +348,7 @@ impl Project {
         }
     }
 
-    /// How far the force moves, from least to most, on the axis where that is farthest; `None` where it never does.
+    /// Returns the largest range of force among the axes; `None` if no force changes.
     fn largest_force_range(&self) -> Option<f64> {
         let layout = self.recordings.layout();
         let entries = self.recordings.entries().iter();
@@ -358,7 +359,7 @@ impl Project {
         spans.reduce(f64::max).filter(|span| *span > 0.0 && span.is_finite())
     }
 
-    /// The files that the recordings came from.
+    /// Returns the files of the recordings.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         let entries = self.recordings.entries().iter();
         entries.filter_map(|entry| match entry.recording.source() {
@@ -367,7 +368,7 @@ impl Project {
         })
     }
 
-    /// What is to be analysed; `trained` is a calibration that was trained on these very recordings.
+    /// Returns the request for an analysis. `trained` is a calibration trained on these recordings.
     pub fn request(&self, trained: Option<&Arc<Calibration>>) -> Request {
         let trained = trained.filter(|_| self.applied.is_none()).cloned();
         let applied = self.applied.as_ref().map(|own| &own.calibration);
@@ -383,7 +384,7 @@ impl Project {
         }
     }
 
-    /// Adds recordings that were read, in the roles that `role_of` or their names give them; tells of each that does not fit.
+    /// Adds recordings with the role of `role_of` or of their name, and returns a message for each that does not fit.
     pub fn add(
         &mut self,
         files: Vec<Vec<Recording>>,
@@ -392,7 +393,7 @@ impl Project {
         self.add_known(files, role_of, |_| None)
     }
 
-    /// [`add`](Self::add), in the groups that `group_of` or the maps of the files give them.
+    /// Adds recordings as [`add`](Self::add), with the group of `group_of` or of the column maps.
     pub fn add_known(
         &mut self,
         files: Vec<Vec<Recording>>,
@@ -400,7 +401,7 @@ impl Project {
         group_of: impl Fn(&Recording) -> Option<String>,
     ) -> Vec<String> {
         let mut refused = Vec::new();
-        // The built-in sensor was there so that there was something to see; real recordings take its place.
+        // Real recordings replace the built-in sensor, which was only an example.
         let mut set = match self.recordings.is_simulated() {
             true => RecordingSet::default(),
             false => RecordingSet::clone(&self.recordings),
@@ -425,7 +426,7 @@ impl Project {
             return refused;
         }
         let split = self.split.take().map(|mut split| {
-            // What is there keeps its segments and their roles; what is new is split like it.
+            // Existing segments keep their roles; new recordings are split in the same way.
             let mut fresh = RecordingSet::default();
             let whole = Arc::make_mut(&mut split.whole);
             for entry in &set.entries()[before..] {
@@ -442,7 +443,7 @@ impl Project {
             }
             split
         });
-        // An applied calibration stays: opening recordings to apply it to is what it is for.
+        // An applied calibration stays, because recordings are opened to apply it.
         refused.extend(self.take_set(set).err().map(|error| error.to_string()));
         self.split = split;
         self.view = View::One(before);
@@ -453,7 +454,7 @@ impl Project {
         refused
     }
 
-    /// What is split knows the days of its parts.
+    /// Copies the days of the segments to the recordings before the split.
     fn keep_days_of_parts(&mut self) {
         let Some(split) = &mut self.split else { return };
         let whole = Arc::make_mut(&mut split.whole);
@@ -477,10 +478,10 @@ impl Project {
         self.maps.get(path)?.group.as_ref()?.group_of(recording)
     }
 
-    /// Takes other recordings; what was chosen for the old ones' axes or made of them does not fit.
+    /// Replaces the recordings. Settings for the old axes and data made from the old recordings are removed.
     ///
     /// # Errors
-    /// [`EditError`] if the factory's matrix does not fit, which goes.
+    /// [`EditError`] if the manufacturer's matrix does not fit; it is then removed.
     pub fn take_set(&mut self, set: RecordingSet) -> Result<(), EditError> {
         if set.layout().axes != self.recordings.layout().axes {
             self.settings.full_scale.clear();
@@ -494,7 +495,8 @@ impl Project {
         self.name_factory_gauges()
     }
 
-    /// Puts a test recording on screen: the first in which every axis moves, else the first, else any.
+    /// Shows the first test recording in which every axis changes, else the first test recording, else the first
+    /// recording.
     pub fn show_first_test(&mut self) {
         let entries = self.recordings.entries();
         let first = |wanted: &dyn Fn(&Entry) -> bool| entries.iter().position(wanted);
@@ -503,7 +505,7 @@ impl Project {
         self.view = View::One(shown.unwrap_or(0));
     }
 
-    /// Without a force axis F_th is measured over all axes.
+    /// Sets the norm of the load difference to all axes if there is no force axis.
     fn choose_distance(&mut self) {
         let axes = &self.recordings.layout().axes;
         let features = &mut self.settings.features;
@@ -533,7 +535,7 @@ impl Project {
             View::One(shown) if shown > at => View::One(shown - 1),
             view => view.within(n_left),
         };
-        // What the cut was made of no longer fits together.
+        // The recordings before the split no longer match.
         self.split = None;
         Arc::make_mut(&mut self.recordings).remove(at);
     }
@@ -551,7 +553,7 @@ impl Project {
         Ok(())
     }
 
-    /// Takes the rated loads that a calibration was saved with where none are entered, so that they are asked for once.
+    /// Takes the rated loads of a calibration for axes without an entered one, so that they are entered only once.
     fn take_rated_loads(&mut self, calibration: &Calibration) {
         let axes = self.recordings.layout().axes.clone();
         let own = &mut self.settings.full_scale;
@@ -566,7 +568,8 @@ impl Project {
         }
     }
 
-    /// Gives the factory's matrix the loaded gauges' names where it knows them by their order only; one for other gauges goes.
+    /// Gives the manufacturer's matrix the names of the loaded gauges if it has only their order. A matrix for another
+    /// number of gauges is removed.
     fn name_factory_gauges(&mut self) -> Result<(), EditError> {
         let names = &self.recordings.layout().gauge_names;
         let Some(factory) = self.factory.as_mut().filter(|_| !names.is_empty()) else {
@@ -618,7 +621,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_without_a_reference_is_off_whatever_was_said() {
+    fn a_recording_without_a_reference_is_always_off() {
         let mut project = Project::default();
         let files = vec![vec![of_file("a", &GAUGES, &[]), of_file("b", &GAUGES, &[])]];
         let refused = project.add(files, |own| (own.name() == "a").then_some(Role::Train));
@@ -640,7 +643,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_can_be_changed_and_taken_back() {
+    fn a_split_can_be_changed_and_undone() {
         let mut project = with_files();
         let whole = Arc::clone(&project.recordings);
         let samples = |project: &Project| -> Vec<usize> {
@@ -661,7 +664,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_added_to_segments_is_split_like_them() {
+    fn recordings_added_to_a_split_are_split_too() {
         let mut project = with_files();
         project.edit(Edit::Split(0.25)).unwrap();
         project.edit(Edit::Role(1, Role::Off)).unwrap();
@@ -694,7 +697,7 @@ mod tests {
         let mut project = with_files();
         let before = project.clone();
         let refused = project.add(vec![vec![of_file("other", &["G1"], &FORCES)]], |_| None);
-        assert!(refused[0].contains("other: its gauges are G1"), "{refused:?}");
+        assert!(refused[0].contains("other: the gauges are G1"), "{refused:?}");
         assert_eq!(refused.len(), 1);
         assert!(project == before);
     }
@@ -729,7 +732,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_that_knows_gauges_by_their_order_takes_the_names_of_the_loaded_ones() {
+    fn a_matrix_without_gauge_names_takes_the_loaded_names() {
         let mut project = with_files();
         let mut calibration = Calibration::clone(&fitted(&project));
         calibration.gauges = ["SG0", "SG1", "SG2"].map(str::to_owned).to_vec();
@@ -739,7 +742,7 @@ mod tests {
     }
 
     #[test]
-    fn real_recordings_take_the_place_of_simulated_ones() {
+    fn real_recordings_replace_simulated_ones() {
         let mut project = Project::default();
         project.take_set(built_in()).unwrap();
         add(&mut project, "a", &["G1", "G2"], &[Axis::Fz]);
@@ -761,7 +764,7 @@ mod tests {
 
     /// The forces of `recording` move from -5 to 5 N.
     #[test]
-    fn f_th_begins_where_it_does_something_until_somebody_chooses_it() {
+    fn the_default_f_th_has_an_effect_until_the_user_chooses_one() {
         let scaled = |name: &str, factor: f64| {
             let own = of_file(name, &GAUGES, &FORCES);
             let loads = own.loads().iter().map(|load| factor * load).collect();
@@ -818,11 +821,11 @@ mod tests {
         other.edit(Edit::Apply(None)).unwrap();
         assert_eq!(fitted(&other).full_scale, calibration.full_scale);
         assert_eq!(other.settings.full_scale, [None, Some(12.0), None]);
-        // What is entered stays.
+        // An entered rated load stays.
         other.settings.full_scale = vec![None, Some(7.0), None];
         other.edit(Edit::Apply(Some(applied(calibration)))).unwrap();
         assert_eq!(other.settings.full_scale, [None, Some(7.0), None]);
-        // Without a rated load there is nothing to take.
+        // Without a rated load, nothing is taken.
         let mut plain = with_files();
         let calibration = Calibration::clone(&fitted(&plain));
         plain.edit(Edit::Apply(Some(applied(calibration)))).unwrap();
@@ -830,7 +833,7 @@ mod tests {
     }
 
     #[test]
-    fn closing_leaves_nothing_of_the_recordings() {
+    fn closing_removes_all_data_of_the_recordings() {
         let mut project = with_files();
         let calibration = Calibration::clone(&fitted(&project));
         project.edit(Edit::Apply(Some(applied(calibration)))).unwrap();

@@ -1,8 +1,8 @@
-//! Questions, and the one way in which they are answered off the window's thread.
+//! Questions, and how they are answered off the window's thread.
 //!
-//! Guarantees: a result depends on its question alone (what a [`Lane`] remembers between questions only saves time); the newest
-//! question wins; the previous answer stays until there is a newer one; a panic is an error of that question, and the next one
-//! is answered again.
+//! Guarantees: a result depends only on its question; the cache of a [`Lane`] only saves time. The newest question
+//! replaces waiting ones. The previous answer stays until there is a newer one. A panic is an error of its question,
+//! and the next question is answered.
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -17,10 +17,10 @@ use crate::panicked::caught;
 use crate::progress::Progress;
 use crate::questions::question::{PATIENCE, Query, Unanswered, Work};
 
-/// Of 0 to 99; an idle processor works as fast as ever, a busy one draws the window first (niceness 10 on Linux).
+/// Priority of background threads, from 0 to 99. Windows are drawn first on a busy processor (niceness 10 on Linux).
 const BACKGROUND_PRIORITY: u8 = 25;
 
-/// Gives the shared pool of threads the priority of background work. Only before its first use, and best before anything else.
+/// Gives the threads of the shared pool the priority of background work. Must be called before their first use.
 pub fn let_window_go_first() {
     let pool = rayon::ThreadPoolBuilder::new().start_handler(|_| stand_back());
     if let Err(error) = pool.build_global() {
@@ -28,7 +28,7 @@ pub fn let_window_go_first() {
     }
 }
 
-/// Lowers the priority of this thread; where the system refuses, everything works as before.
+/// Lowers the priority of this thread. If the system refuses, everything still works.
 fn stand_back() {
     let lower = ThreadPriorityValue::try_from(BACKGROUND_PRIORITY)
         .map(ThreadPriority::Crossplatform)
@@ -38,22 +38,22 @@ fn stand_back() {
     }
 }
 
-/// Called from another thread when there is something to take.
+/// Called from another thread when there are new results.
 pub type Notify = Arc<dyn Fn() + Send + Sync>;
 
-/// How far something is.
+/// Running work.
 #[derive(Clone, Debug)]
 pub struct Running {
-    /// What it is.
+    /// Title.
     pub title: String,
-    /// How far it is; cancel here.
+    /// Progress, which also cancels the work.
     pub progress: Progress,
-    /// When it began.
+    /// Start time.
     pub since: Instant,
 }
 
 impl Running {
-    /// How long the rest takes if it goes on as before; `None` while that cannot be told.
+    /// Returns the estimated remaining time; `None` if it is not known.
     pub fn time_left(&self) -> Option<Duration> {
         let fraction = f64::from(self.progress.fraction()?);
         let elapsed = self.since.elapsed();
@@ -62,61 +62,61 @@ impl Running {
     }
 }
 
-/// What a lane has heard of a question since it was looked at last.
+/// Event of a lane since the last look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaneEvent {
-    /// A part of an answer.
+    /// Part of an answer.
     Part,
-    /// An answer.
+    /// Answer.
     Answer,
-    /// The newest question has none, for the reason that [`Lane::problem`] tells.
+    /// The newest question failed; [`Lane::problem`] gives the reason.
     Problem,
     /// The newest question was cancelled.
     Cancelled,
 }
 
-/// A lane, whatever is asked on it.
+/// Lane for any kind of question.
 pub trait Background: Any {
-    /// Whether nothing runs or waits; all answers that will come can then be taken.
+    /// Returns true if nothing runs or waits. All answers can then be taken.
     fn is_idle(&self) -> bool;
 
-    /// Drops what waits and asks what runs to stop; the same question again is not asked then.
+    /// Removes the waiting question and cancels the running one. The same question is not asked again.
     fn cancel(&self);
 
-    /// What runs, or waits to.
+    /// Returns the running or waiting work.
     fn running(&self) -> Option<Running>;
 
-    /// Takes what has been answered; returns what happened, in order, which [`Lane::happened`] keeps.
+    /// Takes the answers and returns the events in order; [`Lane::happened`] keeps them.
     fn hear_all(&mut self) -> &[LaneEvent];
 
-    /// Why the newest question has no answer.
+    /// Returns the reason why the newest question failed.
     fn problem(&self) -> Option<&str>;
 
-    /// Stops, and forgets what was asked and answered; what is still answered of it is not heard.
+    /// Cancels the work and forgets questions and answers. Later answers are ignored.
     fn forget(&mut self);
 
-    /// How a notice about a failure begins, where the user begins the work: see [`Query::BEGUN_BY_USER`].
+    /// Returns the start of a notice about a failure, if the user starts this work; see [`Query::BEGUN_BY_USER`].
     fn begun_by_user(&self) -> Option<&'static str>;
 }
 
-/// Answers one question after another, the newest first, on a thread that begins with the first.
+/// Answers one question after another, newest first, on a thread that starts with the first question.
 pub struct Lane<Q: Query> {
     notify: Notify,
     shared: Arc<Shared<Q>>,
     inbox: Option<Receiver<Reply<Q>>>,
     asked: Option<Q>,
     newest: u64,
-    /// Answers to questions up to this one are not wanted any more.
+    /// Answers up to this question are ignored.
     forgotten: u64,
     shown: Option<Shown<Q>>,
-    /// The whole answer before, while only a part is shown.
+    /// Previous complete answer, while only a part of the next is shown.
     before: Option<Shown<Q>>,
     problem: Option<String>,
-    /// What was heard when it was looked at last.
+    /// Events at the last look.
     happened: Vec<LaneEvent>,
 }
 
-/// An answer with its question.
+/// Answer with its question.
 struct Shown<Q: Query> {
     question: Q,
     answer: Q::Answer,
@@ -142,20 +142,20 @@ struct Shared<Q> {
 struct Slot<Q> {
     waiting: Option<(u64, Q, Running)>,
     running: Option<Running>,
-    /// How long what runs is allowed to.
+    /// Maximum time for the running question.
     patience: Duration,
     closed: bool,
 }
 
 impl<Q> Shared<Q> {
-    /// The slot; a panic elsewhere cannot leave it half-changed, so poison means nothing here.
+    /// Returns the slot. A panic cannot leave it half-changed, so a poisoned lock is ignored.
     fn lock(&self) -> MutexGuard<'_, Slot<Q>> {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl<Q: Query> Lane<Q> {
-    /// A lane on which nothing has been asked.
+    /// Creates a lane without questions.
     pub fn new(notify: &Notify) -> Self {
         Self {
             notify: Arc::clone(notify),
@@ -179,7 +179,7 @@ impl<Q: Query> Lane<Q> {
         }
     }
 
-    /// Asks, unless this is what was asked last; an answer to a question that is not akin goes.
+    /// Asks a question, unless it was the last one. The shown answer is removed if it is not related to the question.
     pub fn ask(&mut self, question: Q) {
         if let Some(asked) = &self.asked {
             if *asked == question {
@@ -192,10 +192,10 @@ impl<Q: Query> Lane<Q> {
         self.ask_again(question);
     }
 
-    /// Asks, whatever was asked before; what waits goes.
+    /// Asks a question even if it was the last one. A waiting question is removed.
     ///
     /// # Panics
-    /// If the system gives no thread.
+    /// If the system cannot start a thread.
     pub fn ask_again(&mut self, question: Q) {
         log::debug!("asked: {}", question.title());
         self.problem = None;
@@ -225,19 +225,19 @@ impl<Q: Query> Lane<Q> {
         }
     }
 
-    /// Takes an answer that was found elsewhere, as if the question had been asked here.
+    /// Takes an answer that was computed elsewhere.
     pub fn put(&mut self, question: Q, answer: Q::Answer) {
         self.forget();
         self.asked = Some(question.clone());
         self.shown = Some(Shown { question, answer, is_whole: true });
     }
 
-    /// Why the newest question has no answer.
+    /// Returns the reason why the newest question failed.
     pub fn problem(&self) -> Option<&str> {
         self.problem.as_deref()
     }
 
-    /// What was heard when it was looked at last, in order.
+    /// Returns the events at the last look, in order.
     pub fn happened(&self) -> &[LaneEvent] {
         &self.happened
     }
@@ -276,35 +276,35 @@ impl<Q: Query> Lane<Q> {
         })
     }
 
-    /// What was asked last.
+    /// Returns the last question.
     pub fn asked(&self) -> Option<&Q> {
         self.asked.as_ref()
     }
 
-    /// The newest answer that there is, whole or in part.
+    /// Returns the newest answer, complete or in part.
     pub fn answer(&self) -> Option<&Q::Answer> {
         self.shown.as_ref().map(|shown| &shown.answer)
     }
 
-    /// The question that [`Self::answer`] is of.
+    /// Returns the question of [`Self::answer`].
     pub fn answered(&self) -> Option<&Q> {
         self.shown.as_ref().map(|shown| &shown.question)
     }
 
-    /// The newest whole answer with its question.
+    /// Returns the newest complete answer with its question.
     pub fn whole(&self) -> Option<(&Q, &Q::Answer)> {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let whole = shown.or(self.before.as_ref())?;
         Some((&whole.question, &whole.answer))
     }
 
-    /// The answer, if it is whole; it is nowhere else then.
+    /// Removes and returns the answer, if it is complete.
     pub fn take_whole(&mut self) -> Option<Q::Answer> {
         let shown = self.shown.take_if(|shown| shown.is_whole)?;
         Some(shown.answer)
     }
 
-    /// Whether the answer that is shown is whole, and of the newest question.
+    /// Returns true if the shown answer is complete and belongs to the newest question.
     pub fn is_current(&self) -> bool {
         let shown = self.shown.as_ref().filter(|shown| shown.is_whole);
         let both = shown.zip(self.asked.as_ref());
@@ -365,7 +365,7 @@ impl<Q: Query> Drop for Lane<Q> {
     }
 }
 
-/// Gives back the memory of what is not needed any more, elsewhere: for gigabytes the window would stand still.
+/// Frees memory on another thread, because gigabytes would block the window.
 fn let_go(answer: impl Send + 'static) {
     rayon::spawn(|| drop(answer));
 }
@@ -392,7 +392,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
         };
         let reply = |news| {
             let question = question.clone();
-            // Nobody listens any more when the window has closed.
+            // The receiver is gone after the window has closed.
             let _ = replies.send(Reply { number, question, news });
         };
         let told = Mutex::new(None::<Instant>);
@@ -412,7 +412,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             cache = Q::Cache::default();
             Err(Unanswered::Because(panicked.to_string()))
         });
-        // In this order, so that whoever finds the lane idle also finds the answer.
+        // In this order, so that the answer can be taken once the lane is idle.
         reply(Payload::End(found));
         let ended = shared.lock().running.take();
         if let Some(Running { title, since, .. }) = ended {
@@ -457,7 +457,8 @@ mod tests {
         }
     }
 
-    /// A lane, what makes questions for it, what has started, and what opens the gate.
+    /// Returns a lane, a function that creates questions, a receiver of started questions, and a sender that opens the
+    /// gate.
     fn lane() -> (Lane<Gated>, impl Fn(u32) -> Gated, Receiver<u32>, Sender<()>) {
         let (start, started) = channel();
         let (open, gate) = channel();
@@ -542,7 +543,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_forgotten_is_not_answered_any_more() {
+    fn forgotten_questions_are_not_answered() {
         let (mut lane, question, _started, open) = lane();
         open.send(()).unwrap();
         lane.ask(question(1));

@@ -1,8 +1,8 @@
-//! Autosave: what is not saved is written down by a thread with a clock of its own, so that a crash costs half a minute at most, and no
-//! training. The thread also runs while the window is covered or minimised and draws nothing.
+//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. It
+//! also runs while the window is hidden and draws nothing.
 //!
-//! Each window has a file of its own beside a lock that ends with its process: a file beside a lock that no process holds
-//! was left by a window that did not close as it should.
+//! Each window has its own file and a lock that ends with its process. A file whose lock no process holds is from a
+//! window that crashed.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -22,20 +22,20 @@ const EVERY: Duration = Duration::from_secs(30);
 /// Beginning of the names of autosaved sessions and their locks.
 const PREFIX: &str = "autosave-";
 
-/// An autosaved session of a window that did not close as it should.
+/// Autosaved session of a window that crashed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftSession {
-    /// Its file.
+    /// File of the session.
     pub path: PathBuf,
-    /// When it was written last.
+    /// Time of the last write.
     pub written: SystemTime,
-    /// How long its file is.
+    /// Length in bytes.
     pub bytes: u64,
-    /// What it holds, or why it cannot be read.
+    /// Session, or the reason why it cannot be read.
     pub session: Result<Box<Session>, String>,
 }
 
-/// The file of this window.
+/// Autosave of this window.
 #[derive(Default)]
 pub struct Recovery {
     folder: Option<PathBuf>,
@@ -47,18 +47,18 @@ pub struct Recovery {
 struct Own {
     session: PathBuf,
     lock: PathBuf,
-    /// Held as long as the process lives.
+    /// Lock that is held until the process ends.
     _held: File,
 }
 
-/// What is not saved.
+/// Unsaved state.
 #[derive(Clone, Default)]
 pub struct Unsaved {
     /// The session.
     pub session: Session,
-    /// The trained calibration that is written beside it.
+    /// Trained calibration that is written beside the session.
     pub trained: Option<Arc<Calibration>>,
-    /// The recordings that it was trained on.
+    /// Recordings of the training.
     pub of: Arc<RecordingSet>,
 }
 
@@ -81,15 +81,15 @@ pub struct Autosave(Arc<(Mutex<Desk>, Condvar)>);
 
 #[derive(Default)]
 struct Desk {
-    /// The document as the window had it last.
+    /// Newest document of the window.
     newest: Unsaved,
-    /// Whether the user has saved it.
+    /// True if the user has saved it.
     is_saved: bool,
-    /// The state that the file holds; `None` where there is no file.
+    /// State in the file; `None` without file.
     written: Option<Unsaved>,
-    /// Files of other windows that this one restored; they are removed once their content is written or saved here.
+    /// Restored files of other windows. They are removed once their content is written or saved here.
     restored: Vec<PathBuf>,
-    /// Whether the next write must not wait for its turn.
+    /// True if the next write must happen at once.
     is_urgent: bool,
     ended: bool,
 }
@@ -100,10 +100,11 @@ impl Desk {
         !self.is_saved && (!is_known || !self.restored.is_empty())
     }
 
-    /// Removes what is not needed any more: the own file, and those of other windows, once all is saved.
+    /// Removes files that are no longer needed: the own file, and restored files of other windows, once everything is
+    /// saved.
     fn tidy(&mut self, path: Option<&Path>) {
         if self.is_saved {
-            // Restored, it would go back behind what is saved.
+            // Restoring it would go back to an older state.
             if let (Some(_), Some(path)) = (self.written.take(), path) {
                 remove_pair(path);
             }
@@ -127,7 +128,7 @@ impl Autosave {
         !self.lock().is_due()
     }
 
-    /// Writes down a calibration as soon as it is trained, whether or not the window has taken it.
+    /// Writes a calibration as soon as it is trained, even if the window has not taken it.
     pub fn take_trained(
         &self,
         recordings: &Arc<RecordingSet>,
@@ -144,7 +145,7 @@ impl Autosave {
         }
     }
 
-    /// Saves what changes until the window ends.
+    /// Writes changes until the window ends.
     fn run(&self, path: &Path, every: Duration) {
         let mut last: Option<Instant> = None;
         let mut desk = self.lock();
@@ -168,7 +169,7 @@ impl Autosave {
                         desk.restored.retain(|own| !restored.contains(own));
                         drop_all(restored);
                     }
-                    // A folder that cannot be written is no error of the user's. It is tried again at the next turn.
+                    // A folder that cannot be written is not the user's error. The next turn tries again.
                     false => {
                         let waited = self.0.1.wait_timeout(desk, every);
                         desk = waited.unwrap_or_else(PoisonError::into_inner).0;
@@ -181,15 +182,15 @@ impl Autosave {
 }
 
 impl Recovery {
-    /// Takes a file in `folder`. Where the folder cannot be used, nothing is written down.
+    /// Creates the autosave in `folder`. If the folder cannot be used, nothing is written.
     pub fn begin(folder: &Path) -> Self {
         Self::begin_every(folder, EVERY)
     }
 
-    /// [`begin`](Self::begin) with this time between two autosaves.
+    /// Creates the autosave with this time between two writes.
     pub fn begin_every(folder: &Path, every: Duration) -> Self {
         let own = Own::new(folder);
-        // What a killed window was writing; nobody writes a file of its name again.
+        // Removes temporary files of a killed window, whose names are not used again.
         clean_up_in(folder);
         let autosave = Autosave::default();
         autosave.lock().is_saved = true;
@@ -200,28 +201,28 @@ impl Recovery {
         Self { folder: Some(folder.to_owned()), own, autosave, thread }
     }
 
-    /// Returns the handle that trainings report to.
+    /// Returns the handle for results of trainings.
     pub fn autosave(&self) -> Autosave {
         self.autosave.clone()
     }
 
-    /// Returns what other windows left, oldest first.
+    /// Returns the sessions of crashed windows, oldest first.
     pub fn left(&self) -> Vec<LeftSession> {
-        // What is being removed is neither listed nor offered.
+        // Files that are being removed are not listed.
         let desk = self.autosave.lock();
         let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
         left.retain(|left| !desk.restored.contains(&left.path));
         left
     }
 
-    /// Returns true if the thread has this document and this trained calibration already.
+    /// Returns true if the thread has this trained calibration and this saved state.
     pub fn has(&self, trained: Option<&Arc<Calibration>>, is_saved: bool) -> bool {
         let desk = self.autosave.lock();
         desk.is_saved == is_saved
             && desk.newest.trained.as_ref().map(Arc::as_ptr) == trained.map(Arc::as_ptr)
     }
 
-    /// Hands the document over to be written down; `is_saved` says that the user has saved it.
+    /// Gives the document to the thread. `is_saved` is true if the user has saved it.
     pub fn keep(&self, newest: Unsaved, is_saved: bool) {
         let mut desk = self.autosave.lock();
         desk.is_urgent |= newest.trained.is_some() && !newest.has_same_training(&desk.newest);
@@ -230,7 +231,7 @@ impl Recovery {
         self.autosave.wake();
     }
 
-    /// Removes these files of other windows once their content, which this window holds now, is written down or saved.
+    /// Removes these restored files of other windows once their content is written or saved here.
     pub fn take_over(&self, restored: Vec<PathBuf>) {
         if !restored.is_empty() {
             let mut desk = self.autosave.lock();
@@ -240,7 +241,7 @@ impl Recovery {
         }
     }
 
-    /// Ends the thread and removes the file: nothing needs to be recovered.
+    /// Ends the thread and removes the file.
     pub fn end(&mut self) {
         self.stop();
         if let Some(own) = self.own.take() {
@@ -258,7 +259,7 @@ impl Recovery {
     }
 }
 
-/// A window that ends without a word leaves its file.
+/// A window that ends without [`Recovery::end`] leaves its file.
 impl Drop for Recovery {
     fn drop(&mut self) {
         self.stop();
@@ -268,7 +269,7 @@ impl Drop for Recovery {
 impl Own {
     fn new(folder: &Path) -> Option<Self> {
         fs::create_dir_all(folder).ok()?;
-        // A process may have the number of one that left its session there.
+        // A process may have the same number as one that left its session.
         for number in std::process::id().. {
             let lock = folder.join(format!("{PREFIX}{number}.lock"));
             let session = lock.with_extension("json");
@@ -280,7 +281,7 @@ impl Own {
                 created => created.ok()?,
             };
             held.lock().ok()?;
-            // Somebody may have been quicker to lock it, and took it away.
+            // Another process may have locked and removed the file first.
             if lock.exists() {
                 return Some(Self { session, lock, _held: held });
             }
@@ -289,14 +290,14 @@ impl Own {
     }
 }
 
-/// A lock that no living window holds; the lock is ours as long as it is kept.
+/// Returns the lock file if no other process holds it. The lock is held until the file is closed.
 fn free(lock: &Path) -> Option<File> {
     let file = File::open(lock).ok()?;
     file.try_lock().ok()?;
     Some(file)
 }
 
-/// Sessions that belong to no living window, oldest first. Locks without a session go.
+/// Returns the sessions of ended processes, oldest first, and removes locks without session.
 fn left_in(folder: &Path) -> Vec<LeftSession> {
     let Ok(entries) = fs::read_dir(folder) else {
         return Vec::new();
@@ -331,13 +332,13 @@ fn left_in(folder: &Path) -> Vec<LeftSession> {
     left
 }
 
-/// Takes away what another window left.
+/// Removes an autosaved session of another window.
 pub fn drop_left(session: &Path) {
     remove_pair(session);
     let _ = fs::remove_file(session.with_extension("lock"));
 }
 
-/// Removes a session and the trained calibration beside it; a file that stays does no harm.
+/// Removes a session and its trained calibration. A file that cannot be removed does no harm.
 fn remove_pair(session: &Path) {
     let _ = fs::remove_file(trained_beside(session));
     let _ = fs::remove_file(session);
@@ -352,7 +353,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_dead_window_left_is_found_and_that_of_a_living_one_is_not() {
+    fn sessions_of_crashed_windows_are_found_and_those_of_running_ones_are_not() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let mut living = Recovery::begin(folder.path());
@@ -384,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_never_writes_over_what_another_left() {
+    fn a_window_never_overwrites_the_session_of_another() {
         let folder = tempfile::tempdir().unwrap();
         let of_own_number = format!("autosave-{}.lock", std::process::id());
         let lock = folder.path().join(of_own_number);
@@ -399,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_listed_with_its_size_and_the_reason_whatever_became_of_its_lock() {
+    fn unreadable_sessions_are_listed_with_size_and_reason() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("autosave-1.json");
         fs::write(&path, "torn").unwrap();
@@ -412,7 +413,7 @@ mod tests {
         assert!(folder.path().join("other.lock").exists(), "it is not ours");
     }
 
-    /// Waits until something holds that another thread brings about.
+    /// Waits until a condition holds that another thread causes.
     #[track_caller]
     fn until(holds: impl Fn() -> bool) {
         let deadline = Instant::now() + Duration::from_secs(60);
@@ -428,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_restored_stays_until_it_is_written_down_or_saved_here() {
+    fn restored_files_stay_until_they_are_written_or_saved_here() {
         let folder = tempfile::tempdir().unwrap();
         let other = folder.path().join("autosave-1.json");
         let mut window = Recovery::begin_every(folder.path(), Duration::from_millis(5));
@@ -441,7 +442,7 @@ mod tests {
             until(|| !other.exists());
             assert_eq!(own.exists(), !is_saved);
         }
-        // Where nothing can be written, it stays, and it is tried again.
+        // If the content cannot be written, the file stays and the write is tried again.
         fs::write(&other, "{}").unwrap();
         fs::create_dir(&own).unwrap();
         window.keep(unsaved("again"), false);
@@ -454,9 +455,9 @@ mod tests {
         assert!(!own.exists());
     }
 
-    /// No frame is drawn: the thread alone takes what was trained, long before its turn.
+    /// No frame is drawn, but the thread writes the training long before the next turn.
     #[test]
-    fn what_a_hidden_window_trains_is_written_down_at_once() {
+    fn a_training_in_a_hidden_window_is_written_at_once() {
         let folder = tempfile::tempdir().unwrap();
         let mut window = Recovery::begin_every(folder.path(), Duration::from_secs(3600));
         let own = window.own.as_ref().unwrap().session.clone();

@@ -1,4 +1,4 @@
-//! What can be written into a file, and writing it.
+//! Content of files, and writing it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,12 +20,12 @@ use crate::questions::{Request, TraceSet, handed_over, intervals_on_screen};
 use crate::recording::RecordingSet;
 use crate::report::Table;
 
-/// What is to be written into a file; where there is a choice, the ending of its name says how.
+/// Content of a file. If there are several formats, the ending of the file name selects one.
 #[derive(Clone, Debug)]
 pub enum FileContent {
-    /// A calibration, with the request that it answers where it was fitted.
+    /// Calibration, with the request of the fit if it was fitted here.
     Calibration(Arc<Calibration>, Option<Box<Request>>),
-    /// A report on what is asked for, with the notes.
+    /// Report on a request, with the notes.
     Report(Box<ReportRequest>),
     /// Loads and errors over time.
     Traces(Box<TracesToWrite>),
@@ -33,49 +33,49 @@ pub enum FileContent {
     Models(Box<Table>),
     /// The metrology table as CSV.
     Metrology(Arc<Metrology>),
-    /// The map of thresholds with its curves.
+    /// Map of thresholds with its curves.
     Thresholds(Arc<ThresholdMap>, Measure),
-    /// A session, with the document that it holds, and the trained calibration that is written beside it.
+    /// Session, with its document, and the trained calibration beside it.
     Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
-    /// A finished file, such as a figure.
+    /// Complete file, such as a figure.
     Bytes(Arc<[u8]>),
 }
 
-/// The traces on screen, and what they are made of.
+/// Traces that are shown, and the data for them.
 #[derive(Clone, Debug)]
 pub struct TracesToWrite {
-    /// What makes loads of the gauges.
+    /// Calibration of the loads.
     pub calibration: Arc<Calibration>,
     /// The recordings.
     pub recordings: Arc<RecordingSet>,
-    /// Every so many-th sample is used.
+    /// Decimation: every n-th sample is used.
     pub decimation: usize,
     /// The traces.
     pub traces: Arc<TraceSet>,
-    /// The interval of their time that is written; `None`: all.
+    /// Interval of time that is written; `None` for all.
     pub visible: Option<(f64, f64)>,
 }
 
-/// What to do with a file that is there already.
+/// Treatment of an existing file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// Ask before it is replaced.
+    /// Ask before replacing.
     Ask,
-    /// Replace it: somebody was asked.
+    /// Replace, because the user has confirmed.
     Replace,
 }
 
-/// Why somebody is asked before a file is written.
+/// Reason for a question before writing a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
-    /// It is there already.
+    /// The file exists.
     IsThere,
-    /// The fit that it would hold says nothing; what to do afterwards with a file that is there.
+    /// The fit is undetermined. The second value is the treatment of an existing file.
     Undetermined(Undetermined, Existing),
 }
 
 impl FileContent {
-    /// The name that is suggested for its file.
+    /// Returns the suggested file name.
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",
@@ -90,7 +90,7 @@ impl FileContent {
         }
     }
 
-    /// The formats among which its file's ending chooses, with their endings; none where there is no choice.
+    /// Returns the formats with their endings; empty if there is no choice.
     pub fn formats(&self) -> Vec<(&'static str, Vec<&'static str>)> {
         fn named<W>(all: &[FileFormat<W>]) -> Vec<(&'static str, Vec<&'static str>)> {
             all.iter().map(|own| (own.name, vec![own.ending])).collect()
@@ -106,7 +106,7 @@ impl FileContent {
         }
     }
 
-    /// What such a file leaves out of the loads that are shown, in words.
+    /// Returns a description of the parts of the loads that this format leaves out.
     pub fn caution(&self, path: &Path) -> Option<String> {
         match self {
             Self::Calibration(calibration, _) => caution(calibration, path),
@@ -114,12 +114,12 @@ impl FileContent {
         }
     }
 
-    /// Whether writing takes so long that it is shown, and can be stopped.
+    /// Returns true if writing takes so long that it is shown and can be cancelled.
     pub fn takes_long(&self) -> bool {
         matches!(self, Self::Report(..) | Self::Traces(_))
     }
 
-    /// The files that are written with one of this name.
+    /// Returns the files that are written together under this name.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match self {
             Self::Thresholds(..) => (map_format(path).write.files)(path),
@@ -127,10 +127,10 @@ impl FileContent {
         }
     }
 
-    /// Writes it, whole or not at all.
+    /// Writes the file completely or not at all.
     ///
     /// # Errors
-    /// A sentence if it cannot be written.
+    /// The reason as a sentence.
     pub fn write(&self, path: &Path, progress: &Progress) -> Result<(), String> {
         let mut files = Together::default();
         let written: Result<(), WriteError> = match self {

@@ -1,6 +1,6 @@
-//! A session: which files were open, what they are for, and how everything was set; recordings and results stay where they are.
+//! Session: open files, their roles, and all settings. Recordings and results are not in the session file.
 //!
-//! Guarantees: what is written reads back the same; parts that a file does not name are as in a new window.
+//! Guarantees: a written session is read back equal. Parts that a file does not contain have their defaults.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,6 +22,7 @@ use crate::import::Loaded;
 use crate::progress::Progress;
 use crate::questions::View;
 use crate::questions::metrology::MetrologySettings;
+use crate::recording::simulated::Late;
 use crate::recording::{
     Axis, GaugeRange, Identity, Recording, RecordingSet, Source, Tare, ValidRange,
 };
@@ -30,39 +31,42 @@ use crate::small_file::read_small;
 
 const FORMAT: &str = "loopscope session";
 const VERSION: u32 = 1;
-/// Ending of the trained calibration beside a session.
+/// Ending of the file of the trained calibration beside a session.
 const TRAINED: &str = "trained.json";
-/// Maximum length of a session's file.
+/// Maximum size of a session file in bytes.
 const BYTES_LIMIT: u64 = 64 << 20;
 
-/// What a session's file holds.
+/// Content of a session file.
 ///
 /// | part | meaning |
 /// |---|---|
 /// | `notes` | free text |
-/// | `identity` | which sensor it is, who calibrates it, when, and against what |
-/// | `built_in` | whether the built-in sensor was open; then there are no files |
-/// | `files` | the recordings' files, in the order of opening |
-/// | `cut` | recordings are cut in time: this first share trains |
-/// | `calibration` | the file of a calibration that is applied instead of fitted |
-/// | `settings` | the choices of the fit |
-/// | `measuring` | how loops, dwells and figures are measured |
-/// | `gauge_range` | the least and the greatest value that a gauge can have, where somebody said so; a list of them has one for each |
-/// | `on_screen` | the name of the recording on screen; absent: all of them |
-/// | `hidden_axes` | axes that are not shown |
-/// | `layout` | where the panes stand |
-/// | `trained` | file of the trained calibration beside the session, where the settings ask for a training |
+/// | `identity` | identity of the sensor, and date, operator and reference of the calibration |
+/// | `built_in` | whether the built-in sensor was open; there are no files then |
+/// | `built_in_lag` | built-in set that distinguishes lag from hysteresis: `lag`, `hysteresis` or `both` |
+/// | `files` | files of the recordings, in the order of opening |
+/// | `cut` | first share of each recording that trains, if recordings are split in time |
+/// | `calibration` | file of a calibration that is applied instead of a fit |
+/// | `settings` | settings of the fit |
+/// | `measuring` | settings for loops, dwells and metrology |
+/// | `gauge_range` | minimum and maximum reading of the gauges if entered, for all gauges or a list for each |
+/// | `on_screen` | name of the shown recording; absent for all |
+/// | `hidden_axes` | axes that are hidden |
+/// | `layout` | layout of the panes |
+/// | `trained` | file of the trained calibration beside the session, if the settings have a network or kernel |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Session {
     pub format: String,
     pub version: u32,
-    /// The program that wrote it.
+    /// Program that wrote the file.
     pub program: String,
     pub notes: String,
     #[serde(skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
     pub built_in: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub built_in_lag: Option<Late>,
     pub files: Vec<SessionFile>,
     pub cut: Option<f64>,
     pub calibration: Option<PathBuf>,
@@ -77,23 +81,21 @@ pub struct Session {
     pub trained: Option<PathBuf>,
 }
 
-/// Why a file is no session.
+/// Reason why a file is not a session.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    #[error(
-        "the session is cut off in line {line}; open a copy of it, or save it again from the window that wrote it"
-    )]
+    #[error("the session is cut off in line {line}; open a copy, or save the session again")]
     CutOff { line: usize },
     #[error("not a session: {0}")]
     Json(serde_json::Error),
     #[error(
-        "a session of version {found}, where this program knows up to {VERSION}; open it with a newer one"
+        "the session has version {found}, but this program reads versions up to {VERSION}; open it with a newer program"
     )]
     Version { found: u32 },
 }
 
 impl Session {
-    /// Returns true if a text is that of a session, be it cut off.
+    /// Returns true if a text is a session, even if it is cut off.
     pub fn is_one(text: &[u8]) -> bool {
         #[derive(Deserialize)]
         struct Start {
@@ -107,10 +109,10 @@ impl Session {
             || serde_json::from_slice::<Start>(text).is_ok_and(|start| start.format == FORMAT)
     }
 
-    /// Understands a session's text.
+    /// Reads the text of a session.
     ///
     /// # Errors
-    /// [`SessionError`] if it is no session, or of a version that is not known yet.
+    /// [`SessionError`] if it is not a session, or has an unknown version.
     pub fn from_json(text: &[u8]) -> Result<Self, SessionError> {
         let session: Self = serde_json::from_slice(text).map_err(|error| match error.is_eof() {
             true if Self::is_one(text) => SessionError::CutOff { line: error.line() },
@@ -122,7 +124,7 @@ impl Session {
         Ok(session)
     }
 
-    /// The session as JSON for a file in `folder`: paths below it are written as seen from there.
+    /// Returns the session as JSON for a file in `folder`. Paths below the folder are written as relative paths.
     pub fn to_json(&self, folder: &Path) -> Vec<u8> {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -137,32 +139,32 @@ impl Session {
     }
 }
 
-/// A file of a session with what became of it.
+/// File of a session and its content.
 #[derive(Clone, Debug)]
 pub struct SessionPart {
-    /// As the session has it; [`SessionFile::absolute`] is where it was found.
+    /// Entry in the session; [`SessionFile::absolute`] is the place where the file was found.
     pub file: SessionFile,
-    /// What it held; `None` where it is not there.
+    /// Content, or `None` if the file is missing.
     pub loaded: Option<Result<Loaded, String>>,
-    /// Whether it is another file than it was.
+    /// True if the file differs from the saved one.
     pub changed: bool,
 }
 
-/// A session that was read, with its files.
+/// Session that was read, with its files.
 #[derive(Clone, Debug)]
 pub struct OpenedSession {
     /// The session.
     pub session: Session,
-    /// Its files.
+    /// Files of the session.
     pub parts: Vec<SessionPart>,
-    /// The calibration that it applies.
+    /// Calibration that the session applies.
     pub calibration: Option<Result<FromFile, String>>,
-    /// The trained calibration beside it.
+    /// Trained calibration beside the session.
     pub trained: Option<Result<Arc<Calibration>, String>>,
 }
 
 impl Session {
-    /// What there is to save; `layout` says where the panes stand.
+    /// Returns the session of a document. `layout` is the layout of the panes.
     pub fn of(project: &Project, layout: Option<serde_json::Value>) -> Self {
         let whole = project.split.as_ref().map(|split| &split.whole);
         let whole = whole.unwrap_or(&project.recordings);
@@ -203,7 +205,7 @@ impl Session {
             }
             files[at].roles.insert(name, entry.role);
         }
-        // Whoever opens it again is asked for them again.
+        // Missing files stay in the session and are asked for again.
         files.extend(project.lost.iter().cloned());
         let on_screen = match project.view {
             View::One(at) => project.recordings.entries().get(at),
@@ -216,6 +218,7 @@ impl Session {
             notes: project.notes.clone(),
             identity: project.identity.clone(),
             built_in: project.recordings.is_simulated(),
+            built_in_lag: Late::of(&project.recordings),
             files,
             cut: project.split.as_ref().map(|split| split.fraction),
             calibration: project.applied.as_ref().map(|own| own.path.clone()),
@@ -229,7 +232,7 @@ impl Session {
         }
     }
 
-    /// The session with what its files hold now; a file that cannot be read stays as it was known.
+    /// Returns the session with hashes of its files. Files that cannot be read keep their old hashes.
     pub fn with_hashes(&self) -> Self {
         let mut session = self.clone();
         for file in &mut session.files {
@@ -241,23 +244,23 @@ impl Session {
         session
     }
 
-    /// Reads a session's file, and none of those that it names.
+    /// Reads a session file, but not the files in it.
     ///
     /// # Errors
-    /// A sentence if it cannot be read, or is no session.
+    /// The reason as a sentence.
     pub fn read(path: &Path) -> Result<Self, String> {
         let text = text_of(path).map_err(|error| error.to_string())?;
         Self::from_json(&text).map_err(|error| error.to_string())
     }
 
-    /// Whether a file is a session.
+    /// Returns true if a file is a session.
     pub fn is_at(path: &Path) -> bool {
         text_of(path).is_ok_and(|text| Self::is_one(&text))
     }
 }
 
-/// Where a file is that a session in `folder` names: if no longer there, in the folder as it stood in one above it, so that a session
-/// can move with what it is of.
+/// Returns the path of a file in a session from `folder`. If the file is missing, it is searched relative to the
+/// folders above, so that a session can be moved with its files.
 fn found_again(path: &Path, folder: &Path) -> PathBuf {
     let there = folder.join(path);
     let moved = path.ancestors().skip(1).collect::<Vec<_>>().into_iter().rev();
@@ -274,10 +277,10 @@ pub fn trained_beside(session: &Path) -> PathBuf {
     session.with_extension(TRAINED)
 }
 
-/// Writes a session, and the calibration that was trained on these recordings beside it; both or neither.
+/// Writes a session, and beside it the calibration trained on these recordings: both or neither.
 ///
 /// # Errors
-/// [`WriteError`] if one of them cannot be written.
+/// [`WriteError`] if a file cannot be written.
 pub fn write_session(
     session: &Session,
     trained: Option<&Calibration>,
@@ -289,7 +292,7 @@ pub fn write_session(
     let mut session = session.clone();
     session.trained = trained.and_then(|_| Some(beside.file_name()?.into()));
     if let Some(trained) = trained {
-        // One that came with a session keeps its sources, some of which may be missing now.
+        // A calibration that came with a session keeps its sources, because some may be missing now.
         let own = match trained.sources.is_empty() {
             true => &with_sources(trained, recordings),
             false => trained,
@@ -301,14 +304,14 @@ pub fn write_session(
     files.finish()
 }
 
-/// Checks that a calibration was trained on these recordings in these roles, by names and by what their files hold.
+/// Checks by names and file content that a calibration was trained on these recordings with these roles.
 ///
 /// # Errors
-/// A sentence that says what is different.
+/// The difference as a sentence.
 pub fn prove_trained(trained: &Calibration, recordings: &RecordingSet) -> Result<(), String> {
     let layout = recordings.layout();
     if trained.gauges != layout.gauge_names || trained.axes != layout.axes {
-        return Err("The trained calibration beside the session is not used: it is of other gauges or axes. Train again".to_owned());
+        return Err("The trained calibration beside the session is not used: it has other gauges or axes. Train again".to_owned());
     }
     let now = with_sources(trained, recordings).sources;
     let then = &trained.sources;
@@ -328,10 +331,10 @@ fn text_of(path: &Path) -> io::Result<Vec<u8>> {
 }
 
 impl OpenedSession {
-    /// Reads a session, and the files that it names where they are still to be found.
+    /// Reads a session and its files, as far as they are found.
     ///
     /// # Errors
-    /// A sentence if there is no session; a file of it that cannot be read is a part without recordings.
+    /// The reason as a sentence. A file that cannot be read is a part without recordings.
     pub fn read(path: &Path, progress: &Progress) -> Result<Self, String> {
         let session = Session::read(path);
         let session = session.map_err(|error| format!("{}: {error}", path.display()))?;
@@ -356,7 +359,7 @@ impl OpenedSession {
         Ok(Self { parts: parts.collect(), calibration, trained, session })
     }
 
-    /// The document that it holds, and what there is to say of its files.
+    /// Returns the document of the session, and notices about its files.
     pub fn into_project(self) -> (Project, Vec<Notice>) {
         let session = self.session;
         let mut project = Project {
@@ -371,7 +374,7 @@ impl OpenedSession {
         let mut notices = add_parts(&mut project, self.parts);
         let mut say = |level, text: String| notices.push(Notice::new(level, text));
         match session.cut {
-            // Those that are found will be split so.
+            // Files that are found later will be split in the same way.
             Some(fraction) if project.recordings.entries().is_empty() => {
                 let whole = Arc::clone(&project.recordings);
                 project.split = Some(Split { whole, fraction });
@@ -396,8 +399,7 @@ impl OpenedSession {
     }
 }
 
-/// Adds files of a session to a document, with what the session says of them; what is loaded does not choose the settings
-/// anew. What there is to say of them comes back.
+/// Adds files of a session to a document with their roles and groups, and returns notices. The settings do not change.
 pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> {
     let mut notices = Vec::new();
     let mut say = |level, text: String| notices.push(Notice::new(level, text));
@@ -405,7 +407,7 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
     for SessionPart { file, loaded, changed } in parts {
         let found = file.absolute.clone();
         if changed {
-            let text = "not the file that the session was saved with";
+            let text = "the file has changed since the session was saved";
             say(Level::Warning, format!("{}: {text}", found.display()));
         }
         match loaded {
@@ -426,7 +428,7 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
         return notices;
     }
     let fraction = project.split.as_ref().map(|split| split.fraction);
-    // The whole recordings are what others are added to.
+    // Recordings must be added before the split.
     let mut failed = project.edit(Edit::Unsplit).err();
     let (settings, measuring) = (project.settings.clone(), project.measuring.clone());
     let file_of = |recording: &Recording| match recording.source() {
@@ -466,7 +468,7 @@ pub fn add_parts(project: &mut Project, parts: Vec<SessionPart>) -> Vec<Notice> 
 }
 
 impl SessionPart {
-    /// One file: beside the session if it is there, else where it was.
+    /// Reads one file from its path relative to the session, or else from its absolute path.
     fn read(file: &SessionFile, folder: &Path, progress: &Progress) -> Self {
         let candidates = [folder.join(&file.path), file.absolute.clone()];
         match candidates.into_iter().find(|path| path.is_file()) {
@@ -475,7 +477,7 @@ impl SessionPart {
         }
     }
 
-    /// One file, which is here now.
+    /// Reads one file from a new path.
     pub fn at(file: &SessionFile, found: PathBuf, progress: &Progress) -> Self {
         let loaded = import::read(&found, file.columns.as_ref(), &[], progress);
         let loaded = loaded.map_err(|error| error.text(Face::Window));
@@ -487,7 +489,7 @@ impl SessionPart {
     }
 }
 
-/// The recordings tared, and without what was left out of them, as they were when the session was saved.
+/// Returns the recordings tared and without faulty samples, as when the session was saved.
 fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let tared = |recording: Recording, tare: Option<Tare>| match tare {
         Some(tare) if recording.tare() != Some(tare) => {
@@ -504,7 +506,7 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     let as_judged = as_judged.collect::<Result<Vec<_>, _>>()?;
     let all: Vec<&Recording> = as_judged.iter().collect();
     let mut recordings = Vec::new();
-    // What they were judged by is the same for all but a few.
+    // Most recordings were judged by the same settings.
     let ranges = file.left_out.values().map(|judged| &judged.range);
     let mut ranges: Vec<&ValidRange> = ranges.collect();
     ranges.dedup();
@@ -524,7 +526,7 @@ fn as_saved(mut loaded: Loaded, file: &SessionFile) -> Result<Loaded, String> {
     Ok(loaded)
 }
 
-/// Whether the file holds something else than when the session was saved.
+/// Returns true if the content of the file differs from that in the session.
 pub fn is_another(file: &SessionFile, found: &Path) -> bool {
     let bytes = fs::metadata(found).ok().map(|metadata| metadata.len());
     let other_length = file.bytes.is_some() && bytes.is_some() && file.bytes != bytes;
@@ -553,7 +555,7 @@ mod tests {
         names.iter().map(named).collect()
     }
 
-    /// The document as it comes back from a session's text, every recording found, without a word.
+    /// Returns the document read from a session's text. All recordings are found, without notices.
     fn reopened(text: &[u8]) -> Project {
         let session = Session::from_json(text).unwrap();
         let parts = session.files.iter().map(|file| {
@@ -638,7 +640,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_that_is_gone_or_cannot_be_read_is_told_and_the_rest_comes_back() {
+    fn missing_and_unreadable_files_are_reported_and_the_rest_is_restored() {
         let mut project = Project::default();
         for path in ["/data/a.csv", "/data/b.csv", "/data/c.csv"] {
             add(&mut project, path, &["S1"], &[Axis::Fz]);
@@ -674,7 +676,7 @@ mod tests {
     }
 
     #[test]
-    fn older_sessions_load_and_newer_ones_say_so() {
+    fn older_sessions_load_and_newer_ones_are_refused() {
         let old = br#"{"format": "loopscope session", "version": 1, "files": [{"path": "a.csv"}]}"#;
         assert!(Session::is_one(old));
         let session = Session::from_json(old).unwrap();

@@ -1,4 +1,4 @@
-//! What is done once beside the window: reading and writing files, and what changes recordings.
+//! Background tasks that run once: reading and writing files, and changing recordings.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,46 +17,47 @@ use crate::import::pose::WeightEstimate;
 use crate::progress::Progress;
 use crate::questions::Model;
 use crate::questions::question::{Answered, Query, Work};
+use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
 
-/// Something to do.
+/// A background task.
 #[derive(Clone)]
 pub struct Task {
     title: String,
-    /// Whether it can be seen, and stopped.
+    /// True if the task is shown and can be cancelled.
     pub is_seen: bool,
     run: Arc<Run>,
 }
 
 type Run = dyn Fn(&Progress) -> Answered<Task> + Send + Sync;
 
-/// What came of it.
+/// Result of a task.
 #[derive(Debug)]
 pub enum Done {
-    /// The files that were read.
+    /// Files that were read.
     Opened(Vec<OpenedFile>),
-    /// The recordings of before, and those of now: tared, or without what is faulty.
+    /// Recordings before and after a change: tared, or without faulty samples.
     Changed(Arc<RecordingSet>, Result<RecordingSet, String>),
-    /// The recordings that they were to replace, and the built-in ones.
+    /// Recordings to be replaced, and the built-in recordings.
     Simulated(Arc<RecordingSet>, RecordingSet),
-    /// The file was written, or could not be.
+    /// Written file, or the reason why it could not be written.
     Written(FileContent, PathBuf, Result<(), String>),
-    /// The file is there already, and nobody was asked.
+    /// File that already exists, for a question to the user.
     IsThere(FileContent, PathBuf),
-    /// The map was read.
+    /// Column map that was read.
     Map(Result<Box<ColumnMap>, String>),
-    /// The weight was found in this file.
+    /// Weight that was estimated from a file.
     Weight(PathBuf, Result<Box<WeightEstimate>, String>),
-    /// The session was read.
+    /// Session that was read.
     Restored(PathBuf, Result<Box<OpenedSession>, String>),
-    /// Of the session's files those that were found at this place, each beside what was known of it.
+    /// Missing files of the session that were found at this place, each with its entry in the session.
     Located(PathBuf, Vec<(SessionFile, SessionPart)>),
-    /// The session's trained calibration with the recordings, or why it is not of them.
+    /// Trained calibration of the session with its recordings, or the reason why they do not match.
     Proven(Arc<Calibration>, Arc<RecordingSet>, Result<(), String>),
-    /// The model of these recordings is there.
+    /// Model of these recordings to be listed.
     Kept(Arc<RecordingSet>, Box<Model>),
-    /// The model of the settings of now, of these recordings.
+    /// Model of the present settings, for these recordings.
     Present(Arc<RecordingSet>, Box<Model>),
 }
 
@@ -68,7 +69,7 @@ impl Task {
         Self { title: title.into(), is_seen: true, run: Arc::new(run) }
     }
 
-    /// Reads these files, each by its map if it has one, or else by a remembered map of files like it.
+    /// Reads files, each by its map or by a remembered map of similar files.
     pub fn open(files: Vec<(PathBuf, Option<ColumnMap>)>, remembered: Vec<ColumnMap>) -> Self {
         let title = match &files[..] {
             [(one, _)] => format!("Reading {}", file_name(one)),
@@ -77,7 +78,7 @@ impl Task {
         Self::new(title, move |progress| Ok(Done::Opened(open_all(&files, &remembered, progress))))
     }
 
-    /// Tares some of these recordings.
+    /// Tares some of the recordings.
     pub fn tare(recordings: Arc<RecordingSet>, which: Vec<usize>, tare: Tare) -> Self {
         Self::new("Taring", move |_| {
             let tared = tared(&recordings, &which, tare);
@@ -85,7 +86,7 @@ impl Task {
         })
     }
 
-    /// Leaves what is faulty by this range out of these recordings.
+    /// Leaves out the samples that are faulty by this range.
     pub fn leave_out(recordings: Arc<RecordingSet>, range: ValidRange) -> Self {
         Self::new("Leaving out faulty samples", move |_| {
             let rest = left_out(&recordings, &range);
@@ -93,17 +94,20 @@ impl Task {
         })
     }
 
-    /// Makes the built-in recordings, to stand in the place of these.
-    pub fn simulate(replaced: Arc<RecordingSet>) -> Self {
+    /// Simulates the built-in recordings, which replace these.
+    pub fn simulate(replaced: Arc<RecordingSet>, late: Option<Late>) -> Self {
         Self::new("Simulating the built-in sensor", move |progress| {
-            let made = simulated::demonstration(simulated::DEFAULT_SEED);
+            let made = match late {
+                Some(late) => simulated::late_set(simulated::DEFAULT_SEED, late),
+                None => simulated::demonstration(simulated::DEFAULT_SEED),
+            };
             progress.check()?;
             Ok(Done::Simulated(Arc::clone(&replaced), made))
         })
     }
 
-    /// Writes a file; the inputs must not be written over. One that is soon written ends by itself, so that none is left half
-    /// written.
+    /// Writes a file, which must not be one of `inputs`. A short write is not cancelled, so that no file is left
+    /// incomplete.
     pub fn write(
         content: FileContent,
         path: PathBuf,
@@ -132,7 +136,7 @@ impl Task {
         })
     }
 
-    /// Finds the weight in a file by this map.
+    /// Estimates the weight from a file read by this map.
     pub fn find_weight(path: PathBuf, map: ColumnMap) -> Self {
         Self::new("Finding the weight", move |progress| {
             let found = import::estimate_weight(&path, &map, progress).map(Box::new);
@@ -141,7 +145,7 @@ impl Task {
         })
     }
 
-    /// Reads this autosaved session.
+    /// Reads an autosaved session.
     pub fn restore(path: PathBuf) -> Self {
         Self::new("Restoring", move |progress| {
             let opened = OpenedSession::read(&path, progress).map(Box::new);
@@ -150,7 +154,7 @@ impl Task {
         })
     }
 
-    /// Finds these files of the session, of which `place` is one or the folder that they are in, and reads them; others are open.
+    /// Finds and reads missing files of the session. `place` is one of them or their folder; `others` are already open.
     pub fn locate(lost: Vec<SessionFile>, place: PathBuf, others: Vec<PathBuf>) -> Self {
         Self::new("Finding the session's files", move |progress| {
             let found = find(&lost, &place, &others).into_iter();
@@ -164,7 +168,7 @@ impl Task {
         })
     }
 
-    /// Checks that a session's trained calibration is of these recordings.
+    /// Checks that the trained calibration of a session belongs to these recordings.
     pub fn prove(recordings: Arc<RecordingSet>, trained: Arc<Calibration>) -> Self {
         Self::new("Checking the trained calibration", move |_| {
             let proven = prove_trained(&trained, &recordings);
@@ -172,7 +176,7 @@ impl Task {
         })
     }
 
-    /// Finds out what a calibration of these recordings costs, to list it with these settings.
+    /// Measures the cost of a calibration of these recordings, to list it with these settings.
     pub fn keep(
         recordings: Arc<RecordingSet>,
         settings: FitSettings,
@@ -184,7 +188,7 @@ impl Task {
         })
     }
 
-    /// Finds out what the calibration of the settings of now costs; nobody waits for it.
+    /// Measures the cost of the calibration with the present settings, to list it. The task is not shown.
     pub fn list_present(
         recordings: Arc<RecordingSet>,
         settings: FitSettings,
@@ -198,7 +202,7 @@ impl Task {
     }
 }
 
-/// Each is done once, whatever was done before.
+/// Two tasks are never equal, so each runs once.
 impl PartialEq for Task {
     fn eq(&self, _: &Self) -> bool {
         false
@@ -218,7 +222,7 @@ impl Query for Task {
     }
 }
 
-/// The recordings, some of them tared; all or none.
+/// Returns the recordings with some of them tared; all or none.
 fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<RecordingSet, String> {
     let mut set = recordings.clone();
     for at in which {
@@ -231,7 +235,7 @@ fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<Recor
     Ok(set)
 }
 
-/// The recordings without what is faulty in them; a recording of which nothing remains is not there any more.
+/// Returns the recordings without faulty samples. A recording without remaining samples is removed.
 fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, String> {
     let mut set = RecordingSet::default();
     let all: Vec<&Recording> = recordings.entries().iter().map(|entry| &*entry.recording).collect();

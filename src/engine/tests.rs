@@ -35,6 +35,7 @@ use crate::questions::question::Query;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{Analysis, View, analyse};
+use crate::recording::simulated::Late;
 use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Source, Tare};
 
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
@@ -351,7 +352,7 @@ fn a_calibration_opened_before_the_built_in_sensor_is_ready_is_applied_to_it() {
 #[test]
 fn the_built_in_sensor_is_made_when_it_is_asked_for() {
     let mut engine = engine();
-    engine.act(Action::OpenBuiltIn);
+    engine.act(Action::OpenBuiltIn(None));
     assert!(engine.is_busy());
     settle_until(&mut engine, "the built-in sensor", |engine| {
         engine.project().recordings.is_simulated()
@@ -367,7 +368,7 @@ fn other_gauges_are_refused_and_nothing_is_lost() {
     let before = Arc::clone(&engine.project().recordings);
     let other = of_file("other", &["G1"], &FORCES);
     finish(&mut engine, Done::Opened(vec![read(other)]));
-    last_notice(&engine, Level::Error, "other: its gauges are G1");
+    last_notice(&engine, Level::Error, "other: the gauges are G1");
     assert!(Arc::ptr_eq(&engine.project().recordings, &before));
     assert!(Arc::ptr_eq(engine.analysis().unwrap(), &analysis));
     assert!(engine.is_current());
@@ -828,7 +829,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     open(&mut engine, &["c"]);
     finish(&mut engine, Done::Changed(untared, Ok(tared)));
     assert_eq!(tares(&engine), [None; 4]);
-    last_notice(&engine, Level::Warning, "Ask again");
+    last_notice(&engine, Level::Warning, "Repeat the action");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "no sample from 8 s to 9 s");
@@ -1085,7 +1086,11 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
     find_best(&mut engine);
     settle_until(&mut engine, "the next search", |engine| engine.models.row(first).is_none());
     assert_eq!(engine.models.rows[0].name, "mine");
-    let removed = engine.models.rows[1].id;
+    let conventional = |engine: &Engine| {
+        engine.models.rows.iter().find(|row| row.name == "Conventional").map(|row| row.id)
+    };
+    settle_until(&mut engine, "the first model", |engine| conventional(engine).is_some());
+    let removed = conventional(&engine).unwrap();
     engine.act(Action::Model(removed, ModelChange::Remove));
     settle(&mut engine);
     let names: Vec<&str> = engine.models.rows.iter().map(|row| &*row.name).collect();
@@ -1098,7 +1103,7 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
 fn a_search_that_cannot_begin_says_why_and_keeps_the_list() {
     let mut engine = engine_with_files();
     engine.act(Action::KeepModel);
-    last_notice(&engine, Level::Error, "nothing to keep yet");
+    last_notice(&engine, Level::Error, "no model to keep yet");
     settle(&mut engine);
     engine.act(Action::KeepModel);
     settle(&mut engine);
@@ -1266,7 +1271,7 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
     finish(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));
     engine.act(Action::Discard);
     assert_eq!(names(engine.project()), ["other"]);
-    last_notice(&engine, Level::Warning, "other: not the file that");
+    last_notice(&engine, Level::Warning, "other: the file has changed since");
     assert!(engine.analysis().is_none());
     assert_eq!(analysed(&mut engine).calibration.trained_on, ["other"]);
 }
@@ -1282,6 +1287,15 @@ fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
     assert!(engine.project().recordings.is_simulated() && !engine.is_unsaved());
     let split = engine.project().split.as_ref();
     assert_eq!(split.map(|split| split.fraction), Some(0.75));
+}
+
+#[test]
+fn a_session_of_a_set_with_a_lag_opens_that_set() {
+    let mut engine = engine();
+    engine.act(Action::OpenBuiltIn(Some(Late::Both)));
+    settle_until(&mut engine, "the set", |engine| engine.project().recordings.is_simulated());
+    let session = Session::of(engine.project(), None);
+    assert_eq!((session.built_in, session.built_in_lag), (true, Some(Late::Both)));
 }
 
 #[test]
@@ -1441,7 +1455,7 @@ fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
     assert_eq!(engine.project().lost.len(), 2);
     engine.act(Action::Locate(at("new")));
     settle(&mut engine);
-    last_notice(&engine, Level::Warning, "not the file that");
+    last_notice(&engine, Level::Warning, "the file has changed since");
     let back = engine.project();
     assert!(back.lost.is_empty());
     assert_eq!(back.settings, saved.settings);
@@ -1579,7 +1593,7 @@ fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() 
     }
     let renamed = beside.replace("\"S1\"", "\"S9\"");
     fs::write(at("s.trained.json"), renamed).unwrap();
-    check("it is of other gauges or axes");
+    check("it has other gauges or axes");
     fs::write(at("s.trained.json"), &beside).unwrap();
     fs::write(at("s.json"), session.replace("\"train\"", "\"off\"")).unwrap();
     check("a or its role has changed since");

@@ -1,4 +1,4 @@
-//! Going back and forward over the edits of a document.
+//! Undo and redo of edits of the document.
 
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
@@ -6,24 +6,25 @@ use std::sync::Arc;
 use crate::engine::project::Project;
 use crate::recording::Recording;
 
-/// More steps than this are forgotten, oldest first.
+/// Maximum number of steps; the oldest are removed.
 const MAX_STEPS: usize = 100;
-/// Recordings that only earlier steps have may hold so many numbers (2 GB); then the oldest steps are forgotten, the newest never.
+/// Maximum count of numbers (2 GB) in recordings that only earlier steps use. Beyond it the oldest steps are removed,
+/// but never the newest.
 const MAX_NUMBERS: usize = 1 << 28;
 
-/// The documents of before and after, step by step.
+/// Documents before and after the present one.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     before: VecDeque<Project>,
-    /// The last one is the next.
+    /// Redo steps; the last one is the next.
     after: Vec<Project>,
-    /// What the last step was made with.
+    /// Gesture of the last step.
     gesture: Option<u64>,
 }
 
 impl History {
-    /// Keeps what a document was before an edit. What changes with one and the same gesture, as while a slider is dragged, is
-    /// one step; what opened the first recordings is none.
+    /// Adds the document before an edit. Edits of one gesture, such as a drag of a slider, are one step. Opening the
+    /// first recordings is no step.
     pub fn step(&mut self, before: Project, now: &Project, gesture: Option<u64>) {
         if before == *now {
             return;
@@ -48,7 +49,7 @@ impl History {
         }
     }
 
-    /// How many numbers the recordings hold that are in no step but earlier ones.
+    /// Returns the count of numbers in recordings that only earlier steps use.
     fn numbers_beside(&self, now: &Project) -> usize {
         let recordings = |project: &Project| -> Vec<Arc<Recording>> {
             let whole = project.split.iter().map(|split| &split.whole);
@@ -63,17 +64,17 @@ impl History {
         other.map(|own| own.n_samples() * width(&own)).sum()
     }
 
-    /// Whether there is a step to take back.
+    /// Returns true if a step can be undone.
     pub fn can_undo(&self) -> bool {
         !self.before.is_empty()
     }
 
-    /// Whether there is a step to make again.
+    /// Returns true if a step can be redone.
     pub fn can_redo(&self) -> bool {
         !self.after.is_empty()
     }
 
-    /// Takes the last step back.
+    /// Undoes the last step.
     pub fn undo(&mut self, project: &mut Project) {
         if let Some(before) = self.before.pop_back() {
             let before = project.with_edits_of(before);
@@ -82,7 +83,7 @@ impl History {
         }
     }
 
-    /// Makes the step again that was taken back last.
+    /// Redoes the last undone step.
     pub fn redo(&mut self, project: &mut Project) {
         if let Some(after) = self.after.pop() {
             let after = project.with_edits_of(after);
@@ -106,7 +107,7 @@ mod tests {
     use crate::recording::{Axis, GaugeRange, Identity, Item, Role};
 
     #[test]
-    fn steps_that_hold_too_many_numbers_are_forgotten_but_for_the_newest() {
+    fn steps_with_too_many_numbers_are_removed_except_the_newest() {
         let (mut project, mut history) = (with_files(), History::default());
         let of_one = project.recordings.entries()[0].recording.n_samples() * 7;
         for _ in 0..4 {
@@ -122,7 +123,7 @@ mod tests {
         assert_eq!(history.before.len(), 1);
     }
 
-    /// What the engine does with an edit.
+    /// Makes an edit as the engine does.
     #[track_caller]
     fn edit(project: &mut Project, history: &mut History, edit: Edit, gesture: Option<u64>) {
         let before = project.clone();
@@ -198,7 +199,7 @@ mod tests {
         let own = with_f_th(&project, 1.5);
         edit(&mut project, &mut history, own, None);
         edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
-        // While a slider is held, too.
+        // The same while a slider is dragged.
         let own = with_f_th(&project, 2.5);
         edit(&mut project, &mut history, own, Some(1));
         open(&mut project, &mut history, "b", "S1");
@@ -222,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn the_document_of_another_moment_comes_back_with_roles_cuts_and_closed_recordings() {
+    fn undo_restores_roles_splits_and_closed_recordings() {
         let (mut project, mut history) = (with_files(), History::default());
         let before = project.clone();
         edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
@@ -244,7 +245,7 @@ mod tests {
         assert_eq!(roles(&project), [Role::Train, Role::Train, Role::Test]);
     }
 
-    /// Edits that all change [`with_files`], the cut one if it takes a cut.
+    /// Returns edits that all change [`with_files`], or its split if there is one.
     fn every_edit(project: &Project) -> Vec<Edit> {
         let mut settings = project.settings.clone();
         settings.offset = false;
@@ -294,7 +295,7 @@ mod tests {
         identity
     }
 
-    /// Where an edit stands in the list of them; one that is added has to be tried as well.
+    /// Returns the index of an edit in the list. A new edit must be added to the test.
     fn place(edit: &Edit) -> usize {
         match edit {
             Edit::Settings(_) => 0,
@@ -330,7 +331,7 @@ mod tests {
         }
         for asked in edits {
             let (mut project, mut history) = (own.clone(), History::default());
-            // What can be taken away has to be there.
+            // Edits that remove something need it to exist first.
             let first = match asked {
                 Edit::Unsplit => Some(Edit::Split(0.5)),
                 Edit::Apply(None) | Edit::Compare(None) => {
@@ -359,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_edit_stays_and_the_view_names_a_recording_that_is_there() {
+    fn other_state_stays_and_the_view_shows_an_existing_recording() {
         let (mut project, mut history) = (Project::default(), History::default());
         for name in ["a", "b"] {
             open(&mut project, &mut history, name, "S1");

@@ -401,7 +401,7 @@ mod tests {
         assert_eq!(fs::read_to_string(at("new/src/a.h")).unwrap(), "a");
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
         let again = Together::default().folder(&at("new/"), content);
-        assert!(again.unwrap_err().to_string().contains("new directory"));
+        assert!(again.unwrap_err().to_string().contains("new folder"));
     }
 
     #[test]

@@ -249,7 +249,7 @@ mod tests {
         assert!(refused("\"version\": 2", "\"version\": 9").contains("version 9"));
         assert!(refused("\"N·m\"", "\"N·mm\"").contains("unit of Mx"));
         assert!(refused("\"f_th\": 3.0", "\"f_th\": -3.0").contains("F_th is -3"));
-        assert!(refused("\"f_th\": 3.0", "\"f_th\": NaN").contains("JSON"));
+        assert!(refused("\"f_th\": 3.0", "\"f_th\": NaN").contains("not a calibration file"));
         assert!(refused("\"offset\"\n    ]", "\"ofset\"\n    ]").contains("ofset"));
         assert!(refused("\"Mx\"", "\"Fz\"").contains("axes"));
         assert!(refused("12.0,", "").contains("full_scale"));

@@ -171,7 +171,7 @@ mod tests {
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);
         let said: Vec<String> = with.findings.iter().map(|own| own.text(Face::Page)).collect();
-        assert!(said.iter().any(|text| text.contains("U stands at 5")), "{said:?}");
+        assert!(said.iter().any(|text| text.contains("channel U left out")), "{said:?}");
     }
 
     /// At 30 °C the load is `(3 + 0.02 · 10) s₁ − 2 s₂ + 0.4 · 10`.
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(quality.compensated, quality.conventional);
         assert!(analysis.calibration.features.auxiliary.is_empty());
         let said: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
-        let about = said.iter().find(|text| text.contains("T stands at")).unwrap();
+        let about = said.iter().find(|text| text.contains("channel T left out")).unwrap();
         assert!(about.contains("at least 1 °C"), "{about}");
     }
 

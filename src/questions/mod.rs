@@ -16,6 +16,7 @@ pub mod page;
 pub mod question;
 pub(crate) mod request;
 pub mod thresholds;
+mod travels;
 
 pub use check::cautions::findings;
 pub use check::query::{HangingMass, sufficiency};

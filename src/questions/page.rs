@@ -396,23 +396,31 @@ impl<'a> Looker<'a> {
         }
     }
 
-    fn loops(&mut self, axis: Axis) -> Result<Result<Figure<'static>, String>, AnalysisError> {
-        let question = Question::Loops(LoopQuestion {
-            axis,
-            up: Up::Error,
-            span: Span::Of(self.of),
-            lag_removed: false,
-            frame: None,
-            pixels: LOOP_PIXELS,
-        });
-        let look = self.look(question)?;
-        Ok(look.and_then(|look| match look {
-            Look::Loops(plot) => {
-                let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
-                Ok(view.figure(&Inks::PRINT, None).into_owned())
+    /// The loops of an axis; where a lag makes much of their width, also their width by rate and the loops without the lag.
+    fn loops(&mut self, axis: Axis) -> Result<Result<Vec<Figure<'static>>, String>, AnalysisError> {
+        let mut figures = Vec::new();
+        for lag_removed in [false, true] {
+            let question = Question::Loops(LoopQuestion {
+                axis,
+                up: Up::Error,
+                span: Span::Of(self.of),
+                lag_removed,
+                frame: None,
+                pixels: LOOP_PIXELS,
+            });
+            let plot = match self.look(question)? {
+                Ok(Look::Loops(plot)) => plot,
+                Ok(_) => return Ok(Err("There are no loops.".to_owned())),
+                Err(reason) => return Ok(Err(reason)),
+            };
+            let view = LoopView::of_all(&plot, ("", ""), FiguresOf::Mean);
+            figures.push(view.figure(&Inks::PRINT, None).into_owned());
+            if !plot.lag.is_worth_removing() {
+                break;
             }
-            _ => Err("There are no loops.".to_owned()),
-        }))
+            figures.extend(view.widths_by_rate(&Inks::PRINT));
+        }
+        Ok(Ok(figures))
     }
 
     fn table(&mut self) -> Result<Result<Arc<Metrology>, String>, AnalysisError> {

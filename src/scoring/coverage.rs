@@ -1,4 +1,4 @@
-//! What loads the recordings hold: how far each axis moves, what the test asks beyond it, how many load cases there are.
+//! Loads that the recordings cover: range of each axis, test loads beyond the training range, and number of load cases.
 
 use std::collections::HashMap;
 
@@ -7,43 +7,45 @@ use crate::min_max::MinMax;
 use crate::questions::metrology::extents_of;
 use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
 
-/// A load is another one where an axis differs by this share of its range at least: noise does by less, mostly.
+/// Smallest difference of an axis, as a share of its range, between two load cases.
 const OTHER_LOAD: f64 = 0.02;
-/// Where the noise of the loads is greater, so many of its standard deviations make another load ...
+/// Smallest difference between two load cases, in standard deviations of the loads' noise.
 const NOISE_OF_LOAD: f64 = 4.0;
-/// ... up to this share of the range: loads that jump from sample to sample look like noise.
+/// Largest difference that the noise may require, as a share of the range. Loads that jump from sample to sample look like
+/// noise.
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
-/// Test loads are outside where they lie further out than this share of what the axes of one unit span.
+/// Distance beyond the training range, as a share of the span of the axes with the same unit, from which a test load is
+/// outside.
 const OUTSIDE: f64 = 0.02;
-/// Share of its samples outside the loads of the others from which a recording, or the test, is in doubt.
+/// Share of a recording's samples outside the loads of the others from which a finding is reported.
 pub const OUTSIDE_SHARE: f64 = 0.05;
 
-/// What the loads of recordings span.
+/// Loads that recordings cover.
 ///
 /// **Shapes** one entry per axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
-    /// The least and the greatest training load.
+    /// Minimum and maximum training load.
     pub trained: Vec<MinMax>,
-    /// What the test recordings ask beyond it; `None` where they do not, or there are none.
+    /// Test loads beyond the training loads; `None` if there are none.
     pub outside: Vec<Option<Outside>>,
-    /// How often the load becomes another one in the training recordings, the first of each counted.
+    /// Number of changes of the load case in the training recordings, each recording's first load included.
     pub n_moves: usize,
-    /// The different loads among them.
+    /// Number of different load cases in the training recordings.
     pub cases: LoadCases,
 }
 
-/// Test loads on one axis that no training recording holds.
+/// Test loads of one axis beyond the training loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outside {
-    /// The share of the test samples.
+    /// Share of the test samples.
     pub share: f64,
-    /// How far the farthest lies beyond the range.
+    /// Largest distance beyond the range.
     pub farthest: f64,
 }
 
 impl Coverage {
-    /// Of recordings with these axes.
+    /// Returns the coverage of recordings with these axes.
     pub fn of(entries: &[Entry], axes: &[Axis]) -> Self {
         let recordings = |role: Role| {
             let entries = entries.iter().filter(move |entry| entry.role == role);
@@ -62,7 +64,8 @@ impl Coverage {
         Self { outside: outside.collect(), trained, n_moves, cases }
     }
 
-    /// How many training loads tell of such columns: different ones, or, where the past is among them, ways to come to one.
+    /// Returns the number of training loads that determine such columns: load cases, or changes of the load case for columns
+    /// with a past.
     pub fn n_cases(&self, columns: &[Column]) -> usize {
         let is_past = |column: &Column| matches!(column, Column::Past { .. });
         match columns.iter().any(is_past) {
@@ -71,13 +74,13 @@ impl Coverage {
         }
     }
 
-    /// How far an axis moves in the training recordings.
+    /// Returns the range of an axis in the training recordings.
     pub fn span(&self, axis: usize) -> f64 {
         self.trained[axis].span()
     }
 }
 
-/// The most that an axis of this one's unit spans.
+/// Returns the largest span of the axes with this axis' unit.
 pub fn largest(axes: &[Axis], spans: &[f64], of: Axis) -> f64 {
     let all = axes.iter().zip(spans);
     let of_unit = all.filter(|(axis, _)| axis.is_force() == of.is_force());
@@ -103,21 +106,22 @@ fn outside<'a>(
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
-/// Loads that can be told apart, and which of them a load is.
+/// Load cases that can be told apart.
 ///
-/// Of two loads one is another where an axis differs by more than its tolerance, which the noise sets within bounds.
+/// Two loads are different if an axis differs by more than its tolerance, which follows from the noise within limits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadCases {
-    /// What an axis must differ by; infinite where it never moves.
+    /// Tolerance of each axis; infinite for an axis that never moves.
     tolerances: Vec<f64>,
     /// One load of each case, `n_cases × n_axes` row-major.
     loads: Vec<f64>,
-    /// The cases by where they stand on the first axes that move.
+    /// Index of the cases by their cells on the first axes that move.
     cells: HashMap<[i64; 2], Vec<u32>>,
 }
 
 impl LoadCases {
-    /// Those of these recordings, and how often the load becomes another one, the first of each recording counted.
+    /// Returns the load cases of these recordings, and the number of changes of the load case, each recording's first load
+    /// included.
     fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
@@ -143,24 +147,24 @@ impl LoadCases {
         (n_moves, own)
     }
 
-    /// How many there are.
+    /// Returns the number of load cases.
     pub fn len(&self) -> usize {
         self.loads.len() / self.tolerances.len().max(1)
     }
 
-    /// One load of each.
+    /// Returns one load of each case.
     pub fn loads(&self) -> impl Iterator<Item = &[f64]> {
         self.loads.chunks_exact(self.tolerances.len().max(1))
     }
 
-    /// The case that a load is nearest to; `None` where there is none.
+    /// Returns the case nearest to a load; `None` without a case.
     pub fn nearest(&self, load: &[f64]) -> Option<usize> {
         let cases = self.loads().map(|own| self.distance(load, own)).enumerate();
         let nearest = cases.min_by(|a, b| a.1.total_cmp(&b.1));
         nearest.map(|(at, _)| at)
     }
 
-    /// The largest difference on an axis over what it must differ by.
+    /// Returns the largest difference on an axis, relative to its tolerance.
     fn distance(&self, one: &[f64], other: &[f64]) -> f64 {
         let axes = one.iter().zip(other).zip(&self.tolerances);
         let shares = axes.map(|((one, other), tolerance)| (one - other).abs() / tolerance);
@@ -173,7 +177,7 @@ impl LoadCases {
         [(); 2].map(|()| moving().map_or(0, |(load, tolerance)| (load / tolerance).floor() as i64))
     }
 
-    /// Adds a load, unless it is one of those that are there.
+    /// Adds a load, unless it belongs to an existing case.
     fn take(&mut self, load: &[f64]) {
         let [a, b] = self.cell(load);
         let own = |at: u32| {

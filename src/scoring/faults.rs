@@ -1,9 +1,9 @@
-//! Samples that a sensor, its logger or its reference got wrong: clipped, stuck, dropped out, spikes, overload.
+//! Faulty samples of a sensor, its logger or its reference: clipped, stuck, dropped out, spikes, overload.
 //!
-//! What one channel should show is expected of the others: of the reference load for a gauge, of the gauges for a load, of the other
-//! gauges where there is no reference. So a sensor at rest is not taken for a clipped one, nor a blow for a spike.
+//! The expected value of a channel follows from the other channels: from the reference load for a gauge, from the gauges for
+//! a load, from the other gauges without a reference. So a sensor at rest is not taken for clipped, nor a blow for a spike.
 //!
-//! **Shapes** samples are counted in the recording that is looked at.
+//! **Shapes** samples are counted within the recording.
 
 mod fault;
 mod noisy;
@@ -20,27 +20,27 @@ use crate::scoring::faults::watched::{
 };
 use crate::scoring::quantile::quantile;
 
-/// An auxiliary channel that drops out jumps by so many times what it does on nearly all samples ...
+/// Smallest jump of an auxiliary channel that drops out, relative to nearly all of its steps.
 const AUXILIARY_JUMP: f64 = 20.0;
-/// ... and not on more than this share of the samples: then it is a switch.
+/// Largest share of samples with such jumps; a channel with more is a switch.
 const DROPOUT_SHARE: f64 = 0.05;
-/// A channel whose range is so many times its usual step carries more than noise.
+/// Smallest range of a channel with a signal, relative to its usual step.
 const SIGNAL: f64 = 20.0;
 
-/// Share by which a load may be beyond what is rated: references and masses are no better known, and ratings are round numbers.
+/// Share by which a load may exceed the rated one. References are no more accurate, and ratings are round numbers.
 const RATED_TOLERANCE: f64 = 0.02;
 
-/// What is wrong with a recording.
+/// Faults of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// Each channel's, in order of kind, channel and time.
+    /// Faults in order of kind, channel and time.
     pub found: Vec<Fault>,
-    /// Between which values each gauge is not clipped, as the logger writes them, where it is clipped.
+    /// Range of each clipped gauge, as the logger writes it.
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 
 impl Faults {
-    /// The samples that cannot be used, in order and apart. A dead channel spoils no sample.
+    /// Samples that cannot be used, as separate rising ranges. A dead channel makes no sample unusable.
     pub fn samples(&self) -> Vec<Range<usize>> {
         let spoiled = |fault: &&Fault| fault.kind != FaultKind::Dead;
         let faults = self.found.iter().filter(spoiled);
@@ -49,12 +49,12 @@ impl Faults {
         joined(ranges)
     }
 
-    /// How many samples cannot be used.
+    /// Returns the number of samples that cannot be used.
     pub fn n_samples(&self) -> usize {
         self.samples().iter().map(ExactSizeIterator::len).sum()
     }
 
-    /// Each kind in words, with how many samples and which channels: `30 saturated (S3 S4)`.
+    /// Returns each kind in words, with its samples and channels: `30 saturated (S3 S4)`.
     pub fn in_words(&self, recording: &Recording) -> Vec<String> {
         let kinds = self.found.chunk_by(|a, b| a.kind == b.kind);
         let words = kinds.map(|faults| {
@@ -79,8 +79,8 @@ impl Faults {
         words.collect()
     }
 
-    /// The recording without the samples that cannot be used: one, or more where history must not cross what is missing; none where
-    /// nothing remains.
+    /// Returns the recording without its unusable samples: one recording, several if history must not cross the missing
+    /// interval, or none if no sample remains.
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
@@ -92,7 +92,7 @@ impl Faults {
     }
 }
 
-/// What is wrong with each of these recordings. Load cases of one table are judged together: each alone says next to nothing.
+/// Returns the faults of each of these recordings. The load cases of one table are judged together.
 pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
     let mut all: Vec<Option<Faults>> = vec![None; recordings.len()];
     for at in 0..recordings.len() {
@@ -128,7 +128,7 @@ pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
     all.into_iter().flatten().collect()
 }
 
-/// What is wrong with a recording, as far as its channels and what is known of them say.
+/// Returns the faults of a recording by its channels and by the knowledge of them.
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
     let loads = (0..recording.axes().len()).map(Channel::Load);
@@ -137,9 +137,9 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let own: Vec<Own> = own.collect();
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
-    // More than noise does: then a channel of one value is no resting one.
+    // The range must exceed the noise, so that a channel with one value is not taken for a resting one.
     let something_moves = match recording.is_static() {
-        // From one load case to the next a step is no noise: they differ where a load does.
+        // Steps between load cases are no noise, because the loads differ.
         true => own.iter().any(|own| matches!(own.channel, Channel::Load(_)) && moves(&own)),
         false => own.iter().any(|own| own.span > SIGNAL * own.step),
     };
@@ -171,7 +171,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
         channel.stuck(&mut found);
         let mut in_noise = Vec::new();
-        // The order of load cases is none, so nothing jumps.
+        // Load cases have no order, so jumps mean nothing.
         if !recording.is_static() {
             channel.jumps(&mut found);
             in_noise = channel.stuck_in_noise(&found);
@@ -185,7 +185,7 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
         in_noise.extend(own_in_noise);
         unclipped.push(limits);
     }
-    // Where what says what to expect is wrong itself, it accuses nobody.
+    // A channel with faults of its own is no evidence against another channel.
     let is_sure = |fault: &Fault| {
         let others = found.iter().filter(|other| other.channel != fault.channel);
         let shared = others.map(|other| {
@@ -215,11 +215,11 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     Faults { found, unclipped }
 }
 
-/// Where a channel that nothing says what to expect of, and that changes slowly, is one other value for a while: zero, or one that comes again.
+/// Finds dropouts of a slowly changing channel without an expected value: intervals at zero or at another recurring value.
 fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
     let n = recording.n_samples();
     let value = |k: usize| channel.of(recording, k);
-    // Runs of one value; a channel that is written now and then has long ones.
+    // Runs of equal values. A channel that is updated rarely has long runs.
     let mut starts: Vec<usize> = vec![0];
     starts.extend((1..n).filter(|k| value(*k) != value(k - 1)));
     let n_runs = starts.len();
@@ -243,7 +243,7 @@ fn dropouts(recording: &Recording, channel: Channel) -> Vec<Fault> {
         !is_away(at) && !is_away(&(at - 1))
     });
     let step = median(others.map(jump));
-    // What is a step of its own resolution is rounding, or a switch.
+    // A step of the channel's resolution is rounding, or a switch.
     let far = |at: &&usize| {
         let again = || away.iter().any(|other| *other != **at && own(*other) == own(**at));
         let is_far = step.is_none_or(|step| jump(**at) > 4.0 * step);

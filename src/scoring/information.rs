@@ -1,5 +1,4 @@
-//! What data tell of coefficients, from their sums alone: which load would
-//! tell most.
+//! Information of the data about the coefficients, from the sums alone, and the loads that would add most.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
@@ -7,27 +6,27 @@ use faer::{Mat, Side};
 use crate::calibration::NormalEquations;
 use crate::dot::dot;
 
-/// Added to the diagonal of the sums over columns of unit length, so that what nothing determines stays out of sums that
-/// have an inverse otherwise: as small as what [`fit`](crate::calibration::fit) takes for explained.
+/// Added to the diagonal of the sums over columns of unit length, so that undetermined columns keep the sums invertible. It
+/// is the share below which [`fit`](crate::calibration::fit) takes a column for explained.
 const NOTHING: f64 = 1e-12;
-/// The same where loads are proposed: what nothing determines is worth about a million times what one load determines.
+/// The same for proposed loads. An undetermined coefficient counts as much as a million times the information of one load.
 const PRIOR: f64 = 1e-6;
 
-/// The sums over some columns, each scaled to unit length, taken apart.
+/// Sums over some columns, each scaled to unit length, in their principal directions.
 #[derive(Clone, Debug)]
 pub struct Information {
-    /// The columns that are not zero in every sample.
+    /// Columns that are not zero in every sample.
     columns: Vec<usize>,
-    /// One over the length of each.
+    /// Reciprocal length of each column.
     inverse_lengths: Vec<f64>,
-    /// The squares of the singular values, the least first.
+    /// Squared singular values, rising.
     squares: Vec<f64>,
-    /// The direction of each, over the columns.
+    /// Direction of each singular value, over the columns.
     directions: Vec<Vec<f64>>,
 }
 
 impl Information {
-    /// Of these columns of the sums; `None` where all are zero.
+    /// Returns these columns of the sums; `None` if all are zero.
     pub fn of(sums: &NormalEquations, columns: &[usize]) -> Option<Self> {
         let columns = sums.present_among(columns);
         let inverse_length = |column: &usize| 1.0 / sums.feature_product(*column, *column).sqrt();
@@ -50,7 +49,7 @@ impl Information {
         })
     }
 
-    /// A row of all columns as one of these, scaled.
+    /// Returns a row of all columns, reduced to these columns and scaled.
     fn scaled(&self, row: &[f64]) -> Vec<f64> {
         let columns = self.columns.iter().zip(&self.inverse_lengths);
         columns.map(|(column, factor)| row[*column] * factor).collect()
@@ -67,8 +66,8 @@ impl Information {
         solution
     }
 
-    /// Which of some rows to add to the samples, one after the other, each the one with which `log det ΣG` grows most
-    /// (D-optimal, greedily), held for as many samples as `weight` says.
+    /// Returns the rows to add to the samples, one after the other. Each is the row that increases `log det ΣG` most
+    /// (D-optimal, greedy), for a dwell of `weight` samples.
     pub fn next_best(
         &self,
         rows: &[Vec<f64>],
@@ -87,7 +86,7 @@ impl Information {
         let mut variances: Vec<f64> = rows.iter().map(variance).collect();
         let mut of_region: Vec<f64> = region.iter().map(variance).collect();
         let before: f64 = of_region.iter().sum();
-        // What each choice takes away: `weight · (uᵀx)² / (1 + weight · v)`, by Sherman and Morrison.
+        // Reduction by each choice: `weight · (uᵀx)² / (1 + weight · v)`, by Sherman and Morrison.
         let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
         let mut found = Vec::new();
         for _ in 0..count {
@@ -109,7 +108,7 @@ impl Information {
             };
             less(&mut variances, &rows);
             less(&mut of_region, &region);
-            // Each once: whoever records it again learns less than from the next.
+            // Each row is chosen once, because a repetition adds less than the next row.
             variances[at] = 0.0;
             taken.push((solved, factor));
             found.push(NextRow {
@@ -125,17 +124,17 @@ impl Information {
 /// A row that is worth adding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextRow {
-    /// Which.
+    /// Index of the row.
     pub at: usize,
-    /// By how much `log det ΣG` grows with it, those before it being there.
+    /// Increase of `log det ΣG`, given the rows before it.
     pub gain: f64,
-    /// What is left of the variance of predictions over the region, with it and those before it.
+    /// Remaining share of the prediction variance over the region, with this row and those before it.
     pub left: f64,
 }
 
-/// How many coefficients a ridge leaves free: the trace of `(G + D)⁻¹ G`.
+/// Returns the number of coefficients that a ridge leaves free: the trace of `(G + D)⁻¹ G`.
 ///
-/// **Shapes** `shares` has one share of its squared length for each column of the sums, see
+/// **Shapes** `shares` holds the ridge of each column as a share of its squared length; see
 /// [`Ridge::Shares`](crate::calibration::Ridge::Shares).
 pub fn free_coefficients(sums: &NormalEquations, shares: &[f64]) -> Option<f64> {
     let all: Vec<usize> =

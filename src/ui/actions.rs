@@ -7,6 +7,7 @@ use egui::{Key, KeyboardShortcut, Modifiers};
 
 use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
 use crate::export::{FileFormat, TRACE_FORMATS};
+use crate::recording::simulated::Late;
 use crate::recording::{Role, Tare};
 use crate::ui::command::{Command, ImageTo, Pane, PaneMove, TimeMove, Workspace};
 use crate::ui::panes;
@@ -91,7 +92,25 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             "Built-in sensor (simulated)",
             "Opens simulated recordings of a six-axis sensor to try the program on",
             None,
-            Do::OpenBuiltIn.into(),
+            Do::OpenBuiltIn(None).into(),
+        ),
+        action(
+            "Built-in: time lag",
+            "One force on two gauges behind a low-pass of 30 ms, without hysteresis: its loops look like hysteresis until the lag is removed",
+            None,
+            Do::OpenBuiltIn(Some(Late::Lag)).into(),
+        ),
+        action(
+            "Built-in: hysteresis",
+            "One force on two gauges with play of a twentieth of full scale, without a lag: its loops have the same width at every rate",
+            None,
+            Do::OpenBuiltIn(Some(Late::Hysteresis)).into(),
+        ),
+        action(
+            "Built-in: time lag and hysteresis",
+            "One force on two gauges with both: removing the lag leaves the hysteresis",
+            None,
+            Do::OpenBuiltIn(Some(Late::Both)).into(),
         ),
         action(
             "Recover sessions…",

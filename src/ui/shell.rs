@@ -68,6 +68,13 @@ pub struct Shell {
 }
 
 impl Shell {
+    /// Searches for the best thresholds whenever recordings are opened.
+    #[must_use]
+    pub fn finding_thresholds(mut self) -> Self {
+        self.engine.find_thresholds_after_opening();
+        self
+    }
+
     /// Opens `files`, or the built-in sensor if there are none.
     pub fn new(context: &egui::Context, files: Vec<PathBuf>, dialogs: Box<dyn Dialogs>) -> Self {
         let_window_go_first();
@@ -78,7 +85,7 @@ impl Shell {
         let was_given_files = !files.is_empty();
         let mut engine = Engine::new(Arc::clone(&notify));
         if files.iter().all(|path| is_calibration(path)) {
-            engine.act(Action::OpenBuiltIn);
+            engine.act(Action::OpenBuiltIn(None));
         }
         engine.act(Action::Open(files));
         Self {

@@ -72,7 +72,7 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
             let stored = creation.storage?.get_string(STORED_BEFORE)?;
             Some(Preferences::from_json(&stored))
         };
-        let shell = Shell::new(&context, files, Box::new(NativeDialogs));
+        let shell = Shell::new(&context, files, Box::new(NativeDialogs)).finding_thresholds();
         let mut shell = shell.with_preferences(kept.or_else(of_before).unwrap_or_default());
         let mut preferences = None;
         if let Some(folder) = folder {

@@ -26,7 +26,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             (
                 "Built-in sensor",
                 "A simulated six-axis sensor, to try everything on",
-                Action::OpenBuiltIn.into(),
+                Action::OpenBuiltIn(None).into(),
             ),
         ] {
             let button = Button::new(RichText::new(name).size(18.0)).min_size(SIZE);

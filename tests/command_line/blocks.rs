@@ -105,7 +105,7 @@ fn choices_out_of_range_are_refused_with_a_way_out() {
         (&["--play", "0.1,x"], &["\"x\" is not a number"]),
         (&["--creep", "-3"], &["creep time constant is -3"]),
         (&["--fixed-lag", "NaN"], &["fixed lag is NaN"]),
-        (&["--fixed-lag", "-0.03"], &["fixed lag is -0.03", "see ahead"]),
+        (&["--fixed-lag", "-0.03"], &["fixed lag is -0.03", "future samples"]),
         (&["--look-back", "3,-1"], &["F_th is -1"]),
         (&["--polynomial", "4"], &["polynomial is 4"]),
         (&["--ridge", "-1"], &["ridge is -1"]),
@@ -131,7 +131,7 @@ fn numbers_that_cannot_be_squared_are_refused_rather_than_fitted() {
     let output = run(workshop.path(), &["fit", "--train", "huge.csv"]);
     let told = stderr(&output);
     assert!(!output.status.success());
-    assert!(told.contains("sample 2 holds 1e200"), "{told}");
+    assert!(told.contains("sample 2 is 1e200"), "{told}");
 }
 
 #[test]

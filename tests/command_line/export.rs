@@ -156,7 +156,7 @@ fn a_calibration_that_somebody_spoilt_is_not_applied() {
     type Spoil = fn(&mut serde_json::Value);
     let spoils: [(Spoil, &str); 6] = [
         (|c| c["conventional"]["matrix"] = serde_json::json!([]), "conventional.matrix"),
-        (|c| c["compensated"]["matrix"][0][1] = serde_json::Value::Null, "JSON"),
+        (|c| c["compensated"]["matrix"][0][1] = serde_json::Value::Null, "not a calibration file"),
         (|c| c["units"][0] = "lbf".into(), "unit of Fz"),
         (|c| c["version"] = 77.into(), "version 77"),
         (|c| c["rate_hz"] = (-1.0).into(), "rate_hz"),

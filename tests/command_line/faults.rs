@@ -33,7 +33,7 @@ fn faulty_samples_are_noted_and_left_out_where_that_is_asked() {
     let fit = ["fit", "--train", "press.csv", "--leave-out-faulty", "--export", "c.json"];
     let told = stderr(&run(workshop.path(), &fit));
     assert!(told.contains("samples left out"), "{told}");
-    assert!(told.contains("parts remain"), "{told}");
+    assert!(told.contains("segments remain"), "{told}");
     let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     let limits = serde_json::json!([[null, 30.0], [null, null]]);
     assert_eq!(calibration["gauge_limits"], limits);
@@ -75,7 +75,7 @@ fn each_gauge_has_a_range_of_its_own() {
     assert_eq!(calibration["gauge_limits"], limits, "what is not given is found");
     let wrong = run(workshop.path(), &[&fit[..], &["--gauge-range=-1:1,-1:1,-1:1"]].concat());
     assert_eq!(wrong.status.code(), Some(2));
-    assert!(stderr(&wrong).contains("3 ranges where there are 2 gauges"));
+    assert!(stderr(&wrong).contains("3 ranges, but the recordings have 2 gauges"));
 }
 
 #[test]

@@ -247,7 +247,7 @@ fn several_files_stand_each_under_its_heading() {
     assert_eq!(both.as_array().unwrap().len(), 2);
     let refused = run(workshop.path(), &["inspect", "a.csv", "b.csv", "--write-map", "m.json"]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(stderr(&refused).contains("--write-map is for one file"));
+    assert!(stderr(&refused).contains("--write-map needs a single file"));
 }
 
 /// A second clock that counts whole seconds does not run like a clock, and is no gauge either.

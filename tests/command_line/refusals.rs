@@ -48,7 +48,7 @@ fn files_that_are_no_recordings_are_named() {
         "fit",
         &[
             ("--train gone.csv", &["gone.csv"]),
-            ("--train .", &["not a file"]),
+            ("--train .", &["this is a folder"]),
             ("--train empty.csv", &["empty.csv", "empty"]),
             ("--train text.csv", &["text.csv, line 1", "no time column"]),
             ("--train binary.csv", &["binary.csv", "not text but binary data"]),
@@ -116,10 +116,10 @@ fn full_scales_are_one_for_each_axis_and_calibrations_are_no_recordings() {
         &[
             ("--full-scale 100", &["--full-scale has 1", six_axes]),
             ("--full-scale 100,100", &["--full-scale has 2", six_axes]),
-            ("--train c.json", &["c.json is no recording"]),
+            ("--train c.json", &["c.json is a calibration"]),
         ],
     );
-    all_refused(&workshop, "inspect", &[("c.json", &["c.json is no recording"])]);
+    all_refused(&workshop, "inspect", &[("c.json", &["c.json is a calibration"])]);
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
             ("--train a.csv --f-th 0:5:0", &["step of F_th", "above zero"]),
             ("--train a.csv --f-th 0:5:-1", &["step of F_th", "-1"]),
             ("--train a.csv --f-th 5:0:1", &["F_th", "must not be above"]),
-            ("--train a.csv --t-th 5,3", &["t_th", "rising"]),
+            ("--train a.csv --t-th 5,3", &["t_th", "rise"]),
             ("--train a.csv --t-th 5,5", &["t_th", "once"]),
             ("--train a.csv --t-th -1", &["t_th", "-1"]),
             ("--train a.csv --t-th inf", &["t_th", "inf"]),
@@ -229,7 +229,7 @@ fn apply_refuses_what_does_not_fit_together() {
             ("c.json swapped.csv --out new", &["swapped.csv", "S2 S1"]),
             ("c.json gone.csv --out new", &["gone.csv"]),
             ("gone.json a.csv --out new", &["gone.json"]),
-            ("a.csv b.csv --out new", &["a.csv", "not a calibration"]),
+            ("a.csv b.csv --out new", &["a.csv", "calibration"]),
             (". a.csv --out new", &["cannot read"]),
             ("c.json b.csv a.csv --out .", &["a_loads.csv", "--force"]),
             ("c.json a.csv --out b.csv", &["directory", "b.csv"]),
@@ -247,8 +247,8 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
         ("loopscope calibration", "another thing", "format"),
         ("\"version\": 2", "\"version\": 3", "version 3"),
         ("\"f_th\": 3.0", "\"f_th\": -3.0", "F_th is -3"),
-        ("\"f_th\": 3.0", "\"f_th\": NaN", "JSON"),
-        ("\"f_th\": 3.0", "\"f_th\": 1e999", "JSON"),
+        ("\"f_th\": 3.0", "\"f_th\": NaN", "not a calibration file"),
+        ("\"f_th\": 3.0", "\"f_th\": 1e999", "not a calibration file"),
         ("\"t_th_secs\"", "\"t_th\"", "t_th"),
         ("\"offset\": true", "\"offset\": false", "features"),
         ("\"Fz\"", "\"Fq\"", "Fq"),
@@ -256,8 +256,8 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
         ("\"S2\"", "\"S9\"", "S9"),
         ("\"S2_past\"", "\"S2_passed\"", "S2_passed"),
         ("\"matrix\": [", "\"matrix\": [[1.0],", "matrix"),
-        ("\"full_scale\": [", "\"full_scale\": [null,", "JSON"),
-        ("}", "", "JSON"),
+        ("\"full_scale\": [", "\"full_scale\": [null,", "not a calibration file"),
+        ("}", "", "not a calibration file"),
     ] {
         assert!(whole.contains(from), "{from}");
         workshop.write("edited.json", whole.replacen(from, to, 1));

@@ -48,7 +48,8 @@ fn a_description_that_is_wrong_is_refused_before_anything_is_read() {
     let told = stderr(&refused);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        told.contains("sensor.toml") && told.contains("seriel is not one of manufacturer"),
+        told.contains("sensor.toml")
+            && told.contains("seriel is not known; use one of manufacturer"),
         "{told}"
     );
     let printed = stdout(&succeed(workshop.path(), &["sensor"]));
@@ -201,7 +202,7 @@ fn a_bad_file_is_said_to_be_in_the_folder_that_it_is_in() {
     assert!(!stderr(&alone).contains("folder"), "{}", stderr(&alone));
     let inside = run(workshop.path(), &["fit", "--train", "e", "e/ce"]);
     assert_eq!(inside.status.code(), Some(2), "{}", stderr(&inside));
-    assert!(stderr(&inside).contains("It is in e/ce: a folder"), "{}", stderr(&inside));
+    assert!(stderr(&inside).contains("It is in e/ce: this is a folder"), "{}", stderr(&inside));
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn each_slip_is_answered_with_the_way_out() {
         ("fit --test test.csv", &["--train <FILE>"]),
         ("fit --train a.csv --export c.xyz", &["is no export format"]),
         ("fit --train a.csv --traces t.xyz", &["is no format of traces"]),
-        ("fit --train a.csv --split 1", &["the split is 1"]),
+        ("fit --train a.csv --split 1", &["--split is 1"]),
         ("best --train a.csv --minutes=-1", &["--minutes", "zero or a number above zero"]),
         ("sweep --train a.csv --measure mx", &["no Mx"]),
     ] {

@@ -243,7 +243,7 @@ fn no_folder_is_written_over() {
     fs::create_dir(&folder).unwrap();
     fs::write(folder.join("mine.txt"), "mine").unwrap();
     let error = write_calibration(&calibration, &folder).unwrap_err();
-    assert!(error.to_string().contains("directory"), "{error}");
+    assert!(error.to_string().contains("folder"), "{error}");
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
 }

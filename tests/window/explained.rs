@@ -110,7 +110,7 @@ fn every_control_of_the_import_window_says_on_hover_what_it_does() {
     settle(&mut window);
     for tick in [
         "Computes the load of a known weight from the pose columns",
-        "The reference load stands in a file of its own",
+        "The reference load is in a file of its own",
         "sample rate",
     ] {
         click(&mut window, Role::CheckBox, tick);

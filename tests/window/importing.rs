@@ -49,7 +49,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     told(
         &mut window,
         Level::Info,
-        "test_second.dat: read by the column map of an earlier file like it: time is column 1, Fx is column 4, 2 gauges",
+        "test_second.dat: read with the column map of an earlier, similar file: time is column 1, Fx is column 4, 2 gauges",
     );
 }
 

@@ -520,7 +520,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     let files = Files::new();
     let mut window = window(files.three());
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Action::OpenBuiltIn);
+    shell.send(Action::OpenBuiltIn(None));
     shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
     until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
@@ -538,7 +538,7 @@ fn files_that_do_not_fit_are_told_and_lose_nothing() {
     let json = files.write("broken.json", "{\"format\": 1}");
     for (path, part) in [
         (broken, "broken.csv"),
-        (other, "its gauges are G1"),
+        (other, "the gauges are G1"),
         (json, "not a calibration"),
         (files.path("missing.csv"), "missing.csv"),
     ] {

@@ -47,7 +47,7 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     files.write("a.csv", &shorter.join("\n"));
     std::fs::rename(files.path("b.csv"), files.path("moved.csv")).unwrap();
     let mut window = window(vec![path]);
-    told(&mut window, Level::Warning, "not the file that the session was saved with");
+    told(&mut window, Level::Warning, "the file has changed since the session was saved");
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
     assert!(has(&window, "A file of the session is not there"));

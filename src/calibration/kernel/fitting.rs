@@ -30,6 +30,8 @@ const UNTUNED_STRENGTH: f64 = 1e-3;
 const LARGEST_WEIGHT: f64 = 1e4;
 /// Approximate number of samples for the choice of the length scale.
 const TUNING_SAMPLES: usize = 20_000;
+/// Number of landmarks with which the length scale is chosen.
+const TUNING_LANDMARKS: usize = 150;
 /// Approximate number of samples among which landmarks are selected.
 const CANDIDATES: usize = 4_000;
 
@@ -118,9 +120,11 @@ impl Kernel {
         let root = (rows.widths().0 as f64).sqrt();
         let mut best: Option<(f64, f64)> = None;
         if tries > 0 {
+            let few = &landmarks[..landmarks.len().min(TUNING_LANDMARKS)];
+            let columns = Columns::new(few.len(), rows);
             let step = samples.div_ceil(TUNING_SAMPLES);
             for scale in scales {
-                let Some(whitened) = Whitened::new(&standardised, &landmarks, scale * root) else {
+                let Some(whitened) = Whitened::new(&standardised, few, scale * root) else {
                     continue;
                 };
                 let parts = whitened.sums(rows, step, progress)?;

@@ -1,10 +1,10 @@
-//! What the window asks for, done: at once, or as a task beside.
+//! Actions of the user: done at once, or as a background task.
 
 use super::*;
 use crate::questions::WITHIN;
 
 impl Engine {
-    /// Does something; what takes its time goes on beside.
+    /// Does an action. Long work runs in the background.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Edit(edit) => self.edit(edit),
@@ -12,7 +12,7 @@ impl Engine {
             Action::Redo => self.history.redo(&mut self.project),
             Action::Show(view) => self.project.view = view,
             Action::Open(paths) => self.open(paths),
-            Action::OpenBuiltIn => self.await_turn(InTurn::Simulate),
+            Action::OpenBuiltIn(late) => self.await_turn(InTurn::Simulate(late)),
             Action::Tare(which, tare) => {
                 let entries = which.iter().filter_map(|at| self.entries().get(*at));
                 let which = entries.map(|entry| Arc::clone(&entry.recording)).collect();
@@ -68,12 +68,12 @@ impl Engine {
             Action::Discard => self.leave(),
             Action::Cancel => {
                 self.lanes.cancel();
-                // Nobody waits for what cannot be stopped.
+                // Only visible tasks can be cancelled.
                 let seen = self.tasks.iter().filter(|task| task.is_seen);
                 seen.for_each(|task| task.lane.cancel());
                 self.waiting.clear();
             }
-            Action::Tell(notice) => self.say(notice),
+            Action::Tell(notice) => self.show_notice(notice),
             Action::Dismiss(at) => {
                 if at < self.notices.len() {
                     self.notices.remove(at);
@@ -85,7 +85,7 @@ impl Engine {
         self.follow();
     }
 
-    /// Writes the file that was asked about, or leaves it.
+    /// Writes the file after the question to the user, or does not write it.
     pub(super) fn replace(&mut self, yes: bool) {
         match self.replacing.take().filter(|_| yes) {
             None => {}
@@ -104,7 +104,7 @@ impl Engine {
         }
     }
 
-    /// Returns the training by these settings. Its result is kept safe at once, even while the window draws nothing.
+    /// Returns the training with the present settings. Its result is autosaved at once, even if the window is hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
         let request = Request {
@@ -129,7 +129,7 @@ impl Engine {
         }
     }
 
-    /// Searches for the best model, unless models are being tried already.
+    /// Searches for the best model, unless a search or comparison runs.
     pub(super) fn find_best(&mut self, time_limit: Duration) {
         if self.is_trying() {
             return;
@@ -160,7 +160,7 @@ impl Engine {
         let Some(analysis) = fitted else {
             self.tell(
                 Level::Error,
-                "There is nothing to keep yet: what is shown is not fitted, or not trained, by the settings of now",
+                "There is no model to keep yet: fit or train with the present settings first",
             );
             return;
         };
@@ -173,14 +173,14 @@ impl Engine {
     pub(super) fn show_left(&mut self, yes: bool) {
         self.shows_left = yes;
         if yes {
-            // Others may have left, restored or dropped some meanwhile.
+            // Other windows may have left, restored or discarded sessions in the meantime.
             self.recoverable = self.recovery.left();
             self.recoverable.retain(|left| !self.restored.contains(&left.path));
         }
     }
 
     pub(super) fn save(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
-        // The notice about it must say where a relative path led.
+        // The notice must contain the absolute path.
         let path = std::path::absolute(&path).unwrap_or(path);
         let inputs = self.project.files().map(Path::to_owned).collect();
         self.start(Task::write(content, path, existing, inputs));
@@ -214,7 +214,7 @@ impl Engine {
         self.save_whole(content, path, existing);
     }
 
-    /// Says first, where the file leaves out a part of the loads that are shown.
+    /// Saves a file, with a warning if the format leaves out a part of the loads.
     pub(super) fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
         if let Some(caution) = content.caution(&path) {
             self.tell(Level::Warning, caution);
@@ -227,7 +227,7 @@ impl Engine {
             let map = self.project.maps.get(&path).cloned();
             (path, map)
         });
-        // What is opened again while it is read or waits is meant once.
+        // A file that is already being read or waiting is not opened twice.
         let begun = self.tasks.iter().filter_map(|task| task.turn.as_ref());
         let awaited: Vec<_> = begun.chain(&self.waiting).flat_map(InTurn::files).collect();
         let files: Files = files.filter(|file| !awaited.contains(&file)).collect();
@@ -241,7 +241,7 @@ impl Engine {
         self.begin_next();
     }
 
-    /// Begins what waits, where nothing of its kind goes on.
+    /// Starts the next request of the queue, if none runs.
     pub(super) fn begin_next(&mut self) {
         if self.tasks.iter().any(|task| task.turn.is_some()) {
             return;
@@ -263,7 +263,7 @@ impl Engine {
                 Task::tare(recordings, meant, tare)
             }
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
-            InTurn::Simulate => Task::simulate(recordings),
+            InTurn::Simulate(late) => Task::simulate(recordings, late),
         };
         self.begin(task, Some(turn));
     }
@@ -279,7 +279,7 @@ impl Engine {
         self.tasks.push(Begun { is_seen, turn, lane });
     }
 
-    /// Begins to import files, one after another.
+    /// Starts the import of files, one after another.
     pub(super) fn begin_import(&mut self, mut paths: Vec<PathBuf>) {
         if paths.is_empty() {
             return;

@@ -1,9 +1,9 @@
-//! Leaving everything that is loaded: for another session, because the window closes, or by a crash.
+//! Replacing or losing all loaded data: opening a session, closing the window, crashing.
 
 use super::*;
 
 impl Engine {
-    /// Puts a session in place of everything that is loaded; one without a path was recovered.
+    /// Replaces all loaded data by a session. A session without a path was restored from an autosave.
     pub(super) fn take_session(&mut self, path: Option<PathBuf>, mut opened: OpenedSession) {
         self.layout.clone_from(&opened.session.layout);
         self.unproven = match opened.trained.take() {
@@ -15,30 +15,30 @@ impl Engine {
             None => None,
         };
         self.saved_trained.clone_from(&self.unproven);
-        let is_built_in = opened.session.built_in;
+        let (is_built_in, late) = (opened.session.built_in, opened.session.built_in_lag);
         let (project, notices) = opened.into_project();
-        notices.into_iter().for_each(|notice| self.say(notice));
+        notices.into_iter().for_each(|notice| self.show_notice(notice));
         let maps = std::mem::take(&mut self.project.maps);
         self.project = project;
         for (path, map) in maps {
             self.project.maps.entry(path).or_insert(map);
         }
         if is_built_in {
-            self.await_turn(InTurn::Simulate);
+            self.await_turn(InTurn::Simulate(late));
         }
-        // What was recovered is not saved anywhere, be it of the built-in sensor.
+        // A restored session is not saved anywhere, even if it has the built-in sensor.
         self.saved = Some(match &path {
             Some(_) => self.project.clone(),
             None => Project::default(),
         });
         self.session = path;
-        // Its file must not be saved over with what was loaded before.
+        // The file must not be overwritten with the data that were loaded before.
         self.history = History::default();
         self.lanes.of_mut::<Analyse>().forget();
         self.prove();
     }
 
-    /// Does what takes everything away that is loaded, or asks first where something is not saved.
+    /// Does an action that discards all loaded data, or asks first if there are unsaved changes.
     pub(super) fn leave_for(&mut self, leaving: Leaving) {
         self.leaving = Some(leaving);
         if !self.is_unsaved() {
@@ -46,7 +46,7 @@ impl Engine {
         }
     }
 
-    /// Does what waited for an answer.
+    /// Does the action that waited for the answer.
     pub(super) fn leave(&mut self) {
         match self.leaving.take() {
             None => {}
@@ -60,13 +60,13 @@ impl Engine {
         }
     }
 
-    /// Where to write down what is not saved, so that it survives a crash; offers what others left there.
+    /// Starts the autosave in `folder`, and offers the sessions that crashed windows left there.
     pub fn recover_in(&mut self, folder: &Path) {
         self.recovery = Recovery::begin(folder);
         self.act(Action::ShowLeft(true));
     }
 
-    /// Hands what is not saved to the autosave; `layout` says where the panes stand.
+    /// Gives unsaved changes to the autosave. `layout` returns the layout of the panes.
     pub fn write_down(&mut self, layout: &dyn Fn() -> serde_json::Value) {
         let is_saved = !self.is_unsaved();
         let trained = self.trained_to_save();
@@ -80,13 +80,14 @@ impl Engine {
             self.recovery.keep(newest, is_saved);
             self.kept = Some(self.project.clone());
         }
-        // After the newest state, which is what takes their place; while files are read or simulated it is not whole yet.
+        // Called after the newest state, which replaces these files. While files are read or simulated, the state is
+        // not complete.
         if self.tasks.is_empty() {
             self.recovery.take_over(std::mem::take(&mut self.restored));
         }
     }
 
-    /// The window closes as it should: nothing needs to be recovered.
+    /// Ends the session normally: the autosave is removed.
     pub fn end(&mut self) {
         self.recovery.end();
     }

@@ -1,11 +1,11 @@
-//! What has been answered and done beside, taken into the document.
+//! Results of questions and tasks, taken into the document.
 
 use super::*;
 
 impl Engine {
-    /// Takes what has been answered and done.
+    /// Takes the results of questions and tasks.
     pub fn take(&mut self) {
-        // Asked before: whoever finds a lane idle also finds its answer.
+        // Queried before taking answers: once a lane is idle, its answer can be taken.
         let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];
         for failed in self.lanes.take() {
             self.tell(Level::Error, failed);
@@ -21,7 +21,7 @@ impl Engine {
         if !self.preview.hear_all().is_empty()
             && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
         {
-            // What was found before the newest change of the map would take it back.
+            // An answer to an older map would undo the newest change of the map.
             let found = self.preview.answer().filter(|_| self.preview.is_current());
             let answer = found.ok_or(self.preview.problem());
             match answer {
@@ -36,7 +36,7 @@ impl Engine {
         self.follow();
     }
 
-    /// Puts the settings of now on the list of models, where it has rows and none of them is theirs.
+    /// Adds the present settings to the list of models, if the list has rows but none with these settings.
     fn list_present(&mut self) {
         let is_moving = self.gesture.is_some() || !self.tasks.is_empty() || self.is_trying();
         if self.models.rows.is_empty() || is_moving || !self.can_keep() {
@@ -49,7 +49,7 @@ impl Engine {
         }
     }
 
-    /// Looks for the thresholds with the lowest cross-validation error, unless the user has chosen some.
+    /// Searches for the thresholds with the lowest cross-validation error, unless the user has chosen thresholds.
     fn find_first_thresholds(&mut self) {
         let thresholds = self.project.thresholds();
         let features = &self.project.settings.features;
@@ -60,7 +60,8 @@ impl Engine {
         }
     }
 
-    /// Sets the thresholds that were looked for, unless the user has changed them, the recordings or a role meanwhile.
+    /// Sets the thresholds that were found, unless the user has changed thresholds, recordings or roles in the
+    /// meantime.
     fn take_first_thresholds(&mut self) {
         let Some((recordings, before)) = &self.first_thresholds else { return };
         let study = self.lane::<StudyThresholds>();
@@ -76,7 +77,7 @@ impl Engine {
         let Some(map) = map else { return };
         let measure = map.scale.default_measure();
         let Ok(found) = map.suggestion(measure) else { return };
-        // Opening the files is the step that undo takes back.
+        // Undo must also undo opening the files, so this is not a step of its own.
         let set = self.project.edit(Edit::Thresholds(found.thresholds));
         debug_assert!(set.is_ok(), "thresholds fit any recordings");
         let shown = ShownFTh::of(map.distance);
@@ -95,7 +96,7 @@ impl Engine {
         self.tell(Level::Info, text);
     }
 
-    /// Takes how far the models are that are being tried.
+    /// Takes the progress of the search or comparison of models.
     pub(super) fn take_models(&mut self, [has_compared, has_searched]: [bool; 2]) {
         let comparing = self.lanes.of_mut::<Compare>();
         if let (Some(asked), Some(states)) = (comparing.answered(), comparing.answer())
@@ -103,7 +104,7 @@ impl Engine {
         {
             self.models.take_paper(asked, states);
         }
-        // What was found is on the list; the recordings need not be kept for it.
+        // The models are in the list, so the recordings need not be kept for the question.
         if has_compared {
             self.models.end_paper();
             comparing.forget();
@@ -148,8 +149,8 @@ impl Engine {
             }
             Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
             Done::Changed(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {
-                let text = "The recordings were changed while they were tared or their faults left out; what was asked for \
-                            was not done. Ask again.";
+                let text = "The recordings were changed during taring or leaving out faulty samples, so the result was \
+                            discarded. Repeat the action.";
                 self.tell(Level::Warning, text);
             }
             Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
@@ -184,7 +185,7 @@ impl Engine {
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
             Done::Located(place, found) => self.take_located(&place, found),
             Done::Proven(trained, recordings, proven) => {
-                // Another session may have been opened meanwhile, or the same thing been asked twice.
+                // Another session may have been opened in the meantime, or the same check been started twice.
                 let is_own = |own: &mut Arc<_>| Arc::ptr_eq(own, &trained);
                 if self.unproven.take_if(is_own).is_none() {
                     return;
@@ -200,17 +201,17 @@ impl Engine {
         }
     }
 
-    /// Takes the simulated recordings in place of what is loaded.
+    /// Replaces the loaded recordings by the simulated ones.
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
-        // A session that was just opened and asked for it is still the same.
+        // A session that was just opened with the built-in sensor is unchanged.
         let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
         let refused = self.change(|project| {
-            // That of a session which was opened, and waits for its recordings.
+            // Split of an opened session that waits for its recordings.
             let waits = |split: &&Split| split.whole.entries().is_empty();
             let split = project.split.as_ref().filter(waits);
             let split = split.map(|split| Edit::Split(split.fraction));
             let refused = project.take_set(set).err();
-            // A calibration that was opened meanwhile is there to be applied to it.
+            // A calibration that was opened in the meantime is applied to these recordings.
             let applied = project.applied.take();
             let fits = project.edit(Edit::Apply(applied)).err();
             let split = split.and_then(|split| project.edit(split).err());
@@ -224,7 +225,7 @@ impl Engine {
         self.prove();
     }
 
-    /// Takes note of a session that was saved.
+    /// Records that a session was saved.
     pub(super) fn take_saved(
         &mut self,
         project: Project,
@@ -298,17 +299,17 @@ impl Engine {
         }
         let has_recordings = !self.entries().is_empty();
         calibrations.into_iter().for_each(|edit| self.edit(edit));
-        if has_recordings {
+        if has_recordings && self.finds_thresholds {
             self.find_first_thresholds();
         }
     }
 
-    /// Takes files of the session that were found; those that cannot be read are still asked for.
+    /// Takes missing files of the session that were found. Files that cannot be read stay missing.
     pub(super) fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
         let mut parts = Vec::new();
         for (file, part) in found {
             let at = self.project.lost.iter().position(|lost| *lost == file);
-            // Somebody may have opened another session meanwhile.
+            // Another session may have been opened in the meantime.
             let Some(at) = at else { continue };
             if let Some(Ok(_)) = part.loaded {
                 self.project.lost.remove(at);
@@ -317,18 +318,18 @@ impl Engine {
         }
         if parts.is_empty() {
             let text = format!(
-                "{}: none of the missing files is there; they are known by their names, and where it was saved by what they hold",
+                "{}: none of the missing files was found there; choose a folder with files of the same name or content",
                 place.display()
             );
             self.tell(Level::Error, text);
             return;
         }
         let said = self.change(|project| add_parts(project, parts));
-        said.into_iter().for_each(|notice| self.say(notice));
+        said.into_iter().for_each(|notice| self.show_notice(notice));
         self.prove();
     }
 
-    /// Checks that the session's trained calibration is of its recordings, once these are there.
+    /// Checks that the trained calibration of the session belongs to its recordings, once all are loaded.
     pub(super) fn prove(&mut self) {
         let recordings = &self.project.recordings;
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
@@ -338,7 +339,7 @@ impl Engine {
         }
     }
 
-    /// Takes the session's trained calibration as if it had just been trained.
+    /// Takes the trained calibration of the session as the result of a training.
     pub(super) fn take_trained(
         &mut self,
         calibration: Arc<Calibration>,

@@ -34,9 +34,9 @@ pub struct ReportData {
     pub thresholds: Result<ReportCurves, String>,
     /// Description of the recordings that loops and figures are measured on.
     pub measured: String,
-    /// Loops per axis of the calibration, or a sentence with the reason why there are none.
-    pub loops: Vec<Result<Figure<'static>, String>>,
-    /// Errors over time of the recording with the largest errors.
+    /// Per axis of the calibration: its loops, as measured and without a lag, or a sentence that says why there are none.
+    pub loops: Vec<Result<Vec<Figure<'static>>, String>>,
+    /// The errors over time of the recording that came out worst.
     pub errors: Option<ReportErrors>,
     /// Table of figures, or a sentence with the reason why there is none.
     pub metrology: Result<Arc<Metrology>, String>,

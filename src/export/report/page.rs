@@ -34,7 +34,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
     });
     let loops = report.loops.iter().zip(&calibration.axes);
     let loops = loops.map(|(found, axis)| {
-        let shown = or_reason(found, |figure| picture(figure, LOOP_SIZE));
+        let shown = or_reason(found, |figures| pictures(figures, LOOP_SIZE).into());
         (axis.symbol(), shown)
     });
     let values = context! {

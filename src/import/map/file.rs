@@ -300,7 +300,7 @@ mod tests {
             ("0.1", "-0.1", "join.limit_secs is -0.1"),
             ("0.001", "-1", "average_bursts_secs is -1"),
             ("2.25", "0", "gap_secs is 0"),
-            ("{folder}", "{folder", "the group is \"{folder\""),
+            ("{folder}", "{folder", "group pattern \"{folder\""),
             ("states.csv", "", "the file of the reference is \"\""),
             ("states.csv", "..", "the file of the reference is \"..\""),
             ("\"columns\": 4", "\"columns\": 4, \"names\": [\"t\"]", "1 names"),

@@ -313,7 +313,8 @@ pub(super) fn lag(
         n += own.n_samples();
         n <= LAG_LONGEST
     });
-    let runs: Vec<LagRun<'_>> = moving
+    let moving: Vec<&&Recording> = moving.collect();
+    let runs: Vec<LagRun<'_>> = (moving.iter())
         .map(|own| LagRun {
             times: own.times(),
             gauges: own.gauges(),
@@ -339,10 +340,17 @@ pub(super) fn lag(
     };
     let is_worst = |own: &Result<Lag, _>| own.as_ref().is_ok_and(|own| std::ptr::eq(own, *worst));
     let by_run = lag_by_run(&runs, found.iter().position(is_worst).unwrap_or_default());
-    let differs = by_run.into_iter().flatten().find(|own| {
+    let differs = |own: &Lag| {
         let error = own.standard_error_secs.hypot(worst.standard_error_secs);
-        (own.seconds - worst.seconds).abs() > 4.0 * error
-    });
+        let apart = (own.seconds - worst.seconds).abs();
+        apart > 4.0 * error && apart * worst.samples.abs() > LAG_SAMPLES * worst.seconds.abs()
+    };
+    let by_run = moving.iter().map(|own| own.name()).zip(by_run);
+    let by_gauge = training[0].gauge_names().iter().map(String::as_str).zip(found.iter().cloned());
+    let others: Vec<String> = (by_run.chain(by_gauge))
+        .filter_map(|(name, own)| Some((name, own.ok().filter(differs)?)))
+        .map(|(name, own)| format!("{name} {} s", significant(own.seconds, 2)))
+        .collect();
     let (way, size) = match worst.seconds > 0.0 {
         true => ("behind", worst.seconds),
         false => ("ahead of", -worst.seconds),
@@ -357,8 +365,8 @@ pub(super) fn lag(
         "{} of the squared error of a calibration without a past goes away with it",
         percent(worst.explained_error_share)
     );
-    if let Some(own) = differs {
-        figures += &format!("; in one recording it is {} s", significant(own.seconds, 2));
+    if !others.is_empty() {
+        figures += &format!("; it differs: {}", first(NAMED, others.into_iter()));
     }
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures)))
 }

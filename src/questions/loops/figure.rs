@@ -130,6 +130,10 @@ impl<'a> LoopView<'a> {
             Up::Error => format!("{axis} error"),
             Up::Gauge(_) => format!("{} over {axis}", self.gauge.0),
         };
+        let what = match self.plot.question.lag_removed {
+            true => format!("{what}, lag removed"),
+            false => what,
+        };
         let found = self.found();
         let Some((_, figures)) = found.first() else {
             return what;
@@ -203,7 +207,10 @@ impl<'a> LoopView<'a> {
         let points = || groups.iter().flat_map(|(_, points)| points);
         let axis = self.plot.question.axis.unit();
         Some(Figure {
-            title: "Mean width over rate".to_owned(),
+            title: match self.plot.question.lag_removed {
+                true => "Mean width over rate, lag removed".to_owned(),
+                false => "Mean width over rate".to_owned(),
+            },
             across: Scale::spanning(
                 format!("rate [{axis}/s]"),
                 points().map(|point| point[0]).chain([0.0]),

@@ -32,14 +32,13 @@ const ENOUGH_SAMPLES: usize = 60_000;
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 /// Training of those that can.
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// What learns can win if its error after a short training is below this multiple of the lowest.
-const CAN_WIN: f64 = 1.3;
+/// For each learner: what can win after a short training, where its error is below this multiple of the lowest; and the maximum
+/// number of models that are trained fully. A short training says less of a network.
+const CAN_WIN: [(Learner, f64, usize); 2] = [(Learner::Kernel, 1.3, 4), (Learner::Network, 1.6, 2)];
 /// The best of each learner is trained longer if it can be taken and its error is below this multiple of the lowest.
-const NEARLY_BEST: f64 = 1.05;
-/// No more of them are trained fully.
-const MOST_TRAINED: usize = 4;
+const NEARLY_BEST: f64 = 1.15;
 /// How many times more landmarks the best kernel gets in the end, and how many times longer the best network is trained.
-const FURTHER: [(Learner, usize); 2] = [(Learner::Kernel, 2), (Learner::Network, 4)];
+const FURTHER: [(Learner, usize); 2] = [(Learner::Kernel, 3), (Learner::Network, 4)];
 /// A block of errors is so many times longer than the time over which they are correlated.
 const TIMES_CORRELATED: usize = 4;
 /// No recording is cut into more blocks.
@@ -368,7 +367,8 @@ pub fn find_best(
     let linear = recipes::linear(!running.whole.auxiliary.is_empty());
     let mut learned = recipes::learned();
     let n_candidates = linear.len() + learned.len();
-    progress.add_total((n_candidates + MOST_TRAINED + FURTHER.len()) as u64);
+    let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most).sum();
+    progress.add_total((n_candidates + most_trained + FURTHER.len()) as u64);
     let mut short = Vec::new();
     let n_linear = linear.len();
     for (at, recipe) in linear.into_iter().enumerate() {
@@ -403,9 +403,17 @@ pub fn find_best(
     }
     short.sort_by(|a, b| a.0.total_cmp(&b.0));
     let least = short.first().map_or(f64::INFINITY, |(relative, _)| *relative);
-    let reach = CAN_WIN * least.min(running.best.lowest());
-    let n_trained = short.iter().take_while(|(relative, _)| *relative < reach).count();
-    let passed = short.split_off(n_trained.min(MOST_TRAINED));
+    let least = least.min(running.best.lowest());
+    let mut left = CAN_WIN;
+    let can_win = |(relative, recipe): &(f64, Recipe)| {
+        let own = left.iter_mut().find(|own| recipe.regressor.learner() == Some(own.0));
+        own.is_some_and(|(_, reach, most)| {
+            let can_win = *relative < *reach * least && *most > 0 && running.is_new(*relative);
+            *most -= usize::from(can_win);
+            can_win
+        })
+    };
+    let (short, passed): (Vec<_>, Vec<_>) = short.into_iter().partition(can_win);
     running.best.ruled_out = passed.into_iter().map(|(own, recipe)| (recipe.name, own)).collect();
     for (at, (_, recipe)) in short.iter().enumerate() {
         if running.is_out_of_time() {
@@ -511,13 +519,21 @@ impl<'a> Running<'a> {
         })
     }
 
+    /// Returns false where a second stage adds nothing: its error is that of the linear model alone.
+    fn is_new(&self, relative: f64) -> bool {
+        let is_linear = |own: &&Tried| own.regressor == Regressor::Linear;
+        let same = |own: &Tried| (own.relative - relative).abs() < 1e-9;
+        !self.best.tried.iter().filter(is_linear).any(same)
+    }
+
     /// Returns the recipe with the lowest error of a learner, where it can still win.
     fn best_of<'r>(&self, learner: Learner, trained: &'r [(f64, Recipe)]) -> Option<&'r Recipe> {
         let reach = NEARLY_BEST * self.best.lowest();
         let own = trained.iter().filter(|(_, own)| own.regressor.learner() == Some(learner));
         let found = own.filter_map(|(_, recipe)| {
             let tried = self.best.tried.iter().find(|tried| tried.name == recipe.name)?;
-            (tried.relative < reach && tried.refused.is_none()).then_some((tried.relative, recipe))
+            let can_win = tried.relative < reach && tried.refused.is_none();
+            (can_win && self.is_new(tried.relative)).then_some((tried.relative, recipe))
         });
         found.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, recipe)| recipe)
     }

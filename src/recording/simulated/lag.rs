@@ -7,10 +7,14 @@ use std::f64::consts::TAU;
 
 use crate::random::Random;
 use crate::recording::axis::Axis;
-use crate::recording::recording::{Recording, Source};
+use serde::{Deserialize, Serialize};
 
-/// Effects that the gauges show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use crate::recording::recording::{Recording, Source};
+use crate::recording::set::{Entry, RecordingSet, Role};
+
+/// What the gauges have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Late {
     /// A low-pass of 30 ms, without hysteresis.
     Lag,
@@ -38,7 +42,41 @@ const GAUGES: [(f64, f64); 2] = [(0.08, 0.11), (-0.06, -0.05)];
 const NOISE: f64 = 0.0004;
 const KEY: u64 = 3700;
 
-/// Returns three recordings of one force.
+impl Late {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Lag, Self::Hysteresis, Self::Both];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Lag => "lag",
+            Self::Hysteresis => "hysteresis",
+            Self::Both => "both",
+        }
+    }
+
+    /// Returns which of them the recordings are; `None` for those of the built-in six-axis sensor and of real ones.
+    pub fn of(set: &RecordingSet) -> Option<Self> {
+        let first = set.is_simulated().then(|| set.entries().first()).flatten()?;
+        Self::ALL.into_iter().find(|late| late.recording_name(1) == first.recording.name())
+    }
+
+    fn recording_name(self, run: u64) -> String {
+        format!("{}_{run}", self.name())
+    }
+}
+
+/// The recordings of [`late`]: two train, one tests.
+pub fn late_set(seed: u64, late: Late) -> RecordingSet {
+    let mut set = RecordingSet::default();
+    for (recording, role) in
+        self::late(seed, late).into_iter().zip([Role::Train, Role::Train, Role::Test])
+    {
+        set.push(Entry::new(recording, role)).expect("all have the same columns");
+    }
+    set
+}
+
+/// Three recordings of one force.
 pub fn late(seed: u64, late: Late) -> Vec<Recording> {
     (1..=3).map(|run| recording(seed, late, run)).collect()
 }
@@ -69,14 +107,9 @@ fn recording(seed: u64, late: Late, run: u64) -> Recording {
                 .extend(GAUGES.map(|(gain, offset)| offset + gain * now + NOISE * random.normal()));
         }
     }
-    let kind = match late {
-        Late::Lag => "lag",
-        Late::Hysteresis => "hysteresis",
-        Late::Both => "both",
-    };
     let names = vec!["S1".to_owned(), "S2".to_owned()];
     Recording::new(
-        format!("{kind}_{run}"),
+        late.recording_name(run),
         Source::Simulated,
         times,
         names,

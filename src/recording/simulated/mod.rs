@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 #[cfg(test)]
 pub(crate) use self::lag::{LAG_SECS, PLAY_NEWTONS};
-pub use self::lag::{Late, late};
+pub use self::lag::{Late, late, late_set};
 
 use self::arm::{MOUNTS_M, Path};
 use crate::random::Random;

@@ -1,4 +1,4 @@
-//! What a fault is, and the channel that has it.
+//! Kinds of faults, and the channels that have them.
 
 use std::fmt;
 use std::ops::Range;
@@ -25,7 +25,7 @@ impl Channel {
         }
     }
 
-    /// What it is called.
+    /// Returns the name of the channel.
     pub fn name(self, recording: &Recording) -> &str {
         match self {
             Self::Gauge(gauge) => &recording.gauge_names()[gauge],
@@ -35,20 +35,20 @@ impl Channel {
     }
 }
 
-/// What is wrong.
+/// Kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FaultKind {
-    /// It stands at the end of what the logger can write, where the load goes on.
+    /// The channel stays at the limit of the logger while the load moves on.
     Saturated,
-    /// It repeats one value, or noise around one, while the load moves.
+    /// The channel repeats one value, or shows noise around one, while the load moves.
     Stuck,
-    /// For some samples it shows a value that it shows nowhere near, such as zero.
+    /// Some samples show a value far from all others, such as zero.
     Dropout,
     /// A few samples are far off, and no other channel shows it.
     Spike,
-    /// The load is beyond the rated one.
+    /// The load exceeds the rated load.
     Overload,
-    /// It shows one value throughout.
+    /// The channel has one value throughout.
     Dead,
 }
 
@@ -68,10 +68,10 @@ impl fmt::Display for FaultKind {
 /// One fault of one channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// What is wrong.
+    /// Kind of the fault.
     pub kind: FaultKind,
-    /// With what.
+    /// Channel of the fault.
     pub channel: Channel,
-    /// From when to when.
+    /// Samples of the fault.
     pub samples: Range<usize>,
 }

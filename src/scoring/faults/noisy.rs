@@ -1,6 +1,6 @@
-//! Clipped and stuck channels whose noise goes on: an amplifier that ends before the logger does, a cable that came off.
+//! Finds clipped and stuck channels with noise: a saturated amplifier, or a broken cable.
 //!
-//! No value is repeated exactly; what the others say of the channel decides alone.
+//! No value is repeated exactly, so the expected value from the other channels decides alone.
 
 use std::ops::Range;
 
@@ -9,25 +9,25 @@ use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::faults::watched::{Expected, PILES_UP, Watched, joined, looked_at};
 use crate::scoring::quantile::quantile;
 
-/// What is so many standard deviations from what the others say is not where they say.
+/// Deviation from the expected value, in standard deviations, beyond which a sample is not where it should be.
 const OFF: f64 = 6.0;
-/// Where they say that it goes from here to there, it goes less than this share of it.
+/// Largest share of the expected movement that a stuck channel shows.
 const FOLLOWS: f64 = 0.2;
-/// They say that it moves by this share of its span, and so many standard deviations: noise alone stays well below what follows.
+/// Smallest expected movement, as a share of the span and in standard deviations. Noise alone stays well below it.
 const MOVES: (f64, f64) = (0.2, 15.0);
-/// Where it is clipped values pile up within this share of the span, and they should go as far beyond.
+/// Share of the span within which clipped values pile up, and beyond which they should go.
 const BEYOND: f64 = 0.05;
-/// So many of the samples that are looked at are clipped, at least.
+/// Minimum number of clipped samples.
 const FEWEST: usize = 20;
-/// Of the others this share is where it should be, and of those that should be beyond this share is clipped.
+/// Share of the other samples that must be where they should be, and share of those beyond the limit that must be clipped.
 const MOST: f64 = 0.95;
-/// Windows in which a channel may be stuck, in samples that are looked at.
+/// Lengths of the intervals in which a channel may be stuck, in samples.
 const WINDOWS: [usize; 3] = [64, 256, 1024];
 
 impl Watched<'_> {
-    /// Beyond which value it goes no farther though the others say that it does; `inward` is the sign of what is not beyond.
+    /// Finds the limit of a clipped gauge; `inward` is the sign of the direction away from the limit.
     pub fn noisy_limit(&self, inward: f64) -> Option<f64> {
-        // Outward is up.
+        // Values are turned so that the limit is a maximum.
         let outward = |value: f64| -inward * value;
         let mut values: Vec<f64> = looked_at(self.n()).map(|k| outward(self.value(k))).collect();
         let end = quantile(&mut values, 0.998)?;
@@ -40,7 +40,7 @@ impl Watched<'_> {
         if at_end < FEWEST || at_end < PILES_UP * within(end - 2.0 * band, end - band) {
             return None;
         }
-        // What may be clipped would bend the line.
+        // Samples that may be clipped would distort the line.
         let by = self.expected?.by.iter().map(|(channel, ..)| *channel);
         let is_odd = |value: f64| outward(value) > end - band;
         let expected = Expected::of(self.recording, self.own, by.collect(), is_odd)?;
@@ -75,8 +75,8 @@ impl Watched<'_> {
         (goes_no_farther && others_follow && all_stop).then_some(outward(limit - 1.5 * width))
     }
 
-    /// Where a gauge shows next to nothing but noise though the others say that it moves, and nothing else was `found` of it. Of a load
-    /// that rests, gauges may say that it moves, since they show the other axes too.
+    /// Finds intervals in which a gauge shows next to nothing but noise although it should move, outside the faults `found`.
+    /// For a resting load, gauges may seem to move, because they also respond to the other axes.
     pub fn stuck_in_noise(&self, found: &[Fault]) -> Vec<Fault> {
         let (Some(expected), Channel::Gauge(_)) = (self.expected, self.own.channel) else {
             return Vec::new();
@@ -107,7 +107,7 @@ impl Watched<'_> {
         faults.collect()
     }
 
-    /// As far as it shows the same.
+    /// Extends the interval while the channel shows the same.
     fn widened(&self, run: Range<usize>) -> Range<usize> {
         let every = run.len().div_ceil(256).max(1);
         let mut values: Vec<f64> = run.clone().step_by(every).map(|k| self.value(k)).collect();
@@ -120,7 +120,7 @@ impl Watched<'_> {
     }
 }
 
-/// Where they lie, but for a tenth at each end.
+/// Returns the range of the values without a tenth at each end.
 fn spread(values: &mut [f64]) -> f64 {
     let [low, high] = [0.1, 0.9].map(|share| quantile(values, share).unwrap_or(0.0));
     high - low

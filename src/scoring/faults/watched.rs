@@ -1,4 +1,4 @@
-//! One channel, and what the others say of it: where it is clipped, stuck or dropped out, and where it jumps.
+//! One channel and its expected values: finds where it is clipped, stuck or dropped out, and where it jumps.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -8,45 +8,44 @@ use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::quantile::quantile;
 use crate::scoring::straight_lines;
 
-/// Samples that say what to expect of a channel; of more, as many spread evenly.
+/// Maximum number of samples from which the expected value is fitted, spread evenly.
 const LOOKED_AT: usize = 4096;
-/// A channel that is expected to move by this share of its range, and so many standard deviations of what the others say of it,
-/// does not stand still by itself.
+/// Smallest expected movement of a moving channel, as a share of its range and in standard deviations of the fit.
 const MOVES: (f64, f64) = (0.1, 6.0);
-/// So many equal values in a row are stuck, if the others move.
+/// Minimum number of equal values in a row of a stuck channel.
 const STUCK_SAMPLES: usize = 10;
-/// Of load cases, which differ, so many.
+/// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
-/// A jump is so many times the usual step, and this share of the range.
+/// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
-/// Of a jump that is real, the others show at least this share.
+/// Smallest share of a real jump that the other channels show.
 const SHOWN_BY_OTHERS: f64 = 0.3;
-/// What repeats one value this share of the span, and so many standard deviations, from where the others say that it is, dropped out.
+/// Smallest deviation of a dropout from the expected value, as a share of the span and in standard deviations.
 const ELSEWHERE: (f64, f64) = (0.5, 20.0);
-/// After a spike the channel is where it was, but for this share of it.
+/// Largest deviation after a spike from the value before it, as a share of the spike.
 pub(super) const BACK_AGAIN: f64 = 0.25;
-/// No spike is longer than this (samples) …
+/// Maximum length of a spike (samples).
 const SPIKE_SAMPLES: usize = 3;
-/// … and no dropout, unless it is stuck.
+/// Maximum length of a dropout (samples); a longer one is stuck.
 pub(super) const DROPOUT_SAMPLES: usize = 50;
-/// An extreme is clipped if it is so many times as frequent as each of the values beside it.
+/// Frequency of a clipped extreme, relative to that of each neighbouring value.
 pub(super) const PILES_UP: usize = 3;
 
-/// A channel by itself.
+/// Properties of a single channel.
 #[derive(Debug)]
 pub(super) struct Own {
     pub channel: Channel,
     pub low: f64,
     pub high: f64,
-    /// Where nearly all of its values lie: without what is far off.
+    /// Range of nearly all values, without outliers.
     pub span: f64,
-    /// The median step from sample to sample.
+    /// Median step from sample to sample.
     pub step: f64,
-    /// The least step that is not zero.
+    /// Smallest step that is not zero.
     pub resolution: f64,
-    /// Its extremes, as far as they are so much more frequent than what lies beside them that the logger may end there.
+    /// Extremes that are much more frequent than their neighbours, so that the logger may end there.
     piles_up: Vec<f64>,
-    /// Where it repeats one value, whatever the others do.
+    /// Runs of one repeated value.
     flat: Vec<Range<usize>>,
 }
 
@@ -110,18 +109,18 @@ pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
     (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
 }
 
-/// What the other channels say of one: a straight line in each.
+/// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
 pub(super) struct Expected {
-    /// The channels, with the mean that is taken off and the factor.
+    /// Other channels, with the mean that is subtracted and the factor.
     pub by: Vec<(Channel, f64, f64)>,
     constant: f64,
-    /// How far off it is in general: a standard deviation, whatever lies far out.
+    /// Standard deviation of the fit, robust against outliers.
     pub sigma: f64,
 }
 
 impl Expected {
-    /// By least squares, three times: each time without what is far from the one before; values that are `odd` say nothing.
+    /// Fits by least squares three times, each time without the outliers of the previous fit. Values in `odd` are ignored.
     pub fn of(
         recording: &Recording,
         own: &Own,
@@ -138,7 +137,7 @@ impl Expected {
             !own.piles_up.contains(&value) && !odd(value) && !is_flat(*k)
         };
         let fewest = 2 * (by.len() + 1);
-        // What may be clipped or stuck would bend the line.
+        // Samples that may be clipped or stuck would distort the line.
         let mut samples: Vec<usize> = all().filter(is_inside).collect();
         if samples.len() < fewest {
             samples = all().collect();
@@ -198,7 +197,7 @@ impl Expected {
         self.constant + by.sum::<f64>()
     }
 
-    /// How far it goes in a run of samples, of which some are looked at; what a tenth of them says alone does not count.
+    /// Returns the expected movement in a run of samples, from some of them, without the extreme tenth.
     fn spread(&self, recording: &Recording, samples: impl ExactSizeIterator<Item = usize>) -> f64 {
         let every = samples.len().div_ceil(256).max(1);
         let values = samples.step_by(every).map(|k| self.at(recording, k));
@@ -212,7 +211,7 @@ impl Expected {
     }
 }
 
-/// A channel that is looked at.
+/// A channel under test.
 pub(super) struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
@@ -228,7 +227,7 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Whether the others say that it moves where it does not.
+    /// Returns true if the channel should move where it does not.
     fn should_move(&self, samples: impl ExactSizeIterator<Item = usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         self.expected.is_some_and(|expected| {
@@ -237,7 +236,7 @@ impl Watched<'_> {
         })
     }
 
-    /// Finds where the logger could not write more, and says between which values (as the logger writes them) it could.
+    /// Finds clipped samples, and returns the range of the logger.
     pub fn clipped(
         &self,
         entered: Option<&GaugeRange>,
@@ -271,7 +270,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Finds where the reference could not show more: it stands at its extreme, and the gauges go on by far more than they are off.
+    /// Finds intervals in which the reference stays at its extreme while the gauges go on by far more than the fit's error.
     fn clipped_load(&self, found: &mut Vec<Fault>) {
         let (Channel::Load(_), Some(expected)) = (self.own.channel, self.expected) else { return };
         for (extreme, outward) in [(self.own.low, -1.0), (self.own.high, 1.0)] {
@@ -285,8 +284,8 @@ impl Watched<'_> {
         }
     }
 
-    /// Whether an extreme is where the logger ends: it is often exactly the same, and the others say that the channel should move there,
-    /// and mostly farther out.
+    /// Returns true if the logger ends at an extreme: the value is repeated exactly, and the channel should move there,
+    /// mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own { resolution, span, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
@@ -304,7 +303,7 @@ impl Watched<'_> {
         is_farther && spread > (3.0 * resolution).max(0.03 * span)
     }
 
-    /// Finds where it repeats one value though the others say that it moves, or is elsewhere.
+    /// Finds intervals in which the channel repeats one value although it should move, or be elsewhere.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
         for run in &self.own.flat {
             if is_known(found, run) {
@@ -318,7 +317,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Whether it jumps to one value that is far from where the others say that it is, and jumps back.
+    /// Returns true if the channel jumps to one value far from the expected one, and jumps back.
     fn is_elsewhere(&self, run: &Range<usize>) -> bool {
         let Some(expected) = self.expected else {
             return false;
@@ -327,7 +326,7 @@ impl Watched<'_> {
         let every = run.len().div_ceil(256).max(1);
         let off = run.clone().step_by(every);
         let off = median(off.map(|k| (value - expected.at(self.recording, k)).abs()));
-        // A converter that goes to and fro by a step or two drops nothing.
+        // Flicker of a converter by a step or two is no dropout.
         let least = (ELSEWHERE.0 * self.own.span)
             .max(ELSEWHERE.1 * expected.sigma)
             .max(4.0 * self.own.resolution.min(self.own.high - self.own.low));
@@ -340,7 +339,7 @@ impl Watched<'_> {
         off.is_some_and(|off| off > least && jumps && beside.all(|jump| jump > 0.5 * off))
     }
 
-    /// Finds where it jumps away and back, and nothing else does.
+    /// Finds samples at which only this channel jumps away and back.
     pub fn jumps(&self, found: &mut Vec<Fault>) {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
@@ -369,7 +368,7 @@ impl Watched<'_> {
             }
             k += 1;
         }
-        // A value that comes again is one that stands for none.
+        // A value that recurs stands for a missing one.
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
             let value = self.value(samples.start);
             let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {
@@ -387,7 +386,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Where a channel that jumped before sample `k` is back where it was.
+    /// Returns the sample at which a channel that jumped before sample `k` is back.
     fn back_again(&self, k: usize, jump: f64) -> Option<usize> {
         let before = self.value(k - 1);
         let is_back = |at: &usize| (self.value(*at) - before).abs() <= BACK_AGAIN * jump.abs();
@@ -399,7 +398,7 @@ impl Watched<'_> {
     }
 }
 
-/// Ranges that are sorted by their starts, those that touch made one.
+/// Joins ranges, sorted by their starts, that touch.
 pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in ranges {
@@ -411,14 +410,14 @@ pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     joined
 }
 
-/// Whether these samples have a fault already; `found` are those of one channel.
+/// Returns true if these samples already have a fault in `found`, which holds the faults of one channel.
 fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
     let is_all =
         |fault: &Fault| fault.samples.start <= samples.start && samples.end <= fault.samples.end;
     found.iter().any(is_all)
 }
 
-/// Notes each run of samples that are so.
+/// Adds each run of such samples as a fault.
 pub(super) fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,

@@ -18,7 +18,7 @@ use crate::recording::median::{median, white_noise as noise};
 /// Radii of the play operators, as shares of half the range of what drives them; the first stands for hysteresis that turns
 /// over at once, however small the reversal.
 const RADII: [f64; 7] = [0.0, 0.012, 0.03, 0.06, 0.12, 0.25, 0.6];
-/// The radii where few drivers leave room for more.
+/// Radii for several axes with few drivers. With one axis they would take up a part of the lag.
 const FINER_RADII: [f64; 13] =
     [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
 /// Maximum number of drivers that have the finer radii.
@@ -120,7 +120,8 @@ impl Grids {
         }
         let window = Window::new(half, hop);
         let drivers = drivers(&pieces, n_axes, driven_by);
-        let radii: &[f64] = if drivers.len() <= FEW_DRIVERS { &FINER_RADII } else { &RADII };
+        let is_fine = n_axes > 1 && drivers.len() <= FEW_DRIVERS;
+        let radii: &[f64] = if is_fine { &FINER_RADII } else { &RADII };
         let slow_secs = slow_secs(&pieces, &window).ok_or(NoLag::ConstantLoad)?;
         let noise = driver_noise(&pieces, &drivers);
         let longest = pieces.iter().map(|piece| piece.secs()).fold(0.0, f64::max);

@@ -29,6 +29,8 @@ struct Sensor {
     play: f64,
     noise: f64,
     n_axes: usize,
+    /// Whether each axis has the play, as a structure has, or each gauge.
+    play_of_axes: bool,
     secs: f64,
 }
 
@@ -40,6 +42,7 @@ const SENSOR: Sensor = Sensor {
     play: 0.0,
     noise: 0.001,
     n_axes: 1,
+    play_of_axes: false,
     secs: 60.0,
 };
 
@@ -128,14 +131,19 @@ fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     let mut random = Random::new(seed, &[]);
     let loads: Vec<Vec<f64>> =
         (0..axes).map(|_| path(sensor.path, n * FINER, step, &mut random)).collect();
+    let played: Vec<Vec<f64>> = match sensor.play_of_axes {
+        true => loads.iter().map(|load| play(load, sensor.play)).collect(),
+        false => loads.clone(),
+    };
+    let of_gauge = if sensor.play_of_axes { 0.0 } else { sensor.play };
     let gauge = |gauge: usize| {
         let share = |axis: usize| match axis == gauge {
             true => 1.0,
             false => 0.2 * ((7 * gauge + 3 * axis) as f64).sin(),
         };
-        let strain = |k: usize| (0..axes).map(|axis| share(axis) * loads[axis][k]).sum();
+        let strain = |k: usize| (0..axes).map(|axis| share(axis) * played[axis][k]).sum();
         let strain: Vec<f64> = (0..n * FINER).map(strain).collect();
-        lagged(&play(&strain, sensor.play), sensor.kind, sensor.samples * FINER as f64)
+        lagged(&play(&strain, of_gauge), sensor.kind, sensor.samples * FINER as f64)
     };
     let gauges: Vec<Vec<f64>> = (0..axes).map(gauge).collect();
     let rows = |columns: &[Vec<f64>]| -> Vec<f64> {
@@ -196,7 +204,10 @@ fn lags_are_found_in_noise_at_both_rates() {
 #[test]
 fn six_axes_each_have_their_lag() {
     for (kind, samples) in [(LagKind::Delay, 0.5), (LagKind::FirstOrder, 5.0)] {
-        assert_found(Sensor { kind, samples, play: 0.05, noise: 0.003, n_axes: 6, ..SENSOR });
+        for play_of_axes in [false, true] {
+            let sensor = Sensor { kind, samples, play: 0.05, noise: 0.003, n_axes: 6, ..SENSOR };
+            assert_found(Sensor { play_of_axes, ..sensor });
+        }
     }
 }
 
@@ -229,7 +240,7 @@ fn each_recording_has_its_own_lag() {
     }
 }
 
-/// Width of the loop in shares of full scale: with the lag, with it removed, and of the same sensor without a lag.
+/// Width of the loop in shares of full scale: with the lag, with it removed, and of the same sensor without lag and noise.
 fn hysteresis(sensor: &Sensor, lag: &Lag) -> [f64; 3] {
     let widths_of = |sensor: &Sensor| {
         let runs: Vec<_> = (0..RUNS).map(|run| simulated(sensor, 100 + run)).collect();
@@ -239,7 +250,7 @@ fn hysteresis(sensor: &Sensor, lag: &Lag) -> [f64; 3] {
         widths(lag, 0, &runs, 0.1).expect("the load has cycles").largest
     };
     let [before, after] = widths_of(sensor);
-    [before, after, widths_of(&Sensor { samples: 0.0, ..*sensor })[0]]
+    [before, after, widths_of(&Sensor { samples: 0.0, noise: 0.0, ..*sensor })[0]]
 }
 
 #[test]

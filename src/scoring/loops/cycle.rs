@@ -1,7 +1,6 @@
 //! Cycles, and the distance between their two branches at equal load.
 
 use crate::min_max::MinMax;
-use crate::recording::median::white_noise;
 use crate::scoring::loops::curve::Curve;
 use crate::scoring::loops::turns::Branch;
 
@@ -40,11 +39,6 @@ impl Cycle {
         self.loads().span()
     }
 }
-
-/// Noise of the width is averaged until it is below this share of the largest width …
-const MOST_NOISE: f64 = 0.02;
-/// … over as many neighbouring loads to each side at most. A width that peaks loses an eighth by all of them, an ellipse a hundredth.
-const WIDEST: usize = 12;
 
 /// One output along both branches of a cycle, at the same loads.
 ///
@@ -112,35 +106,17 @@ impl Loop {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the widths without most of their noise: on straight lines through neighbouring loads, as few as it takes.
-    ///
-    /// The largest of a hundred noisy widths, and the mean of their sizes, would be above zero without any hysteresis.
-    fn quiet_widths(&self) -> Vec<f64> {
-        let widths: Vec<f64> = self.widths().collect();
-        let noise = white_noise(&widths);
-        let around = |half: usize| -> Vec<f64> {
-            (0..widths.len()).map(|at| on_line(&widths, at, half)).collect()
-        };
-        let is_quiet = |half: usize, own: &[f64]| {
-            let largest = own.iter().fold(0.0, |largest: f64, own| largest.max(own.abs()));
-            2.0 * noise / ((2 * half + 1) as f64).sqrt() <= MOST_NOISE * largest
-        };
-        let halves = (0..=WIDEST).map(|half| (half, around(half)));
-        let mut quiet = halves.filter(|(half, own)| *half == WIDEST || is_quiet(*half, own));
-        quiet.next().map_or(widths.clone(), |(_, own)| own)
-    }
-
     /// Returns the largest magnitude of the width.
     ///
     /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the
     /// maximum.
     pub fn largest_width(&self) -> f64 {
-        self.quiet_widths().into_iter().map(f64::abs).fold(0.0, f64::max)
+        self.widths().map(f64::abs).fold(0.0, f64::max)
     }
 
     /// Returns the mean magnitude of the width over the common range.
     pub fn mean_width(&self) -> f64 {
-        mean_by_trapezoids(self.quiet_widths().into_iter().map(f64::abs))
+        mean_by_trapezoids(self.widths().map(f64::abs))
     }
 
     /// Returns the integral of the width's size over the load: open loops have an area, even where their branches cross.
@@ -174,19 +150,6 @@ fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
         if is_end { value / 2.0 } else { value }
     });
     weighted.sum::<f64>() / last as f64
-}
-
-/// Returns the value in this place of the least-squares line through its neighbours, `half` of them to each side where there are
-/// as many.
-fn on_line(values: &[f64], at: usize, half: usize) -> f64 {
-    let from = at.saturating_sub(half);
-    let own = &values[from..(at + half + 1).min(values.len())];
-    let middle = 0.5 * (own.len() - 1) as f64;
-    let mean = own.iter().sum::<f64>() / own.len() as f64;
-    let places = || (0..own.len()).map(|place| place as f64 - middle);
-    let squares: f64 = places().map(|place| place * place).sum();
-    let slope = places().zip(own).map(|(place, value)| place * value).sum::<f64>();
-    if squares > 0.0 { mean + slope / squares * ((at - from) as f64 - middle) } else { mean }
 }
 
 #[cfg(test)]
@@ -226,23 +189,6 @@ mod tests {
             assert!((one.largest_width() / (2.0 * radius) - 1.0).abs() < 0.01);
             assert!((one.area() / area - 1.0).abs() < 0.01, "{}", one.area());
             assert!((one.mean_width() / (area / 2.0) - 1.0).abs() < 0.01);
-        }
-    }
-
-    /// Noise of 1 % makes neither a width nor an area where there is no hysteresis, and hardly changes those of play.
-    #[test]
-    fn noise_is_no_hysteresis() {
-        let mut random = crate::random::Random::new(3, &[]);
-        for radius in [0.0, 0.03] {
-            let loads = triangle(3, 400);
-            let noisy = play(&loads, radius)
-                .iter()
-                .map(|own| own + 0.01 * random.normal())
-                .collect::<Vec<_>>();
-            let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
-            let one = Loop::of(&cycle, &loads, &noisy);
-            assert!((one.largest_width() - 2.0 * radius).abs() < 0.006, "{}", one.largest_width());
-            assert!((one.mean_width() - 2.0 * radius).abs() < 0.003, "{}", one.mean_width());
         }
     }
 

@@ -15,13 +15,12 @@ use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::study::parts::check_parts;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
+use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::{Recording, Role};
 use crate::scoring::left_out::LeftOut;
 
 /// Shortest time that is tried, in steps of the recordings.
 const SHORTEST_TIME: f64 = 0.25;
-/// Largest share of a group's samples in which the state of a proposed radius may be unknown.
-const MOST_UNKNOWN: f64 = 0.1;
 
 /// Returns true for a block whose values must be searched: one with a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
@@ -131,7 +130,7 @@ impl Study {
             candidates.retain(|secs| *secs >= SHORTEST_TIME * shortest && *secs <= longest);
         }
         if candidates.iter().any(|value| block.travel(*value) > 0.0) {
-            let travels = Travels::of(self);
+            let travels = Travels::of(&self.data, &self.blank.gauge_scale);
             candidates.retain(|value| travels.unknown(block.travel(*value)) <= MOST_UNKNOWN);
         }
         let n_gauges = self.blank.gauges.len();
@@ -150,54 +149,6 @@ impl Study {
 /// Returns the settings with this list for the block.
 fn with_values(features: &FeatureSettings, block: HistoryBlock, values: &[f64]) -> FeatureSettings {
     FeatureSettings { blocks: features.blocks.clone().with(block, values), ..features.clone() }
-}
-
-/// Distance that each gauge has travelled up to each sample, for each group.
-struct Travels {
-    /// Travels of the gauges (σ) by group, one list for each recording and gauge, with its weight.
-    groups: Vec<Vec<(Vec<f32>, f64)>>,
-}
-
-impl Travels {
-    /// Follows every gauge of the training recordings.
-    fn of(study: &Study) -> Self {
-        let data = &study.data;
-        let n_groups = data.groups.of.iter().max().map_or(0, |last| last + 1);
-        let mut groups = vec![Vec::new(); n_groups];
-        let training = data.entries.iter().zip(&data.groups.of);
-        for (entry, group) in training.filter(|(entry, _)| entry.role == Role::Train) {
-            let recording = &entry.recording;
-            for (gauge, deviation) in study.blank.gauge_scale.deviation.iter().enumerate() {
-                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-                let (mut sum, mut squares) = (0.0, 0.0);
-                let travel = (0..recording.n_samples()).map(|k| {
-                    let own = recording.gauges_at(k)[gauge] / deviation.max(f64::MIN_POSITIVE);
-                    (low, high) = (low.min(own), high.max(own));
-                    (sum, squares) = (sum + own, squares + own * own);
-                    (high - low) as f32
-                });
-                let travel: Vec<f32> = travel.collect();
-                let moved = squares - sum * sum / travel.len().max(1) as f64;
-                groups[*group].push((travel, moved.max(0.0)));
-            }
-        }
-        Self { groups }
-    }
-
-    /// Returns the largest share of a group's samples before the gauges have travelled this far (σ). Each gauge is weighted
-    /// by its movement in the group.
-    fn unknown(&self, travel: f64) -> f64 {
-        let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
-            let (mut unknown, mut all) = (0.0, 0.0);
-            for (travels, moved) in gauges {
-                let before = travels.partition_point(|own| f64::from(*own) < travel);
-                unknown += moved * before as f64 / travels.len().max(1) as f64;
-                all += moved;
-            }
-            if all > 0.0 { unknown / all } else { 0.0 }
-        };
-        self.groups.iter().map(of_group).fold(0.0, f64::max)
-    }
 }
 
 impl Bench {

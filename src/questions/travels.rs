@@ -1,0 +1,55 @@
+//! How soon the gauges of a recording have moved far enough for the state of a play operator to be known.
+
+use crate::features::GaugeScale;
+use crate::questions::dataset::Dataset;
+use crate::recording::Role;
+
+/// Largest share of a group's samples in which the state of a radius may be unknown.
+pub(crate) const MOST_UNKNOWN: f64 = 0.1;
+
+/// How far each gauge has moved up to each sample of a group, and how much it moves there.
+pub(crate) struct Travels {
+    /// For each group the gauges' travels (σ), one list for each recording and gauge, each with its weight.
+    groups: Vec<Vec<(Vec<f32>, f64)>>,
+}
+
+impl Travels {
+    /// Follows every gauge of the training recordings.
+    pub fn of(data: &Dataset, scale: &GaugeScale) -> Self {
+        let n_groups = data.groups.of.iter().max().map_or(0, |last| last + 1);
+        let mut groups = vec![Vec::new(); n_groups];
+        let training = data.entries.iter().zip(&data.groups.of);
+        for (entry, group) in training.filter(|(entry, _)| entry.role == Role::Train) {
+            let recording = &entry.recording;
+            for (gauge, deviation) in scale.deviation.iter().enumerate() {
+                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                let (mut sum, mut squares) = (0.0, 0.0);
+                let travel = (0..recording.n_samples()).map(|k| {
+                    let own = recording.gauges_at(k)[gauge] / deviation.max(f64::MIN_POSITIVE);
+                    (low, high) = (low.min(own), high.max(own));
+                    (sum, squares) = (sum + own, squares + own * own);
+                    (high - low) as f32
+                });
+                let travel: Vec<f32> = travel.collect();
+                let moved = squares - sum * sum / travel.len().max(1) as f64;
+                groups[*group].push((travel, moved.max(0.0)));
+            }
+        }
+        Self { groups }
+    }
+
+    /// Returns the largest share of a group's samples before gauges have moved as far as this (σ). A gauge counts by how much it
+    /// moves in the group.
+    pub fn unknown(&self, travel: f64) -> f64 {
+        let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
+            let (mut unknown, mut all) = (0.0, 0.0);
+            for (travels, moved) in gauges {
+                let before = travels.partition_point(|own| f64::from(*own) < travel);
+                unknown += moved * before as f64 / travels.len().max(1) as f64;
+                all += moved;
+            }
+            if all > 0.0 { unknown / all } else { 0.0 }
+        };
+        self.groups.iter().map(of_group).fold(0.0, f64::max)
+    }
+}
