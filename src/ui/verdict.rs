@@ -65,7 +65,7 @@ fn verdict(engine: &Engine) -> Option<Verdict> {
 /// Draws one figure as a button: its name, and each axis in the colour of its change.
 fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<Command>) {
     let visuals = ui.visuals().clone();
-    let text = |color| TextFormat::simple(TextStyle::Small.resolve(ui.style()), color);
+    let text = |color| TextFormat::simple(TextStyle::Body.resolve(ui.style()), color);
     let (mut job, mut spoken) = (LayoutJob::default(), figure.name.clone());
     job.append(&figure.name, 0.0, text(visuals.text_color()));
     let mut lines = vec![figure.about.clone()];
