@@ -894,7 +894,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     assert_eq!(names(engine.project()), ["a", "b", "test", "x", "y"]);
     assert_eq!(engine.project().maps[&x], map);
     assert_eq!(engine.project().maps[&y], map, "y is read by it since it has the same shape");
-    last_notice(&engine, Level::Info, "y.csv: read by the column map");
+    last_notice(&engine, Level::Info, "y.csv: read with the column map");
     assert_eq!(engine.preferences.maps, [map]);
 }
 
@@ -914,7 +914,7 @@ fn files_that_wait_to_be_imported_come_one_after_another() {
     assert!(problem.starts_with("y"), "{problem}");
     engine.act(Action::Import(ImportCommand::CancelAll));
     assert_eq!(path(&engine), None);
-    last_notice(&engine, Level::Info, "not said: y, z");
+    last_notice(&engine, Level::Info, "no columns were chosen: y, z");
 }
 
 #[test]

@@ -634,7 +634,7 @@ mod tests {
     fn a_pane_grows_by_what_its_neighbours_give() {
         let mut workspace = full();
         let share = |workspace: &Arrangement| {
-            let tile = workspace.tree.tiles.find_pane(&named("settings")).unwrap();
+            let tile = workspace.tree.tiles.find_pane(&named("errors")).unwrap();
             let tabs = workspace.tree.tiles.parent_of(tile).unwrap();
             let row = workspace.tree.tiles.parent_of(tabs).unwrap();
             match workspace.tree.tiles.get_container(row) {
@@ -643,9 +643,9 @@ mod tests {
             }
         };
         let before = share(&workspace);
-        workspace.move_pane(named("settings"), PaneMove::Wider);
+        workspace.move_pane(named("errors"), PaneMove::Taller);
         assert!(share(&workspace) > 1.1 * before);
-        workspace.move_pane(named("settings"), PaneMove::Narrower);
+        workspace.move_pane(named("errors"), PaneMove::Lower);
         assert!((share(&workspace) - before).abs() < 1e-6);
     }
 

@@ -240,7 +240,7 @@ fn each_recording_has_its_own_lag() {
     }
 }
 
-/// Width of the loop in shares of full scale: with the lag, with it removed, and of the same sensor without lag and noise.
+/// Width of the loop in shares of full scale: with the lag, with it removed, and of the same sensor without a lag.
 fn hysteresis(sensor: &Sensor, lag: &Lag) -> [f64; 3] {
     let widths_of = |sensor: &Sensor| {
         let runs: Vec<_> = (0..RUNS).map(|run| simulated(sensor, 100 + run)).collect();
@@ -250,7 +250,7 @@ fn hysteresis(sensor: &Sensor, lag: &Lag) -> [f64; 3] {
         widths(lag, 0, &runs, 0.1).expect("the load has cycles").largest
     };
     let [before, after] = widths_of(sensor);
-    [before, after, widths_of(&Sensor { samples: 0.0, noise: 0.0, ..*sensor })[0]]
+    [before, after, widths_of(&Sensor { samples: 0.0, ..*sensor })[0]]
 }
 
 #[test]
