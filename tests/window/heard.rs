@@ -61,7 +61,7 @@ fn fields_of_the_import_window_are_named_by_the_header() {
     window.state_mut().as_mut().unwrap().send(ImportCommand::Open(path));
     settle(&mut window);
     for (name, role) in
-        [("column load cell", "gauge"), ("column 3, x", "gauge"), ("column time", "time")]
+        [("column load cell", "Gauge"), ("column 3, x", "Gauge"), ("column time", "Time")]
     {
         let combo = format!("Role of {name}");
         let combo = window.get_by_role_and_label(Role::ComboBox, &combo);

@@ -184,7 +184,7 @@ fn a_row_of_imports_ends_at_once() {
             settle(&mut window);
         }
         assert!(state(&window).importing.is_none());
-        told(&mut window, Level::Info, "not said: bare1.dat, bare2.dat");
+        told(&mut window, Level::Info, "no columns were chosen: bare1.dat, bare2.dat");
         let send = window.state_mut().as_mut().unwrap();
         send.send(Action::DismissAll);
         settle(&mut window);
