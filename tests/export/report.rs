@@ -174,7 +174,7 @@ fn a_report_is_not_half_written() {
     let data = reported(&[Role::Train]);
     let path = directory.path().join("gone").join("r.html");
     let told = write_report(&path, &data).unwrap_err().to_string();
-    assert!(told.contains("no folder"), "{told}");
+    assert!(told.contains("there is no folder"), "{told}");
     std::fs::write(directory.path().join("r.html"), "mine").unwrap();
     let mut permissions = std::fs::metadata(directory.path().join("r.html")).unwrap().permissions();
     permissions.set_readonly(true);
