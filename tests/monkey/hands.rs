@@ -77,7 +77,7 @@ const CONTROLS: [Role; 10] = [
     Role::GraphicsObject,
 ];
 
-const KEYS: [Key; 30] = [
+const KEYS: [Key; 31] = [
     Key::ArrowUp,
     Key::ArrowDown,
     Key::ArrowLeft,
