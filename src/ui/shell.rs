@@ -387,6 +387,9 @@ impl Shell {
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let (engine, time, places) = (&self.engine, &mut self.time, &mut self.places);
             places.clear();
+            if is_empty && engine.importing.is_some() {
+                return; // The import window stands over it.
+            }
             if is_empty && !engine.is_busy() {
                 return welcome::choices(ui, engine, out);
             }
