@@ -64,7 +64,7 @@
 //! # }
 //! ```
 
-// Without the window nobody asks for some of what is there for it.
+// Without the window, some items have no user.
 #![cfg_attr(not(feature = "gui"), allow(dead_code, unused_imports))]
 
 mod about;
