@@ -65,7 +65,7 @@ impl View {
                 };
                 let text = format!("Comp. = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
-                    "Too large to show as a matrix; the .json export holds everything",
+                    "Too large to show as a matrix; the .json export holds all of its numbers",
                 );
                 ui.add_space(6.0);
             }

@@ -174,7 +174,7 @@ mod tests {
         assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9);
     }
 
-    /// Red, green and blue differ by this much in all.
+    /// The sum of the differences in red, green and blue is at least 75.
     #[test]
     fn no_two_meanings_share_a_colour() {
         for is_dark in [true, false] {
