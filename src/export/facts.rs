@@ -124,7 +124,7 @@ fn scores(scores: &Scores) -> String {
     let sets = [
         ("on test recordings", &scores.test_rmse),
         ("in cross-validation", &scores.cv_rmse),
-        ("on what was fitted", &scores.train_rmse),
+        ("on the fitted samples", &scores.train_rmse),
     ];
     let told: Vec<String> = (sets.iter())
         .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_ref()?))))

@@ -118,8 +118,8 @@ impl View {
                 ui.explained_field("within", field, about);
                 if ui.press(
                     "Whole comparison of the paper",
-                    "Linear, network and hybrid, without and with the past, on all samples (A) and on every tenth (B): \
-                     Figures 9, 10, 12 and 13. Networks on all samples take minutes; what has a result that holds is not \
+                    "Linear, network and hybrid, without and with look-back, on all samples (A) and on every tenth (B): \
+                     Figures 9, 10, 12 and 13. Networks on all samples take minutes. Models that already have a result are not \
                      fitted again",
                 ) {
                     out.push(Action::ComparePaper.into());
