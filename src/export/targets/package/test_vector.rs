@@ -24,13 +24,15 @@ pub(super) struct Answered {
 
 /// Sample rate if no recording has one (Hz).
 const USUAL_RATE_HZ: f64 = 20.0;
-/// Loads of the test as a share of full scale; gauges without known loads move by the number of deviations below.
+/// Largest load of the test as a share of full scale.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
+/// Largest motion of gauges without known loads, in standard deviations.
 const DEVIATIONS: f64 = 2.0;
-/// Number of samples of the fast motion. The slow motion lasts as long as the history, up to the number of samples below.
+/// Number of samples of each fast motion, before and after the slow one.
 const FAST: usize = 100;
+/// Number of samples of the slow motion.
 const SLOW: usize = 500;
-/// Maximum number of samples of the slow motion; a longer test would show nothing new.
+/// Number of slow samples in which the history settles, which sets their time step.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
 /// Returns the test vector of a calibration.
