@@ -327,8 +327,8 @@ static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefi
     {{ prefix }}_forget(s);
 }
 
-/* From now on, subtracts the load of the last sample that was not rejected. Of one sample with its noise, and of a load, not of
- * gauges: to tare, take {{ prefix }}_tare. The history is kept. */
+/* From now on, subtracts the load of the last sample that was not rejected. This includes the noise of that
+ * sample. To tare gauges, use {{ prefix }}_tare. The history is kept. */
 static inline void {{ prefix }}_zero_last_load({{ prefix }}_state *s)
 {
     int axis;
