@@ -1,4 +1,4 @@
-//! `check`: whether the recordings carry the model, by exit code, in words and as JSON.
+//! `check`: whether the recordings determine the model, as exit code, text and JSON.
 
 use serde_json::Value;
 

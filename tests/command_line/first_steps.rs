@@ -39,7 +39,7 @@ fn walk(workshop: &Workshop, section: &str) -> String {
 fn own_files_become_a_calibration_by_the_commands_of_the_guide() {
     let workshop = Workshop::new();
     let said = walk(&workshop, "Your own files, on the command line");
-    assert!(said.contains("Enough: the data carry the model"), "{said}");
+    assert!(said.contains("Enough: the recordings determine the model"), "{said}");
     for file in ["sensor.json", "loads/test_path6_mount1_fast_loads.csv", "report.html"] {
         assert!(!workshop.read(file).is_empty(), "{file}");
     }

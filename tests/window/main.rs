@@ -1148,7 +1148,7 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
         let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
         window.hover_at(at);
         window.run_steps(4);
-        has(&window, "a press shows it alone").then_some(at)
+        has(&window, "click to show this cycle alone").then_some(at)
     });
     let at = on_loop.expect("a loop passes the middle");
     assert!(has(&window, "Fz error ") && has(&window, "cycle "));
@@ -1186,7 +1186,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
             let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);
             window.hover_at(at);
             window.run_steps(4);
-            has(&window, "a press shows it alone").then_some(at)
+            has(&window, "click to show this cycle alone").then_some(at)
         });
         let at = on_loop.expect("a loop passes the middle");
         window.drag_at(at);

@@ -50,7 +50,7 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     told(&mut window, Level::Warning, "the file has changed since the session was saved");
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
-    assert!(has(&window, "A file of the session is not there"));
+    assert!(has(&window, "A file of the session was not found"));
     type_into(&mut window, "Now in the folder", "/nowhere");
     click(&mut window, Role::Button, "Look there");
     told(&mut window, Level::Error, "/nowhere: none of the missing files");
