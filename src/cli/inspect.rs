@@ -85,7 +85,7 @@ impl Work for InspectJob {
                 }
             }
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
-            // The assumptions stand in the written map, where the user can change them.
+            // The assumed values are written to the map, where the user can change them.
             inspection.map.gap_secs =
                 (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
             if let Some(path) = &self.write_map {

@@ -1,7 +1,6 @@
-//! What is shown, as plain data: a [`Table`] or a [`Figure`](figure::Figure) is described once, and window, command line,
-//! report, clipboard and files draw from it.
-//!
-//! Guarantees: knows nothing of windows, command lines or files.
+//! Results as plain data: a [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
+//! report, clipboard and files.
+//!  Guarantees: this module does not depend on windows, command lines or files.
 
 pub mod figure;
 pub(crate) mod table;

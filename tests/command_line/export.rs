@@ -56,7 +56,7 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     workshop.write("run.csv", "t [s],g1,g2,g3,g4,g5,g6\n0,1,2,3,4,5,6\n1,0,0,0,0,0,7\n");
     let told = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
     assert!(told.status.success());
-    for words in ["s.cal: such a file", "no compensation", "no offset"] {
+    for words in ["s.cal: a .cal file", "without compensation", "offset"] {
         assert!(stderr(&told).contains(words), "{}", stderr(&told));
     }
     let loads = Table::read(&workshop.file("run_loads.csv"));

@@ -1,4 +1,5 @@
-//! What the table has rows of: each quantity with its definition, its source, and what a free-running recording lacks.
+//! Rows of the metrology table: each quantity with its definition, its source, and the conditions that a free-running
+//! recording does not meet.
 
 use std::mem::discriminant;
 
@@ -13,25 +14,25 @@ pub enum Quantity {
     Hysteresis,
     /// Largest width of the mean loop of the full cycles.
     MeanLoopHysteresis,
-    /// Mean width of that loop.
+    /// Mean width of the mean loop.
     MeanWidth,
-    /// Rising branch against the line between its ends.
+    /// Deviation of the rising branch from the line between its ends.
     TerminalNonlinearity,
-    /// Rising branch against its best-fit line.
+    /// Deviation of the rising branch from its best-fit line.
     BestFitNonlinearity,
-    /// Both branches against the line between the ends of the rising one.
+    /// Deviation of both branches from the line between the ends of the rising branch.
     CombinedError,
     /// Spread of repeated branches of one recording.
     Repeatability,
-    /// Output at zero after a load less that before.
+    /// Output at zero after a load, minus the output before the load.
     ZeroReturn,
-    /// How late the output is behind the reference.
+    /// Delay of the output behind the reference.
     TimeLag,
-    /// Hysteresis with the output and the reference brought to one time.
+    /// Hysteresis after the time lag is removed.
     HysteresisWithoutLag,
-    /// Change of the output under a load that stands still.
+    /// Change of the output under a constant load.
     Creep,
-    /// Time constant of that change.
+    /// Time constant of the creep.
     CreepTime,
     /// Change of the output at zero after a load.
     CreepRecovery,
@@ -43,27 +44,27 @@ pub enum Quantity {
     Rmse,
     /// Largest error.
     LargestError,
-    /// What 95 % of the errors stay within.
+    /// Value within which 95 % of the errors lie.
     Error95,
 }
 
-/// What a row means, for whoever reads it in the window, in a file or in print.
+/// Definition of a row, for window, files and print.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Definition {
-    /// Short and stable, for programs.
+    /// Short, constant id for programs.
     pub id: String,
-    /// Short, for people.
+    /// Short name for people.
     pub name: String,
-    /// How it is computed.
+    /// Computation of the figure.
     pub definition: &'static str,
-    /// Whose definition it follows.
+    /// Source of the definition.
     pub source: &'static str,
-    /// Which conditions of that source a free-running recording does not meet; empty where there are none.
+    /// Conditions of the source that a free-running recording does not meet; may be empty.
     pub free_running: &'static str,
 }
 
 impl Definition {
-    /// How it is computed, whose definition that follows, and what a free-running recording does not meet: a sentence each.
+    /// Returns the computation, the source, and the unmet conditions, one sentence each.
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences =
             vec![format!("{}.", self.definition), format!("Source: {}.", self.source)];
@@ -75,7 +76,7 @@ impl Definition {
 }
 
 impl Quantity {
-    /// All rows for these axes, in the order of the table.
+    /// Returns all rows for these axes, in the order of the table.
     pub fn all(axes: &[Axis]) -> Vec<Self> {
         let all = QUANTITIES.iter().flat_map(|(quantity, _)| match quantity {
             Self::Crosstalk(_) => axes.iter().copied().map(Self::Crosstalk).collect(),
@@ -87,7 +88,7 @@ impl Quantity {
         all.collect()
     }
 
-    /// The axis that is loaded while the others are read, for crosstalk.
+    /// Returns the loaded axis of a crosstalk row.
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
             Self::Crosstalk(axis) | Self::CrosstalkDeviation(axis) => Some(axis),
@@ -95,7 +96,7 @@ impl Quantity {
         }
     }
 
-    /// What the row is called whichever axis is loaded; `None` where the definition's name says it.
+    /// Returns a name for any loaded axis; `None` if the definition's name is general.
     pub fn general_name(self) -> Option<&'static str> {
         match self {
             Self::Crosstalk(_) => Some("Crosstalk"),
@@ -104,12 +105,12 @@ impl Quantity {
         }
     }
 
-    /// Whether the figures are times in seconds rather than loads.
+    /// Returns true if the figures are times in seconds, not loads.
     pub fn is_time(self) -> bool {
         matches!(self, Self::CreepTime | Self::TimeLag)
     }
 
-    /// What the row means.
+    /// Returns the definition of the row.
     pub fn definition(self) -> Definition {
         let is_own = |(of, _): &&(Self, _)| discriminant(of) == discriminant(&self);
         let (_, texts) = QUANTITIES.iter().find(is_own).expect("every quantity has a row");
@@ -131,8 +132,8 @@ const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time and every
 const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here \
     other axes may be loaded too, and what they add at equal load counts as width";
 
-/// All quantities in the order of the table, crosstalk as from Fx, each with its id, name, definition, source, and what a free-running
-/// recording lacks.
+/// All quantities in the order of the table, each with id, name, definition, source, and the conditions that a free-running
+/// recording does not meet. Crosstalk is listed for Fx.
 const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
     (
         Quantity::Hysteresis,
