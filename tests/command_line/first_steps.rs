@@ -1,4 +1,4 @@
-//! The walks of the guide, as somebody types them from its page.
+//! The tutorials of the guide, with the commands of its page.
 
 use std::process::{Command, Output};
 
@@ -7,7 +7,7 @@ use crate::workshop::Workshop;
 
 const PAGE: &str = include_str!("../../assets/guide/first-steps.md");
 
-/// What stands in the blocks of code of a section, in this language, one after the other.
+/// Returns the code blocks of a section in this language, one after the other.
 fn code(section: &str, language: &str) -> String {
     let of_section = PAGE.split("\n## ").find(|own| own.starts_with(section));
     let blocks = of_section.unwrap().split("```").skip(1).step_by(2);
@@ -17,7 +17,7 @@ fn code(section: &str, language: &str) -> String {
     code
 }
 
-/// Types the commands of a section, with the program in the path.
+/// Runs the commands of a section, with the program in the path.
 #[track_caller]
 fn walk(workshop: &Workshop, section: &str) -> String {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_loopscope"));

@@ -1,4 +1,4 @@
-//! What a screen reader says: values, and what they are of.
+//! Texts for screen readers: values with their rows and columns.
 
 use super::*;
 
@@ -21,7 +21,7 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
         assert!((number / rmse - 1.0).abs() < 1e-3, "{said:?} {rmse}");
     }
     show(&mut window, "calibration");
-    // A number of the matrix is known by its axis and its feature.
+    // A number of the matrix has the names of its axis and feature.
     assert!(has(&window, "Fx S1 "));
 }
 

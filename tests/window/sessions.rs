@@ -1,4 +1,4 @@
-//! Sessions: saved, opened, asked about before they are lost.
+//! Sessions: saved, opened, and protected against loss.
 
 use super::*;
 
@@ -141,7 +141,7 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
-    // Once it is written down here.
+    // Waits until the unsaved session is stored.
     until(&mut window, |_| !exists(1));
 }
 
