@@ -16,7 +16,7 @@ pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
     }
     if !kind.is_file() {
         return Err(io::Error::other(
-            "it is not a file but a pipe or a device; save what comes of it, and name that file",
+            "it is a pipe or a device, not a file; save its contents to a file, and name that file",
         ));
     }
     File::open(path)

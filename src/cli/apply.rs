@@ -110,7 +110,7 @@ impl ApplyJob {
             if first.tare().is_none() {
                 if let Some(tare) = calibration.tare {
                     run.say.note(format_args!(
-                        "{path}: not tared, and the calibration was made of gauges less their mean over {tare}; add --tare"
+                        "{path}: not tared, and the calibration was fitted to gauges minus their mean over {tare}; add --tare"
                     ));
                 }
                 if !names_gauges {

@@ -84,7 +84,7 @@ impl Input {
         let read = |folder: &PathBuf| import::read(folder, None, &[], &Progress::default()).err();
         match self.folder.as_ref().and_then(read) {
             Some(folder) => JobError::Usage(format!(
-                "{error}. It is in {folder}, or leave out what cannot be read by --keep-going"
+                "{error}. It is in {folder}, or skip unreadable files by --keep-going"
             )),
             None => error,
         }

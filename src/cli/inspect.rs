@@ -190,7 +190,7 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    // Longer tables are cut, because nobody reads them in a terminal.
+    // Longer tables are cut, because they are not readable in a terminal.
     const LISTED: usize = 200;
     let listed = Table::of(table.columns.iter().take(LISTED))
         .words("column", |own| own.number.to_string())

@@ -104,7 +104,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         fs::write(at("a.csv"), "").unwrap();
         let a = [at("a.csv")];
-        assert!(check(&a, &a, true).unwrap_err().contains("which is read"));
+        assert!(check(&a, &a, true).unwrap_err().contains("replace the input"));
         let exists = check_targets(&[], &a, false).unwrap_err();
         assert_eq!(exists.ways(), [Way::Replace]);
         assert_eq!(check(&[], &a, true), Ok(()));

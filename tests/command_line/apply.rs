@@ -109,7 +109,7 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
         assert!((before - after).abs() < 1e-5, "{before} became {after}");
     }
     let told = stderr(&apply("raw", "today.csv", &[]));
-    assert!(told.contains("not tared, and the calibration was made of gauges less"), "{told}");
+    assert!(told.contains("not tared, and the calibration was fitted to gauges minus"), "{told}");
 }
 
 /// The recording of a sensor whose first gauge has moved by 5.

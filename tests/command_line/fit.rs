@@ -51,7 +51,7 @@ fn patterns_are_expanded() {
     let files = ["--train", "?.csv", "--test", "test*.csv"];
     assert_eq!(fit(workshop.path(), &files), fit(workshop.path(), &ALL_FILES));
     let none = run(workshop.path(), &["fit", "--train", "d*.csv"]);
-    assert!(stderr(&none).contains("d*.csv: no file is called like this"));
+    assert!(stderr(&none).contains("d*.csv: no file matches this name"));
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn a_folder_of_test_recordings_alone_is_not_trained_on() {
         let arguments: Vec<&str> = job.split(' ').chain(["in"]).collect();
         let output = run(workshop.path(), &arguments);
         assert_eq!(output.status.code(), Some(2), "{job}");
-        assert!(stderr(&output).contains("called test"), "{job}");
+        assert!(stderr(&output).contains("names test"), "{job}");
     }
 }
 

@@ -280,7 +280,7 @@ fn an_interrupted_search_writes_what_it_has_found() {
         let is_found = table.contains("Proposed: ");
         if is_found {
             assert_eq!(output.status.code(), Some(130), "{told}");
-            assert!(told.contains("what was found so far follows"), "{told}");
+            assert!(told.contains("the results so far follow"), "{told}");
         }
         is_found
     });

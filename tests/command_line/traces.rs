@@ -77,7 +77,7 @@ fn traces_that_cannot_be_are_refused_with_what_to_do() {
         (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be after the end"),
         (&["--traces", "t.csv", "--from", "900"], "choose other times"),
         (&["--traces", "t.csv", "--from", "nan"], "must not be after the end"),
-        (&["--traces", "a.csv", "--force"], "which is read"),
+        (&["--traces", "a.csv", "--force"], "replace the input"),
         (&["--traces", "gone/t.csv"], "no folder"),
         (&["--from", "3"], "--traces"),
     ] {

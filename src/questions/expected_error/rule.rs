@@ -137,7 +137,7 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
     used.map(|entry| &*entry.recording)
 }
 
-/// Returns a sentence that names the conditions which the recordings do not show.
+/// Returns a sentence that names the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond those recorded".to_owned()];
     let training: Vec<&Recording> = {

@@ -15,7 +15,7 @@ pub(crate) const RATES_APART: f64 = 2.0;
 pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let lag = match &found.lag {
         Ok(lag) => lag,
-        Err(reason) => return format!("Time lag not known: {reason}."),
+        Err(reason) => return format!("Time lag unknown: {reason}."),
     };
     let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
     let samples = significant(lag.samples, 3);
@@ -76,7 +76,7 @@ pub(crate) fn moves(value: f64, basis: &Basis) -> String {
 }
 
 /// Explanation of [`moves`].
-pub(crate) const MOVES: &str = "By how much the figure would change with half, and with twice the dead band; a dash where it would not be there";
+pub(crate) const MOVES: &str = "Change of the figure with half and with twice the dead band; a dash if the figure would be missing";
 
 /// Lines for each figure.
 enum Line {

@@ -68,7 +68,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
-    .about("How many cycles the figure rests on, and which share of all loads they have in common")
+    .about("Number of cycles of the figure, and their common share of all loads")
     .columns(
         OUTPUTS,
         |(trace, _)| {
