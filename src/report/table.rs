@@ -88,7 +88,7 @@ impl Column {
 
     /// A column of [changes](Cell::change) between the columns to its left.
     pub fn change() -> Self {
-        Self::numbers("change").about("From Conv. to Comp.")
+        Self::numbers("change").about("From Uncompensated to Compensated")
     }
 
     /// Group, name and unit.
@@ -478,8 +478,8 @@ mod tests {
     #[test]
     fn a_cell_says_where_it_stands_and_why_there_is_no_number() {
         let mut table = table();
-        assert_eq!(table.spoken(0, 1), "Conv. Fx 0.667 N");
-        assert_eq!(table.spoken(0, 2), "Comp. Fx 1 cycle: only one cycle");
+        assert_eq!(table.spoken(0, 1), "Uncompensated Fx 0.667 N");
+        assert_eq!(table.spoken(0, 2), "Compensated Fx 1 cycle: only one cycle");
         let errors = [Cell::words("Fx [N]"), Cell::digits(Some(0.36), 3)];
         let below = [Cell::words(""), Cell::change(2.0, 1.0)];
         let columns = ["Axis", "RMSE"].map(Column::words);
@@ -496,11 +496,11 @@ mod tests {
     #[test]
     fn text_is_aligned_and_tells_every_reason() {
         let expected = "Errors\n\
-            \x20 Axis  Conv. [N]  Comp. [N]\n\
+            \x20 Axis  Uncompensated [N]  Compensated [N]\n\
             \x20 Fx        0.667  only one cycle\n\
             \x20 Fy    Fy is never loaded\n\
             \x20 Fz     constant       12.5\n\
-            \x20   Conv.: no load\n\
+            \x20   Uncompensated: no load\n\
             Of one recording.\n";
         assert_eq!(table().text(), expected);
     }
@@ -524,8 +524,13 @@ mod tests {
         let tables = ["Train", "Test"].map(|name| (name.to_owned(), table()));
         let both = Table::beside("RMSE", tables);
         let titles: Vec<String> = both.columns.iter().map(Column::title).collect();
-        let expected =
-            ["Axis", "Train Conv. [N]", "Train Comp. [N]", "Test Conv. [N]", "Test Comp. [N]"];
+        let expected = [
+            "Axis",
+            "Train Uncompensated [N]",
+            "Train Compensated [N]",
+            "Test Uncompensated [N]",
+            "Test Compensated [N]",
+        ];
         assert_eq!(titles, expected);
         assert!(both.rows.iter().all(|row| row.len() == 5));
         let (_, about) = both.columns[4].group.as_ref().unwrap();

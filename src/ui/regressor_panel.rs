@@ -151,14 +151,14 @@ fn training(
                 out.push(Action::Train.into());
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
-                (true, _) => (ui.visuals().weak_text_color(), "Comp. is what was trained."),
+                (true, _) => (ui.visuals().weak_text_color(), "Compensated is what was trained."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,
-                    "What was trained belongs to other settings or recordings; until it is trained again, Comp. is the linear fit.",
+                    "What was trained belongs to other settings or recordings; until it is trained again, Compensated is the linear fit.",
                 ),
                 (false, None) => (
                     ui.visuals().warn_fg_color,
-                    "Until it is trained, Comp. is the linear fit.",
+                    "Until it is trained, Compensated is the linear fit.",
                 ),
             };
             ui.colored_label(color, text);

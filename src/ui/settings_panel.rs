@@ -193,7 +193,9 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         return;
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
+    ui.weak("Force threshold");
     f_th_slider(ui, engine, distance, &mut first.f_th);
+    ui.weak("Maximum look-back time");
     let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(engine))
         .text(T_TH.label)
         .suffix(" s")

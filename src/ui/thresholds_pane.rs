@@ -263,7 +263,8 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     let Suggestion { thresholds, left_out, conventional, f_th_range, cross_validation, .. } = found;
     let open = |is_edge: bool| if is_edge { " or beyond" } else { "" };
     let unit = measure.unit(&map.scale);
-    let gain = if found.beats_conventional { "" } else { ", no better than Conv. beyond luck" };
+    let gain =
+        if found.beats_conventional { "" } else { ", no better than Uncompensated beyond luck" };
     let range = match (f_th_range.from, f_th_range.to) {
         (from, to) if from == to => "no other F_th is".to_owned(),
         (from, to) => format!(
@@ -275,7 +276,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
+        "{}: {} {unit} (Uncompensated {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),

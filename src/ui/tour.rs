@@ -15,7 +15,7 @@ const STEPS: [Step; 6] = [
         trace_panes::PANE,
         "What this is",
         "These recordings come from a simulated force/torque sensor, so that there is something to try. Each pane shows one axis: \
-         Calculated (Calc.) is the load that was really applied, Conventional (Conv.) what the usual calibration makes of the gauges, Compensated (Comp.) what it becomes with \
+         Reference is the load that was really applied, Uncompensated what the usual calibration makes of the gauges, Compensated what it becomes with \
          gauges from the past. Their errors are below.",
     ),
     (
@@ -27,7 +27,7 @@ const STEPS: [Step; 6] = [
     (
         settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Comp. equals Conv. The tab Thresholds \
+        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Compensated equals Uncompensated. The tab Thresholds \
          shows the error for every pair, and suggests one without touching the test recordings.",
     ),
     (

@@ -1,4 +1,4 @@
-//! The middle of the window: per axis a pane with Calc., Conv. and Comp., and under it one with their errors.
+//! The middle of the window: per axis a pane with Reference, Uncompensated and Compensated, and under it one with their errors.
 //!
 //! All panes share one interval of time, and the sample under the pointer.
 

@@ -39,8 +39,8 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes what a calibration makes of intervals of recordings as one of `files`: recording, time, then Calc., Conv.,
-/// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
+/// Writes what a calibration makes of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated,
+/// Compensated and the errors Uncompensated − Reference and Compensated − Reference per axis. Where there is no reference, its cells are empty. The
 /// ending says which of [`TRACE_FORMATS`]; without a known one it is the first.
 ///
 /// # Errors
@@ -88,7 +88,7 @@ fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
 }
 
 /// Writes what a calibration makes, sample by sample, of the recordings of one file, one after another, as comma-separated text:
-/// time, Calc. where there is a reference, Conv. and Comp. per axis, and where it is asked for what became of the sample. What runs
+/// time, Reference where there is a reference, Uncompensated and Compensated per axis, and where it is asked for what became of the sample. What runs
 /// on a robot gives the same.
 ///
 /// # Errors

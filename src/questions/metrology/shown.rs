@@ -267,7 +267,7 @@ mod tests {
     use crate::questions::metrology::tests::table_of;
     use crate::recording::Axis;
 
-    /// Fx of 10 N full scale and Mx of none; Conv. is 1 off and Comp. 0.5, everywhere.
+    /// Fx of 10 N full scale and Mx of none; Uncompensated is 1 off and Compensated 0.5, everywhere.
     fn measured() -> Metrology {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();
         let loads =

@@ -8,11 +8,11 @@ pub const PURPLE: [u8; 3] = [204, 121, 167];
 /// A light blue.
 pub const SKY: [u8; 3] = [86, 180, 233];
 
-/// Calc. on a light ground.
+/// Reference on a light ground.
 pub const CALCULATED: [u8; 3] = [60, 60, 60];
-/// Conv. on a light ground.
+/// Uncompensated on a light ground.
 pub const CONVENTIONAL: [u8; 3] = [184, 78, 0];
-/// Comp. on a light ground.
+/// Compensated on a light ground.
 pub const COMPENSATED: [u8; 3] = BLUE;
 /// The look-back, and raw gauges, on a light ground.
 pub const LOOK_BACK: [u8; 3] = [0, 120, 90];

@@ -232,7 +232,7 @@ fn tell(
             let n_cycles = shared.plot.n_cycles;
             ui.label(format!("cycle {number} of {n_cycles}{within}; a press shows it alone"));
         }
-        ui.label(format!("{symbol} Calc. {} {unit}", significant(load, 4)));
+        ui.label(format!("{symbol} Reference {} {unit}", significant(load, 4)));
         let what = match shared.plot.question.up {
             Up::Error => format!("{symbol} error"),
             Up::Load => format!("{symbol} {label}"),
