@@ -186,7 +186,7 @@ fn f_th_text(distance: Distance, f_th: f64) -> String {
     format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)
 }
 
-pub fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
+fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
     let t_th = significant(thresholds.t_th_secs, 3);
     format!("{}, {t_th} s", f_th_text(distance, thresholds.f_th))
 }

@@ -7,7 +7,6 @@ mod overlay;
 mod pane;
 
 use crate::engine::{Action, Edit, Engine};
-use crate::features::Thresholds;
 use crate::questions::check::faulty::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
@@ -17,7 +16,6 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::thresholds_pane::pair_text;
 use crate::ui::time_view::TimeView;
 use drawn::DrawnLines;
 use pane::Place;
@@ -31,15 +29,12 @@ const ABOVE: i8 = 4;
 /// A column of panes is at least this wide, if there is more than one.
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
-/// Where fewer samples than this find a past sample, that is worth a word.
-const FEW_WITH_PAST: f64 = 0.5;
-
 /// Characters of a recording's name that have room in the row of choices, and in the list of them.
 const NAME_LENGTH: usize = 26;
 const LIST_NAME_LENGTH: usize = 60;
 
 /// Room for a piece of line and the name of its trace.
-const LEGEND_ENTRY_WIDTH: f32 = 110.0;
+const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
 /// The pane.
 pub const PANE: Pane =
@@ -95,7 +90,6 @@ fn trace_panes(
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
-    let panes_top = ui.cursor().top();
     let mut hovered = None;
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
@@ -120,7 +114,6 @@ fn trace_panes(
                 });
             });
         });
-    no_past(ui, engine, panes_top, out);
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
@@ -220,45 +213,6 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         ui.separator();
         panes.playing.controls(ui);
     });
-}
-
-/// Says over the panes that the thresholds find no past sample for most samples, and offers others.
-fn no_past(ui: &egui::Ui, engine: &Engine, top: f32, out: &mut Vec<Command>) {
-    let share = engine.share_with_past().filter(|_| engine.is_current());
-    let Some(share) = share.filter(|share| *share < FEW_WITH_PAST) else {
-        return;
-    };
-    let (present, usual) = (engine.project().thresholds(), engine.default_thresholds());
-    // At zero it is asked for.
-    if present.f_th == 0.0 || present.t_th_secs == 0.0 || engine.project().applied.is_some() {
-        return;
-    }
-    let offered = Thresholds {
-        f_th: usual.f_th.min(present.f_th),
-        t_th_secs: usual.t_th_secs.max(present.t_th_secs),
-    };
-    let panes = ui.min_rect();
-    egui::Area::new(egui::Id::unique("no past sample"))
-        .order(egui::Order::Middle)
-        .constrain_to(panes)
-        .fixed_pos(egui::pos2(panes.center().x, top + 4.0))
-        .pivot(egui::Align2::CENTER_TOP)
-        .show(ui.ctx(), |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    ui.warn(format!(
-                        "No past sample is found for {:.0} % of the samples (grey): the look-back adds nothing there",
-                        100.0 * (1.0 - share)
-                    ));
-                    if offered != present {
-                        let distance = engine.project().settings.features.distance;
-                        if ui.press(format!("Take {}", pair_text(distance, offered)), "Thresholds that find one more often") {
-                            out.push(Edit::Thresholds(offered).into());
-                        }
-                    }
-                });
-            });
-        });
 }
 
 /// A short piece of line as the panes draw it where samples lie apart.
