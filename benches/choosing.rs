@@ -1,7 +1,9 @@
 //! Quality of the search for the best model: on sensors that no rule was tuned for, the error of the proposal on unseen
 //! recordings, compared with the best of all candidates.
-//!  `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of the same
-//!  kinds.
+//!
+//! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of the same
+//!
+//! kinds.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

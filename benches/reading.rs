@@ -1,5 +1,6 @@
 //! Time to read a text file as a recording: 243,000 rows of a time, six gauges and six axes.
-//!  To test other readers on the same file, `cargo bench --no-default-features --bench reading -- --keep FILE` writes it.
+//!
+//! To test other readers on the same file, `cargo bench --no-default-features --bench reading -- --keep FILE` writes it.
 
 use std::fmt::Write as _;
 use std::path::Path;

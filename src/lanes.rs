@@ -4,8 +4,9 @@
 const LANES: usize = 8;
 
 /// Writes the result of `value` for the numbers at the same index in each of `from`.
-///  # Panics
-///  If one of `from` is shorter than `out`.
+///
+/// # Panics
+/// If one of `from` is shorter than `out`.
 #[inline(always)]
 pub fn write<const N: usize>(
     mut out: &mut [f64],

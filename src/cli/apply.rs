@@ -23,7 +23,7 @@ use crate::features::Range;
 use crate::import::live::RowForm;
 use crate::recording::{Recording, Tare};
 
-/// Apply a calibration: Conv. and Comp. of each sample as CSV.
+/// Apply a calibration: Uncompensated and Compensated of each sample as CSV.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope apply sensor.json run.csv --out loads", "loads/run_loads.csv"),

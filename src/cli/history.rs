@@ -17,8 +17,9 @@ const LARGEST_COST: f64 = 1.01;
 
 /// Returns the request with the coarsest history whose fit costs less than 1 % of the error, if the whole history needs more
 /// than 64 kB on a controller and no rate is given. The fit uses the same rate.
-///  # Errors
-///  [`JobError`] if a fit fails.
+///
+/// # Errors
+/// [`JobError`] if a fit fails.
 pub fn with_history_that_fits(run: &Run, request: Request) -> Result<Request, JobError> {
     let settings = &request.settings;
     if settings.history_rate_hz != 0.0 || !settings.features.has_history() {

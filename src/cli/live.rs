@@ -23,8 +23,9 @@ const TARING: &str = "taring";
 const TOLD_ONE_BY_ONE: u64 = 5;
 
 /// Computes the loads of standard input until it ends.
-///  # Errors
-///  [`JobError`] if the input does not begin with a table, lacks gauges, or the output is closed.
+///
+/// # Errors
+/// [`JobError`] if the input does not begin with a table, lacks gauges, or the output is closed.
 pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
     let mut input = io::stdin().lock();
     let mut lines = ArrivingLines::default();
@@ -49,8 +50,9 @@ pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
 }
 
 /// Computes the loads of a file from its beginning, and then of each appended row, until the user ends the program.
-///  # Errors
-///  As [`standard_input`], or if the file cannot be read.
+///
+/// # Errors
+/// As [`standard_input`], or if the file cannot be read.
 pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
     let mut file = GrowingFile::open(path)
         .map_err(|error| JobError::other(format!("{}: {error}", path.display())))?;

@@ -32,8 +32,9 @@ impl Advice for TargetError {
 
 /// Checks that each output can be written, that no two outputs are the same file, that no output is an input, and, unless
 /// files may be `replaced`, that no output exists.
-///  # Errors
-///  [`TargetError`] with the first output that cannot be written.
+///
+/// # Errors
+/// [`TargetError`] with the first output that cannot be written.
 pub fn check_targets<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     outputs: &[PathBuf],

@@ -443,8 +443,8 @@ fn sentence(text: &str) -> String {
 
 fn name(output: Output) -> &'static str {
     match output {
-        Output::Conventional => "Conv.",
-        Output::Compensated => "Comp.",
+        Output::Conventional => "Uncompensated",
+        Output::Compensated => "Compensated",
     }
 }
 

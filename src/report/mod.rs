@@ -1,6 +1,7 @@
 //! Results as plain data: a [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
 //! report, clipboard and files.
-//!  Guarantees: this module does not depend on windows, command lines or files.
+//!
+//! Guarantees: this module does not depend on windows, command lines or files.
 
 pub mod figure;
 pub(crate) mod table;

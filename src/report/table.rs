@@ -1,5 +1,6 @@
 //! Tables as plain data, and their conversion to text.
-//!  Guarantees: every row has a cell for each column; a cell holds its number in full beside the rounded text.
+//!
+//! Guarantees: every row has a cell for each column; a cell holds its number in full beside the rounded text.
 
 use std::io;
 
@@ -87,7 +88,7 @@ impl Column {
 
     /// Returns a column of [changes](Cell::change) between the two columns to its left.
     pub fn change() -> Self {
-        Self::numbers("change").about("From Conv. to Comp.")
+        Self::numbers("change").about("From Uncompensated to Compensated")
     }
 
     /// Returns group, name and unit.
@@ -431,8 +432,9 @@ impl Table {
     }
 
     /// Writes the table as comma-separated text. Numbers read back to the same value.
-    ///  # Errors
-    ///  The I/O errors of `out`.
+    ///
+    /// # Errors
+    /// The I/O errors of `out`.
     pub fn write_csv(&self, out: &mut dyn io::Write) -> io::Result<()> {
         let mut csv = CsvWriter::new(out);
         for record in self.records() {
@@ -476,8 +478,8 @@ mod tests {
     #[test]
     fn a_cell_says_where_it_stands_and_why_there_is_no_number() {
         let mut table = table();
-        assert_eq!(table.spoken(0, 1), "Conv. Fx 0.667 N");
-        assert_eq!(table.spoken(0, 2), "Comp. Fx 1 cycle: only one cycle");
+        assert_eq!(table.spoken(0, 1), "Uncompensated Fx 0.667 N");
+        assert_eq!(table.spoken(0, 2), "Compensated Fx 1 cycle: only one cycle");
         let errors = [Cell::words("Fx [N]"), Cell::digits(Some(0.36), 3)];
         let below = [Cell::words(""), Cell::change(2.0, 1.0)];
         let columns = ["Axis", "RMSE"].map(Column::words);
@@ -494,11 +496,11 @@ mod tests {
     #[test]
     fn text_is_aligned_and_tells_every_reason() {
         let expected = "Errors\n\
-            \x20 Axis  Conv. [N]  Comp. [N]\n\
+            \x20 Axis  Uncompensated [N]  Compensated [N]\n\
             \x20 Fx        0.667  only one cycle\n\
             \x20 Fy    Fy is never loaded\n\
             \x20 Fz     constant       12.5\n\
-            \x20   Conv.: no load\n\
+            \x20   Uncompensated: no load\n\
             Of one recording.\n";
         assert_eq!(table().text(), expected);
     }
@@ -522,8 +524,13 @@ mod tests {
         let tables = ["Train", "Test"].map(|name| (name.to_owned(), table()));
         let both = Table::beside("RMSE", tables);
         let titles: Vec<String> = both.columns.iter().map(Column::title).collect();
-        let expected =
-            ["Axis", "Train Conv. [N]", "Train Comp. [N]", "Test Conv. [N]", "Test Comp. [N]"];
+        let expected = [
+            "Axis",
+            "Train Uncompensated [N]",
+            "Train Compensated [N]",
+            "Test Uncompensated [N]",
+            "Test Compensated [N]",
+        ];
         assert_eq!(titles, expected);
         assert!(both.rows.iter().all(|row| row.len() == 5));
         let (_, about) = both.columns[4].group.as_ref().unwrap();

@@ -61,7 +61,7 @@ impl View {
                     Some(_) => "matrix × features + ",
                     None => "",
                 };
-                let text = format!("Comp. = {linear}{}", learned.describe());
+                let text = format!("Compensated = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
                     "Too large to show as a matrix; the .json export holds all of its numbers",
                 );

@@ -100,9 +100,9 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
         "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
         "differences are those of the conventional force, which a robot knows without a reference",
     ),
-    ("Conv.", "L = C^{-1} S + c", "least squares with an offset c, unless it is off"),
+    ("Uncompensated", "L = C^{-1} S + c", "least squares with an offset c, unless it is off"),
     (
-        "Comp.",
+        "Compensated",
         "L = C^{-1} [S, S_{past}, …]^T + c",
         "least squares on the gauges and the columns of all feature blocks",
     ),

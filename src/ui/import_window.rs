@@ -1,5 +1,6 @@
 //! Import window: the text layout of a file, the role of each column, and a preview of the recordings.
-//!  The window edits a column map and draws the answer of inspecting the file by that map. It computes nothing.
+//!
+//! The window edits a column map and draws the answer of inspecting the file by that map. It computes nothing.
 
 mod columns;
 mod foot;

@@ -20,7 +20,7 @@ use crate::ui::table::Saving;
 pub const PANE: Pane = Pane(&Kind {
     key: "metrology",
     title: "Metrology",
-    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Conv. beside Comp.",
+    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Uncompensated beside Compensated",
 });
 
 #[derive(Debug)]

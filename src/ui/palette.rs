@@ -183,10 +183,10 @@ mod tests {
                 ("warning", visuals.warn_fg_color),
                 ("error", visuals.error_fg_color),
                 ("look-back", look_back(&visuals)),
-                ("Conv.", Trace::Conventional.color(&visuals)),
-                ("Comp.", Trace::Compensated.color(&visuals)),
+                ("Uncompensated", Trace::Conventional.color(&visuals)),
+                ("Compensated", Trace::Compensated.color(&visuals)),
                 ("Factory", Trace::Factory.color(&visuals)),
-                ("Calc.", Trace::Calculated.color(&visuals)),
+                ("Reference", Trace::Calculated.color(&visuals)),
             ];
             for (at, (name, one)) in meanings.iter().enumerate() {
                 for (other_name, other) in &meanings[at + 1..] {

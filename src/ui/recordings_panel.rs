@@ -161,7 +161,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
         builder = builder.column(count);
     }
     builder
-        .columns(Column::exact(44.0), 2)
+        .columns(Column::exact(54.0), 2)
         .column(Column::exact(18.0))
         .header(18.0, |row| header(row, counted, unit))
         .body(|body| {
@@ -250,9 +250,9 @@ fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
             ui.strong(title).on_hover_text(explanation);
         });
     }
-    for trace in [Trace::Conventional, Trace::Compensated] {
+    for (trace, head) in [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")] {
         header.col(|ui| {
-            ui.colored_label(trace.color(ui.visuals()), trace.label())
+            ui.colored_label(trace.color(ui.visuals()), head)
                 .on_hover_text(format!("{}: {rmse}", trace.explanation()));
         });
     }

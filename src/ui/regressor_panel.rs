@@ -151,14 +151,14 @@ fn training(
                 out.push(Action::Train.into());
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
-                (true, _) => (ui.visuals().weak_text_color(), "Comp. is the trained model."),
+                (true, _) => (ui.visuals().weak_text_color(), "Compensated is the trained model."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,
-                    "The trained model belongs to other settings or recordings. Until it is trained again, Comp. is the linear fit.",
+                    "The trained model belongs to other settings or recordings. Until it is trained again, Compensated is the linear fit.",
                 ),
                 (false, None) => (
                     ui.visuals().warn_fg_color,
-                    "Not trained yet: Comp. is the linear fit.",
+                    "Not trained yet: Compensated is the linear fit.",
                 ),
             };
             ui.colored_label(color, text);

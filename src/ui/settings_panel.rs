@@ -191,7 +191,9 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         return;
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
+    ui.weak("Force threshold");
     f_th_slider(ui, engine, distance, &mut first.f_th);
+    ui.weak("Maximum look-back time");
     let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(engine))
         .text(T_TH.label)
         .suffix(" s")
@@ -207,6 +209,11 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     let t_th_secs = first.t_th_secs;
     for other in others {
         other.t_th_secs = t_th_secs;
+    }
+    if let Some(share) = engine.share_with_past() {
+        ui.weak(format!("Past sample found for {:.0} % of the samples", 100.0 * share)).on_hover_text(
+            "The other samples have none: their load differed by less than F_th within t_th. Their past gauges are set to the present ones",
+        );
     }
 }
 

@@ -182,7 +182,7 @@ fn f_th_text(distance: Distance, f_th: f64) -> String {
     format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)
 }
 
-pub fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
+fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
     let t_th = significant(thresholds.t_th_secs, 3);
     format!("{}, {t_th} s", f_th_text(distance, thresholds.f_th))
 }
@@ -259,7 +259,8 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     let Suggestion { thresholds, left_out, conventional, f_th_range, cross_validation, .. } = found;
     let open = |is_edge: bool| if is_edge { " or beyond" } else { "" };
     let unit = measure.unit(&map.scale);
-    let gain = if found.beats_conventional { "" } else { ", not significantly better than Conv." };
+    let gain =
+        if found.beats_conventional { "" } else { ", not significantly better than Uncompensated" };
     let range = match (f_th_range.from, f_th_range.to) {
         (from, to) if from == to => "no other F_th is".to_owned(),
         (from, to) => format!(
@@ -271,7 +272,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
+        "{}: {} {unit} (Uncompensated {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),

@@ -13,8 +13,8 @@ const STEPS: [Step; 6] = [
     (
         trace_panes::PANE,
         "What LoopScope does",
-        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Calc. is the applied load (the reference), \
-         Conv. the load by the conventional calibration, Comp. the load that is compensated with past gauges. \
+        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Reference is the applied load, \
+         Uncompensated the load by the conventional calibration, Compensated the load that is compensated with past gauges. \
          Their errors are below.",
     ),
     (
@@ -26,7 +26,7 @@ const STEPS: [Step; 6] = [
     (
         settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Comp. equals Conv. The tab Thresholds \
+        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Compensated equals Uncompensated. The tab Thresholds \
          shows the error for every pair, and proposes one without using the test recordings.",
     ),
     (

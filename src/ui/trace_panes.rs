@@ -1,12 +1,12 @@
 //! The trace panes: for each axis the reference, uncompensated and compensated load, and below them their errors.
-//!  All panes share the visible time and the sample under the pointer.
+//!
+//! All panes share the visible time and the sample under the pointer.
 
 mod drawn;
 mod overlay;
 mod pane;
 
 use crate::engine::{Action, Edit, Engine};
-use crate::features::Thresholds;
 use crate::questions::check::faulty::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
@@ -16,7 +16,6 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::thresholds_pane::pair_text;
 use crate::ui::time_view::TimeView;
 use drawn::DrawnLines;
 use pane::Place;
@@ -30,15 +29,12 @@ const ABOVE: i8 = 4;
 /// Minimum width of a column of panes, if there are several (points).
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
-/// Share of samples with a past sample below which a hint is shown.
-const FEW_WITH_PAST: f64 = 0.5;
-
 /// Number of characters of a recording's name that fit into the row of choices and its list.
 const NAME_LENGTH: usize = 26;
 const LIST_NAME_LENGTH: usize = 60;
 
 /// Width of a piece of line and the name of its trace (points).
-const LEGEND_ENTRY_WIDTH: f32 = 110.0;
+const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
 pub const PANE: Pane =
     Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
@@ -93,7 +89,6 @@ fn trace_panes(
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
-    let panes_top = ui.cursor().top();
     let mut hovered = None;
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
@@ -118,7 +113,6 @@ fn trace_panes(
                 });
             });
         });
-    no_past(ui, engine, panes_top, out);
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {

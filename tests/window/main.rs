@@ -814,7 +814,7 @@ fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
         window.check_accessibility();
         assert_eq!(panes(&window, "Fx [N]"), 1);
     }
-    for trace in ["Calc.", "Conv.", "Comp."] {
+    for trace in ["Reference", "Uncompensated", "Compensated"] {
         click(&mut window, Role::CheckBox, trace);
     }
     assert_eq!(panes(&window, "error [N]"), 3, "empty panes stay");
@@ -912,7 +912,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert_eq!(table.lines().count(), rows.len() + 2, "a head and the kept model");
-    assert!(table.starts_with(",model,train of Conv. [%],test of Conv. [%]"), "{table}");
+    assert!(table.starts_with(",model,train relative RMSE [%],test relative RMSE [%]"), "{table}");
     assert!(table.lines().nth(1).unwrap().contains("Conventional"), "by name: {table}");
 }
 
@@ -985,7 +985,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     show(&mut window, "loops");
     close(&mut window, "metrology");
     window.check_accessibility();
-    assert_eq!(panes(&window, "Fz error [N] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "Fz error [N] over Fz Reference [N]"), 1);
     assert_eq!(panes(&window, "Width over load"), 1);
     for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
     {
@@ -997,7 +997,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
     assert!(has(&window, "raw·N"));
-    assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] over Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
     assert!(has(&window, "1200 samples of 3 recordings"));
@@ -1006,7 +1006,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     let highest = axes.min_by(|one, other| one.rect().top().total_cmp(&other.rect().top()));
     highest.expect("the axis of the loops").click();
     settle(&mut window);
-    assert_eq!(panes(&window, "S1 [raw] over Fx Calc. [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] over Fx Reference [N]"), 1);
     click(&mut window, Role::Button, "Largest cycle");
     assert!(has(&window, "raw·N"));
     type_number(&mut window, "Dead band", "50");
@@ -1043,17 +1043,17 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     show(&mut window, "loops");
     close(&mut window, "metrology");
     click(&mut window, Role::Button, "Cross-plot");
-    assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] over Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "across");
     click(&mut window, Role::Button, "Time");
     click(&mut window, Role::ComboBox, "up");
-    click(&mut window, Role::Button, "Fx Comp.");
-    assert_eq!(panes(&window, "Fx Comp. [N] over Time [s]"), 1);
+    click(&mut window, Role::Button, "Fx Compensated");
+    assert_eq!(panes(&window, "Fx Compensated [N] over Time [s]"), 1);
     let path = files.path("cross.svg");
     type_into(&mut window, "Figure", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let svg = std::fs::read_to_string(&path).unwrap();
-    assert!(svg.starts_with("<svg") && svg.contains(">Fx Comp. [N]</text>"));
+    assert!(svg.starts_with("<svg") && svg.contains(">Fx Compensated [N]</text>"));
     type_into(&mut window, "Figure", "cross.bmp");
     click(&mut window, Role::Button, "Save");
     told(&mut window, Level::Error, "saved as .svg or .png");
@@ -1141,8 +1141,9 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
     let mut window = window(files.three());
     window.key_press(Key::F4);
     settle(&mut window);
-    let plot =
-        window.get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Calc. [N]").rect();
+    let plot = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Reference [N]")
+        .rect();
     // The pointer moves down along the middle until a line is near.
     let on_loop = (1..40).find_map(|step| {
         let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
@@ -1168,9 +1169,10 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     window.key_press(Key::F4);
     settle(&mut window);
     assert!(!has(&window, "inked with Traces"));
-    for (up, title) in
-        [(None, "Fz error [N] over Fz Calc. [N]"), (Some("S1"), "S1 [raw] over Fz Calc. [N]")]
-    {
+    for (up, title) in [
+        (None, "Fz error [N] over Fz Reference [N]"),
+        (Some("S1"), "S1 [raw] over Fz Reference [N]"),
+    ] {
         if let Some(up) = up {
             click(&mut window, Role::ComboBox, "up");
             click(&mut window, Role::Button, up);

@@ -265,7 +265,7 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
     assert!(has(&window, "Shift and click puts cursor B"));
     press(&mut window, pane.center() + Vec2::new(60.0, 0.0), Modifiers::SHIFT);
     assert!(has(&window, "Δt"));
-    assert!(has(&window, "Fx Comp. error"));
+    assert!(has(&window, "Fx Compensated error"));
     window.check_accessibility();
     window.key_press(Key::Escape);
     wait(&mut window, 3);
@@ -351,7 +351,7 @@ fn keys_zoom_and_step_through_time() {
 fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
     let files = Files::new();
     let mut window = window(files.three());
-    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "over Fz Calc.")] {
+    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "over Fz Reference")] {
         let shell = window.state_mut().as_mut().unwrap();
         shell.send(Command::ShowPane(pane));
         settle(&mut window);
@@ -391,7 +391,7 @@ fn a_plot_that_is_zoomed_into_far_draws_no_more_than_is_seen() {
     let before = window.output().shapes.len();
     let plot = window.get_by(|node| {
         node.role() == Role::GraphicsObject
-            && node.label().is_some_and(|label| label.contains("over Fz Calc."))
+            && node.label().is_some_and(|label| label.contains("over Fz Reference"))
     });
     plot.focus();
     wait(&mut window, 2);

@@ -90,9 +90,11 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
 
 /// Returns the curves of all sets along one threshold, through the pair at these indices. The proposed threshold is marked;
 /// thresholds that the recordings cannot distinguish from it are shaded.
-///  Each set with scores has a line. The line of the held-out errors is solid and below the others.
-///  # Panics
-///  If there is no pair at these indices.
+///
+/// Each set with scores has a line. The line of the held-out errors is solid and below the others.
+///
+/// # Panics
+/// If there is no pair at these indices.
 pub fn threshold_curve(
     map: &ThresholdMap,
     measure: Measure,
@@ -166,8 +168,9 @@ pub fn threshold_heat_map(
 }
 
 /// Writes a figure as SVG, as one of `files`.
-///  # Errors
-///  [`WriteError`] if the file cannot be written.
+///
+/// # Errors
+/// [`WriteError`] if the file cannot be written.
 pub fn write_threshold_svg(
     figure: &Figure<'_>,
     path: &Path,

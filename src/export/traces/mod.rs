@@ -1,6 +1,8 @@
 //! Loads and errors over time as tables, one row per sample.
-//!  Guarantees: rows are computed while they are written, so only the loads of one recording are in memory. Numbers read back
-//!  to the same value.
+//!
+//! Guarantees: rows are computed while they are written, so only the loads of one recording are in memory. Numbers read back
+//!
+//! to the same value.
 
 mod csv;
 #[cfg(feature = "parquet")]
@@ -38,12 +40,14 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Calc., Conv., Comp. and the errors
-/// Conv. − Calc. and Comp. − Calc. per axis. Cells that need a missing reference are empty. The ending chooses one of
+/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated, Compensated and the errors
+/// Uncompensated − Reference and Compensated − Reference per axis. Cells that need a missing reference are empty. The ending chooses one of
 /// [`TRACE_FORMATS`]; an unknown ending means the first.
-///  # Errors
-///  [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the
-///  work.
+///
+/// # Errors
+/// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the
+///
+/// work.
 pub fn write_traces(
     files: &mut Together,
     path: &Path,
@@ -85,11 +89,12 @@ fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
     (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
-/// Writes the loads of the recordings of one file, one after another, as comma-separated text: time, Calc. if there is a
-/// reference, Conv. and Comp. per axis, and the status of each sample if requested. Exported code on a robot computes the
+/// Writes the loads of the recordings of one file, one after another, as comma-separated text: time, Reference if there is a
+/// one, Uncompensated and Compensated per axis, and the status of each sample if requested. Exported code on a robot computes the
 /// same loads.
-///  # Errors
-///  The I/O errors of `out`.
+///
+/// # Errors
+/// The I/O errors of `out`.
 pub fn write_loads_csv(
     calibration: &Calibration,
     recordings: &[Recording],
@@ -161,8 +166,9 @@ enum RowWriter<W: io::Write> {
 
 impl<W: io::Write> LoadRows<W> {
     /// Begins comma-separated text and writes its header; `reference` are the axes with a known reference.
-    ///  # Errors
-    ///  The I/O errors of `out`.
+    ///
+    /// # Errors
+    /// The I/O errors of `out`.
     pub fn new(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -177,8 +183,9 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Begins like [`Self::new`], with a status column, or as JSON lines without a header.
-    ///  # Errors
-    ///  The I/O errors of `out`.
+    ///
+    /// # Errors
+    /// The I/O errors of `out`.
     pub fn live(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -196,8 +203,9 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Computes the loads of a sample and writes its row.
-    ///  # Errors
-    ///  The I/O errors of `out`.
+    ///
+    /// # Errors
+    /// The I/O errors of `out`.
     pub fn write(
         &mut self,
         estimator: &mut Estimator<'_>,
@@ -220,8 +228,9 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Writes the row of a sample without loads: its time if known, its status, and in JSON lines the reason.
-    ///  # Errors
-    ///  The I/O errors of `out`.
+    ///
+    /// # Errors
+    /// The I/O errors of `out`.
     pub fn write_without_load(
         &mut self,
         time: Option<f64>,
@@ -254,8 +263,9 @@ impl<W: io::Write> LoadRows<W> {
     }
 
     /// Flushes the output.
-    ///  # Errors
-    ///  The I/O errors of `out`.
+    ///
+    /// # Errors
+    /// The I/O errors of `out`.
     pub fn flush(&mut self) -> io::Result<()> {
         match &mut self.out {
             RowWriter::Csv { out, .. } => out.flush(),

@@ -93,8 +93,9 @@ impl Source {
 
     /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all such
     /// recordings.
-    ///  # Errors
-    ///  [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
+    ///
+    /// # Errors
+    /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
     pub(crate) fn lag(
         &mut self,
         column: usize,

@@ -201,7 +201,8 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
 
 /// Returns one row per quantity and axis, for a file: conventional beside compensated, in the axis' unit and in % of full
 /// scale, with the place of the figure or the reason why it is missing; then the definition of the quantity.
-///  Full scale and dead band are in the axis' load unit.
+///
+/// Full scale and dead band are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {
     let number = |value: f64| Cell::number(value, value.to_string());
     let known = |value: Option<f64>| value.map_or_else(Cell::none, number);
@@ -266,7 +267,7 @@ mod tests {
     use crate::questions::metrology::tests::table_of;
     use crate::recording::Axis;
 
-    /// Fx with 10 N full scale and Mx without one. The error is 1 for Conv. and 0.5 for Comp. at all samples.
+    /// Fx with 10 N full scale and Mx without one. The error is 1 for Uncompensated and 0.5 for Compensated at all samples.
     fn measured() -> Metrology {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();
         let loads =

@@ -81,8 +81,9 @@ impl CloudPicture {
     }
 
     /// Returns the contents of a PNG file.
-    ///  # Errors
-    ///  The error of the encoder if the image is empty.
+    ///
+    /// # Errors
+    /// The error of the encoder if the image is empty.
     pub fn png(&self) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
         let [width, height] = self.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));

@@ -8,11 +8,11 @@ pub const PURPLE: [u8; 3] = [204, 121, 167];
 /// A light blue.
 pub const SKY: [u8; 3] = [86, 180, 233];
 
-/// Calc. on a light background.
+/// Reference on a light background.
 pub const CALCULATED: [u8; 3] = [60, 60, 60];
-/// Conv. on a light background.
+/// Uncompensated on a light background.
 pub const CONVENTIONAL: [u8; 3] = [184, 78, 0];
-/// Comp. on a light background.
+/// Compensated on a light background.
 pub const COMPENSATED: [u8; 3] = BLUE;
 /// Look-back and raw gauges on a light background.
 pub const LOOK_BACK: [u8; 3] = [0, 120, 90];

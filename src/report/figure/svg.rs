@@ -1,5 +1,6 @@
 //! A figure as an SVG 1.1 image in a single file.
-//!  Guarantees: text is escaped; numbers that are not finite are omitted; the same figure gives the same file.
+//!
+//! Guarantees: text is escaped; numbers that are not finite are omitted; the same figure gives the same file.
 
 use std::fmt;
 
@@ -371,7 +372,10 @@ mod tests {
             title: title.to_owned(),
             across: Scale::new("Fx [N]", range),
             up: Scale::new("error [N]", range),
-            lines: vec![Line { dash: Some(DASHED), ..Line::new("Conv.", [213, 94, 0], [points]) }],
+            lines: vec![Line {
+                dash: Some(DASHED),
+                ..Line::new("Uncompensated", [213, 94, 0], [points])
+            }],
             ..Figure::default()
         }
     }
@@ -382,7 +386,7 @@ mod tests {
         let svg = figure("Loops", (0.0, 10.0)).svg(SIZE);
         assert!(svg.contains(r#"d="M80.0 540.0L776.0 491.0""#), "{svg}");
         assert!(svg.contains("#d55e00") && svg.contains("stroke-dasharray"));
-        assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Conv.</text>"));
+        assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Uncompensated</text>"));
         assert!(svg.contains(">10</text>") && !svg.contains("NaN"));
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     }

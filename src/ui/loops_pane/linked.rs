@@ -234,7 +234,7 @@ fn tell(
                 "cycle {number} of {n_cycles}{within}; click to show this cycle alone"
             ));
         }
-        ui.label(format!("{symbol} Calc. {} {unit}", significant(load, 4)));
+        ui.label(format!("{symbol} Reference {} {unit}", significant(load, 4)));
         let what = match shared.plot.question.up {
             Up::Error => format!("{symbol} error"),
             Up::Load => format!("{symbol} {label}"),

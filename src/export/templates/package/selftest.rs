@@ -1,5 +1,6 @@
 //! Self-test: runs the calibration on the samples of expected.csv and compares the loads. Ends with 0 if all agree.
-//!  rustc --edition 2021 -O selftest.rs && ./selftest ../expected.csv
+//!
+//! rustc --edition 2021 -O selftest.rs && ./selftest ../expected.csv
 
 #[allow(dead_code)]
 #[path = "{{ name }}.rs"]
