@@ -1,7 +1,6 @@
 //! Findings, which the program reports beside numbers: the observation, its effect on the calibration, and the remedy.
 //!
 //! Guarantees: effect and remedy of each finding are worded here, once. [`Way`] adds how to apply the remedy on the command
-//!
 //! line or in the window. The observation is worded where it is made.
 
 use std::fmt;
