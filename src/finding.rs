@@ -191,6 +191,7 @@ pub enum Id {
     HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
+    UnknownState,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -320,6 +321,12 @@ impl Id {
                 "regressor",
                 "left-out parts learn next to nothing from the kernel; take another regressor",
                 &[Way::Regressor],
+            ),
+            Self::UnknownState => (
+                "cold_start",
+                "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
+                 record loads that move farther",
+                &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",
