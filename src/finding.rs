@@ -191,6 +191,7 @@ pub enum Id {
     HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
+    UnknownState,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -321,6 +322,12 @@ impl Id {
                 "regressor",
                 "the kernel hardly improves the held-out errors; use another regressor",
                 &[Way::Regressor],
+            ),
+            Self::UnknownState => (
+                "cold_start",
+                "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
+                 record loads that move farther",
+                &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",

@@ -13,6 +13,7 @@ use crate::questions::check::load_count::LoadCount;
 use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
+use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::{Axis, Entry, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
@@ -73,6 +74,7 @@ impl Dataset {
             }
             found.extend(far_off(calibration, coverage));
             found.extend(of_regressor(calibration));
+            found.extend(self.unknown_state(calibration));
         }
         found.extend(worse_on_test(calibration));
         found
@@ -89,6 +91,20 @@ impl Dataset {
         let seen = "the training recordings have no times";
         let found = Finding::new(Id::NoTimes, Enough, seen);
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
+    }
+
+    /// Returns the largest radius of a play operator whose state is unknown in too many of a group's samples.
+    fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
+        let used = calibration.features.blocks.used();
+        let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
+        let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
+        let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let unknown = Travels::of(self, &calibration.gauge_scale).unknown(block.travel(radius));
+        let seen =
+            format!("the state of {} with radius {radius} σ is unknown at first", block.name());
+        let figures = format!("in {} of the samples of a group", percent(unknown));
+        let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
+        (unknown > MOST_UNKNOWN).then_some(found)
     }
 
     fn few_recordings(&self) -> Option<Finding> {
@@ -282,7 +298,7 @@ mod tests {
 
     use super::*;
     use crate::calibration::FitSettings;
-    use crate::features::{Blocks, FeatureSettings, Polynomial};
+    use crate::features::{Blocks, FeatureSettings, Play, Polynomial};
     use crate::finding::Face;
     use crate::questions::errors::query::analyse;
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
@@ -331,6 +347,18 @@ mod tests {
         let request = Request::fit(simulated, settings);
         let found = analyse(&request, &Progress::default()).unwrap().findings;
         assert!(found.iter().all(|own| own.id == Id::OutsideTrained), "{found:?}");
+    }
+
+    /// The gauges move by about three standard deviations.
+    #[test]
+    fn a_radius_whose_state_stays_unknown_is_found() {
+        let own = ["a", "b", "c", "test"].map(|name| (name, swing(5.0, 9.0)));
+        let has = |radius| {
+            let blocks = Blocks::default().with(&Play, &[radius]);
+            let found = of(&own, FeatureSettings { blocks, ..FeatureSettings::present() });
+            found.iter().any(|own| own.id == Id::UnknownState)
+        };
+        assert!(has(2.0) && !has(0.05));
     }
 
     #[test]
