@@ -3,10 +3,16 @@
 //! Guarantees: what a finding does and what to do about it are worded here, once, in words of the matter; [`Way`] adds how the command line
 //! or the window does it. What was seen is worded where it is found.
 
+use std::cmp::Reverse;
 use std::fmt;
 
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use strum::IntoStaticStr;
+
+use crate::shown::first_clauses;
+
+/// Maximum number of findings of one kind that are listed.
+const LISTED: usize = 4;
 
 /// What findings make of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -131,17 +137,57 @@ pub struct Finding {
     pub seen: String,
     /// The figures beside it; empty where there are none.
     pub figures: String,
+    /// Share of full scale by which it makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
+    pub cost: f64,
 }
 
 impl Finding {
     /// What was seen, in a few words.
     pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
-        Self { id, severity, seen: seen.into(), figures: String::new() }
+        Self { id, severity, seen: seen.into(), figures: String::new(), cost: 0.0 }
     }
 
     /// This with its figures.
     pub(crate) fn with(self, figures: impl Into<String>) -> Self {
         Self { figures: figures.into(), ..self }
+    }
+
+    /// This with its cost.
+    pub(crate) fn costing(self, cost: f64) -> Self {
+        Self { cost, ..self }
+    }
+
+    /// Returns findings in the order in which they are read: faults of recordings, then the gravest, then the dearest. Findings
+    /// of one kind become one.
+    pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
+        let mut all: Vec<Vec<Self>> = Vec::new();
+        for own in found {
+            match all.iter_mut().find(|of| of[0].id == own.id && of[0].severity == own.severity) {
+                Some(of) => of.push(own),
+                None => all.push(vec![own]),
+            }
+        }
+        let mut merged: Vec<Self> = all.into_iter().map(Self::merged).collect();
+        merged.sort_by(|a, b| {
+            let key = |own: &Self| {
+                (!(own.severity > Verdict::Enough && own.id.is_cause()), Reverse(own.severity))
+            };
+            key(a).cmp(&key(b)).then(b.cost.total_cmp(&a.cost))
+        });
+        merged
+    }
+
+    fn merged(mut own: Vec<Self>) -> Self {
+        own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
+        if own.len() == 1 {
+            return own.remove(0);
+        }
+        let seen = own.iter().map(|own| match own.figures.is_empty() {
+            true => own.seen.clone(),
+            false => format!("{} ({})", own.seen, own.figures),
+        });
+        let seen = first_clauses(LISTED, seen.collect::<Vec<_>>());
+        Self { seen, figures: String::new(), ..own.remove(0) }
     }
 
     /// A whole sentence without its full stop.
@@ -160,10 +206,11 @@ impl Finding {
 
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut found = serializer.serialize_struct("Finding", 4)?;
+        let mut found = serializer.serialize_struct("Finding", 5)?;
         found.serialize_field("id", <&str>::from(self.id))?;
         found.serialize_field("about", self.id.words().0)?;
         found.serialize_field("verdict", &self.severity)?;
+        found.serialize_field("cost", &self.cost)?;
         found.serialize_field("text", &self.text(Face::CommandLine))?;
         found.end()
     }
@@ -186,9 +233,7 @@ pub enum Id {
     Still,
     OutsideTrained,
     FewLoads,
-    FewLoadsPredicted,
     Rank,
-    HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
     LinearAlone,
@@ -215,13 +260,13 @@ pub enum Id {
     OneAxisAtATime,
     OneProgramme,
     Faults,
+    Unusable,
     FarOff,
     WorseOnTest,
     NoBetterThanMean,
     LargerLeftOut,
     FewDirections,
     MovesTogether,
-    NeverAlone,
     NotReached,
     LinearOnly,
     Unreached,
@@ -230,7 +275,10 @@ pub enum Id {
 impl Id {
     /// Whether it is something wrong with recordings, rather than what that makes of errors and coefficients.
     pub(crate) fn is_cause(self) -> bool {
-        matches!(self.words().0, "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated")
+        matches!(
+            self.words().0,
+            "files" | "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated"
+        )
     }
 
     /// What it is about, in a word that stays the same; what was seen does this to the calibration, and what to do; how to do it.
@@ -294,21 +342,11 @@ impl Id {
                 "many fits do as well on these loads, and differ on others; record more loads, or take fewer features or a ridge",
                 &[Way::Features, Way::Ridge],
             ),
-            Self::FewLoadsPredicted => (
-                "load_cases",
-                "left out one by one, though, these loads are predicted nearly as well",
-                &[],
-            ),
             Self::Rank => (
                 "undetermined",
                 "some gauges or features repeat each other, or the past sample never differs from the present one; leave such \
                  gauges or features out",
                 &[Way::Features],
-            ),
-            Self::HardlyDetermined => (
-                "undetermined",
-                "their coefficients are large, and cancel on loads like these alone; take a ridge, fewer features or other loads",
-                &[Way::Ridge, Way::Features],
             ),
             Self::WeakestKernelRidge => (
                 "regressor",
@@ -432,6 +470,9 @@ impl Id {
                 "the fit follows them; leave such samples out, load less, or take a smaller gain",
                 &[Way::Faulty],
             ),
+            Self::Unusable => {
+                ("files", "left out of this check; mend or remove it before you calibrate", &[])
+            }
             Self::FarOff => (
                 "test",
                 "the test recordings are of another mounting, sensor or reference, or of loads of another kind; find out which \
@@ -456,7 +497,6 @@ impl Id {
                  with a mass on another arm for instance",
                 &[],
             ),
-            Self::NeverAlone => ("correlation", "it was hardly ever loaded on its own", &[]),
             Self::NotReached => {
                 ("reach", "beyond that the matrix extrapolates; record larger loads", &[])
             }

@@ -10,7 +10,8 @@ use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::load_count::LoadCount;
-use crate::questions::dataset::Dataset;
+use crate::questions::check::rig::same_samples;
+use crate::questions::dataset::{Dataset, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
 use crate::recording::{Axis, Entry, GroupedBy, LoneGroup, Role};
@@ -64,12 +65,15 @@ impl Dataset {
                 found.extend(self.few_recordings());
             }
             found.extend(self.of_groups());
+            let roles =
+                [Role::Train, Role::Test].into_iter().flat_map(|role| in_role(&self.entries, role));
+            found.extend(same_samples(&roles.collect::<Vec<_>>()));
             found.extend(self.rig().into_iter().flat_map(|rig| rig.findings.clone()));
             let coverage = self.coverage(&calibration.axes);
             found.extend(of_loads(calibration, coverage));
             let count = LoadCount::of(calibration, coverage);
             if calibration.undetermined().is_none() {
-                found.extend(count.finding(false));
+                found.extend(count.finding());
             }
             found.extend(far_off(calibration, coverage));
             found.extend(of_regressor(calibration));
@@ -224,7 +228,8 @@ fn far_off(calibration: &Calibration, coverage: &Coverage) -> Option<Finding> {
     let seen = format!("{} on test {times} times the cross-validation", axis.symbol());
     Some(
         Finding::new(Id::FarOff, Doubtful, seen)
-            .with(format!("it errs by {}", load(axis, test[at]))),
+            .with(format!("it errs by {}", load(axis, test[at])))
+            .costing((test[at] - left_out[at]) / calibration.full_scale[at]),
     )
 }
 

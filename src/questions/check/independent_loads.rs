@@ -10,9 +10,6 @@ use crate::questions::check::rig::RigReport;
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 
-/// A condition number from which some combinations of features are hardly determined.
-pub(super) const CONDITION: f64 = 1e4;
-
 /// What is known of recordings and a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {
@@ -36,8 +33,6 @@ pub struct Sufficiency {
     pub condition: Option<f64>,
     /// What each axis reaches.
     pub axes: Vec<AxisReach>,
-    /// What each two axes reach together.
-    pub pairs: Vec<Pair>,
     /// What is wrong with channels, for each training recording in words.
     pub faults: Vec<String>,
     /// What to record next, the best first.
@@ -46,7 +41,7 @@ pub struct Sufficiency {
     pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording.
     pub rig: RigReport,
-    /// What the errors do not cover, in one sentence.
+    /// What the recordings show, and what they cannot show.
     pub holds_for: String,
 }
 
@@ -73,17 +68,8 @@ pub struct AxisReach {
     pub train_rmse: Option<f64>,
     /// The error where recordings, groups or blocks are left out.
     pub left_out_rmse: Option<f64>,
-    /// The error where load cases are left out.
-    pub load_left_out_rmse: Option<f64>,
-}
-
-/// What two axes reach together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Pair {
-    /// Which.
-    pub axes: [Axis; 2],
-    /// The correlation of their training loads; `None` where one does not move.
-    pub correlation: Option<f64>,
+    /// The axis with whose training load it correlates most, and the correlation.
+    pub moves_with: Option<(Axis, f64)>,
 }
 
 /// A load that is worth recording.
@@ -102,7 +88,7 @@ pub struct NextLoad {
 impl Sufficiency {
     /// The reasons, and the count where it is none of them.
     pub fn sentences(&self, face: Face) -> impl Iterator<Item = String> {
-        let is_count = |own: &Finding| matches!(own.id, Id::FewLoads | Id::FewLoadsPredicted);
+        let is_count = |own: &Finding| own.id == Id::FewLoads;
         let summary = (!self.reasons.iter().any(is_count)).then(|| self.summary.clone());
         self.reasons.iter().map(move |own| own.text(face)).chain(summary)
     }
@@ -114,18 +100,9 @@ impl Sufficiency {
             true => format!("{rank}, the others repeating these or never changing"),
             false => rank,
         };
-        let Some(condition) = self.condition else {
-            return format!("{rank}.");
-        };
-        if self.rank < 2 {
-            return format!("{rank}.");
+        match self.condition.filter(|_| self.rank > 1) {
+            Some(condition) => format!("{rank}, condition number {}.", significant(condition, 3)),
+            None => format!("{rank}."),
         }
-        let words = match condition {
-            ..30.0 => "each feature says something of its own",
-            ..1e3 => "some features nearly repeat each other",
-            ..CONDITION => "some combinations of features are far less certain than others",
-            _ => "some combinations of features are hardly determined",
-        };
-        format!("{rank}, condition number {}: {words}.", significant(condition, 3))
     }
 }

@@ -44,18 +44,14 @@ impl LoadCount {
         format!("{coefficients} coefficients an axis{free} from {cases} load case{s}")
     }
 
-    /// That there are too few loads; `is_predicted` where loads that are left out are predicted nearly as well as the others.
-    pub fn finding(&self, is_predicted: bool) -> Option<Finding> {
+    /// Returns the finding that there are too few loads.
+    pub fn finding(&self) -> Option<Finding> {
         let (n, p) = (self.cases as f64, self.free);
         if n > p.ceil() && n >= FEW_CASES * p {
             return None;
         }
-        let (id, fails) = match is_predicted {
-            true => (Id::FewLoadsPredicted, Verdict::Doubtful),
-            false => (Id::FewLoads, Verdict::Insufficient),
-        };
         let severity = match n <= p.ceil() || n < FEWEST_CASES * p {
-            true => fails,
+            true => Verdict::Insufficient,
             false => Verdict::Doubtful,
         };
         // Of random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
@@ -70,6 +66,6 @@ impl LoadCount {
             }
             _ => String::new(),
         };
-        Some(Finding::new(id, severity, self.words()).with(figures))
+        Some(Finding::new(Id::FewLoads, severity, self.words()).with(figures))
     }
 }

@@ -49,6 +49,8 @@ pub enum ChannelFault {
         load: f64,
         /// How often.
         visits: usize,
+        /// Mean rise of the gauges meanwhile, as a share of full scale.
+        rise: f64,
     },
 }
 
@@ -261,7 +263,12 @@ impl Rig {
                 let mean = rises.iter().sum::<f64>() / visits.max(1.0);
                 if rises.len() >= VISITS && mean * visits.sqrt() > RISES * noise {
                     let load = outward * end;
-                    found.push(ChannelFault::ClippedReference { axis, load, visits: rises.len() });
+                    found.push(ChannelFault::ClippedReference {
+                        axis,
+                        load,
+                        visits: rises.len(),
+                        rise: mean,
+                    });
                 }
             }
         }
