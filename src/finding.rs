@@ -261,7 +261,6 @@ pub enum Id {
     OneProgramme,
     Faults,
     Unusable,
-    FarOff,
     WorseOnTest,
     NoBetterThanMean,
     LargerLeftOut,
@@ -473,12 +472,6 @@ impl Id {
             Self::Unusable => {
                 ("files", "left out of this check; mend or remove it before you calibrate", &[])
             }
-            Self::FarOff => (
-                "test",
-                "the test recordings are of another mounting, sensor or reference, or of loads of another kind; find out which \
-                 before you trust either figure",
-                &[],
-            ),
             Self::WorseOnTest => (
                 "error",
                 "compensating does harm there; take fewer features, a ridge, or more kinds of motion to train on",

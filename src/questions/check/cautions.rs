@@ -21,10 +21,6 @@ use crate::scoring::numbers::{percent, significant};
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 pub(crate) const STANDS_STILL: f64 = 0.02;
-/// A test error so many times that of cross-validation says that the recordings are of another kind ...
-const FAR_OFF: f64 = 4.0;
-/// ... where it is more than this share of full scale.
-const FAR_OFF_MATTERS: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
@@ -75,7 +71,6 @@ impl Dataset {
             if calibration.undetermined().is_none() {
                 found.extend(count.finding());
             }
-            found.extend(far_off(calibration, coverage));
             found.extend(of_regressor(calibration));
         }
         found.extend(worse_on_test(calibration));
@@ -211,26 +206,6 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
 
 fn is_far(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
-}
-
-/// Where the test says that its recordings are of another kind, and they are not known to load what was not trained.
-fn far_off(calibration: &Calibration, coverage: &Coverage) -> Option<Finding> {
-    let scores = &calibration.quality.compensated;
-    let (test, left_out) = (scores.test_rmse.as_ref()?, scores.cv_rmse.as_ref()?);
-    let times = |at: &usize| test[*at] / left_out[*at];
-    let far = (0..calibration.axes.len()).filter(|at| {
-        test[*at] > FAR_OFF * left_out[*at]
-            && test[*at] > FAR_OFF_MATTERS * calibration.full_scale[*at]
-            && !coverage.outside[*at].is_some_and(|outside| is_far(&outside))
-    });
-    let at = far.max_by(|a, b| times(a).total_cmp(&times(b)))?;
-    let (axis, times) = (calibration.axes[at], significant(times(&at), 2));
-    let seen = format!("{} on test {times} times the cross-validation", axis.symbol());
-    Some(
-        Finding::new(Id::FarOff, Doubtful, seen)
-            .with(format!("it errs by {}", load(axis, test[at])))
-            .costing((test[at] - left_out[at]) / calibration.full_scale[at]),
-    )
 }
 
 /// What a second stage, its kernel and the rank say.

@@ -12,9 +12,10 @@ use crate::scoring::rig::{Rig, chance};
 /// A correction is named where it leaves this share of the left-out error at most: of a fault that adds a quarter 0.8 would be left by the
 /// true correction, and a little more by an estimated one.
 const MATTERS: f64 = 0.87;
-/// Least change of the load by a tare, over the error that is left without it. A tare that adds a quarter to the error changes the load by
-/// 1.5 times that at least; hysteresis, which leaves the zero where the last loads put it, by less than once.
-const SHIFT: f64 = 1.2;
+/// Smallest change of the load by a tare, over the error that is left without it. A tare in one of three recordings adds half the square
+/// of this change to the mean square error, so one that adds a quarter to the error changes the load by 1.06 times that error; of more
+/// recordings, by more. Hysteresis leaves the zero where the last loads put it, which changes the load by less than once the error.
+const SHIFT: f64 = 1.0;
 /// Share of full scale that the left-out error must fall by, too: less is below what references hold.
 const FALLS: f64 = 0.0003;
 /// Chance that one of all corrections that are tried is found in units that have no fault.
