@@ -1,4 +1,4 @@
-//! What the figures of a check make of the model, as findings.
+//! Findings about the model from the figures of a check, and the verdict.
 
 use crate::finding::{Finding, Id, Verdict};
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
@@ -6,23 +6,24 @@ use crate::questions::check::load_count::LoadCount;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 
-/// Ratio of a left-out error to that of the fit from which the coefficients are made of noise, where it is more than [`ERROR_MATTERS`].
+/// Ratio of a left-out error to that of the fit from which it is reported, if it exceeds [`ERROR_MATTERS`]. Too few loads alone make it
+/// five times as large from 1.25 loads for a coefficient on.
 const RATIO_FAILS: f64 = 5.0;
 /// Share of full scale from which such an error matters.
 const ERROR_MATTERS: f64 = 0.01;
-/// Share of what a load varies by from which a left-out error is no better than the mean.
+/// Share of a load's standard deviation from which a left-out error is no better than that of the mean.
 const NO_BETTER: f64 = 0.9;
 /// Variance of a load over the part of it that does not follow from the other axes, from which axes are reported as moving together.
 const INFLATION: f64 = 5.0;
 /// Share of a rated load that the training loads have to reach.
 const REACHED: f64 = 0.8;
-/// A load goes one way only where the other is below this share of it.
+/// Share of the larger side below which the other side of an axis counts as not loaded.
 pub(super) const ONE_WAY: f64 = 0.1;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
 impl Sufficiency {
-    /// Adds what follows from its figures to the reasons that are there, and settles the verdict.
+    /// Adds the findings that follow from its figures, puts all in order, and sets the verdict.
     pub fn judged(mut self, spread: &LoadSpread, cross_validation: Option<&str>) -> Self {
         let count = LoadCount {
             cases: self.load_cases,
@@ -95,7 +96,7 @@ impl Sufficiency {
         Some(found.costing(error / own.full_scale))
     }
 
-    /// That the loads do not move in as many directions as there are axes that move.
+    /// Returns the finding that the loads move in fewer directions than axes.
     fn few_directions(&self, spread: &LoadSpread) -> Option<Finding> {
         let (n_moving, n) = (spread.n_moving(), spread.n_directions);
         let (direction, deviation) = spread.stiffest.as_ref().filter(|_| n < n_moving)?;
@@ -133,7 +134,7 @@ impl AxisReach {
         format!("{} {}", significant(value, 3), self.axis.unit())
     }
 
-    /// A rated load that was reached one way only, where the other is rated as well.
+    /// Returns the finding that an axis with a rated load was loaded one way only.
     fn one_sided(&self) -> Option<Finding> {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
         let (some, other) = (up.max(down), up.min(down));
@@ -151,7 +152,7 @@ impl AxisReach {
         })
     }
 
-    /// The part of a rated load that was not reached.
+    /// Returns the finding that a rated load was not reached.
     fn not_reached(&self) -> Option<Finding> {
         if !self.rated || self.full_scale <= 0.0 || self.deviation == 0.0 {
             return None;

@@ -1,30 +1,30 @@
-//! Whether there are enough loads for the coefficients: one count and one rule, for the fit and for the check.
+//! Whether there are enough loads for the coefficients: one rule for the fit and for the check.
 
 use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
 
-/// Below so many load cases for a free coefficient an error on new loads is five times that of the fit, by the count alone.
+/// Number of load cases per free coefficient below which errors on new loads are five times those of the fit, by the count alone.
 const FEWEST_CASES: f64 = 1.25;
-/// Below so many it is twice.
+/// Number below which they are twice those of the fit.
 const FEW_CASES: f64 = 2.0;
-/// An error that is expected to be more times that of the fit is not given as a number.
+/// Ratio of errors above which the expected ratio is not given.
 const TIMES: f64 = 100.0;
 
-/// Load cases and what is determined from them.
+/// Load cases and coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadCount {
-    /// Loads that can be told apart; with a past, how often the load becomes another one.
+    /// Number of different loads; with features of the past, number of changes of the load.
     pub cases: usize,
-    /// Coefficients of an axis.
+    /// Number of coefficients of an axis.
     pub coefficients: usize,
-    /// How many of them are free, with the ridge, on the axis with most.
+    /// Number of coefficients that the ridge leaves free, on the axis with most.
     pub free: f64,
 }
 
 impl LoadCount {
-    /// That of a fit to loads.
+    /// Returns the count of a fit.
     pub fn of(calibration: &Calibration, coverage: &Coverage) -> Self {
         let columns = calibration.columns();
         let coefficients = columns.len();
@@ -32,7 +32,7 @@ impl LoadCount {
         Self { cases: coverage.n_cases(&columns), coefficients, free }
     }
 
-    /// In words.
+    /// Returns the count in words.
     pub fn words(&self) -> String {
         let Self { cases, coefficients, .. } = self;
         let few = self.free.ceil();

@@ -1,5 +1,4 @@
-//! Whether the training recordings carry the model that is asked for: everything from the sums of one pass, before anybody
-//! trusts the matrix.
+//! The check of training recordings for a model, from the sums of one pass.
 
 use crate::min_max::MinMax;
 use std::sync::Arc;
@@ -27,47 +26,47 @@ use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::first_clauses;
 
-/// How many loads are proposed.
+/// Number of loads that are proposed.
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults that are named.
 const FAULTY: usize = 3;
 /// Share of faulty training samples from which the data are in doubt.
 const FAULTY_SHARE: f64 = 0.05;
-/// The sensor's frame as the world's.
+/// Orientation in which the sensor's frame is the world's.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 use Verdict::{Doubtful, Enough};
 
-/// What a laboratory can hang on a sensor that it turns any way.
+/// Masses that can hang from the sensor in any orientation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HangingMass {
-    /// The masses that there are (kg).
+    /// Available masses (kg).
     pub masses: Vec<f64>,
-    /// How far from the sensor's origin they can hang, along either way of each of its axes (m).
+    /// Distances from the sensor's origin, along its axes in both directions, at which they can hang (m).
     pub arms: Vec<f64>,
 }
 
-/// Do the training recordings determine the model?
+/// Check of training recordings: faults of the rig, and whether the loads determine the model.
 #[derive(Clone, Debug)]
 pub struct CheckData {
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// What would be fitted.
+    /// Settings of the fit.
     pub settings: FitSettings,
     /// Limits of the sensor's channels that the user entered.
     pub range: ValidRange,
     /// Why each file that was left out cannot be used.
     pub unusable: Vec<String>,
-    /// What loads are proposed of; `None`: any within the rated ones.
+    /// Masses that make the proposed loads; `None` for any loads within the rated ones.
     pub hanging: Option<HangingMass>,
-    /// What is shared with other questions about the same recordings.
+    /// Dataset cache.
     pub datasets: Datasets,
 }
 
 same_where!(CheckData: shared(recordings) value(settings, range, unusable, hanging) besides(datasets));
 
 impl CheckData {
-    /// The check of what a request asks to fit.
+    /// Returns the check of a fit.
     pub fn of(request: &Request, range: ValidRange, hanging: Option<HangingMass>) -> Self {
         Self {
             recordings: Arc::clone(&request.recordings),
@@ -97,8 +96,7 @@ impl Query for CheckData {
     }
 }
 
-/// What the training recordings of a request tell of its linear model; proposes loads within the rated ones, or of those what
-/// a hanging mass makes.
+/// Returns what the training recordings say of the rig and of the linear model, and the loads to record next.
 ///
 /// # Errors
 /// [`AnalysisError`] where there is nothing to fit.
@@ -181,7 +179,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     Ok(found.judged(&spread, how.as_deref()))
 }
 
-/// What is wrong with the channels of each training recording in words, and the share of the samples that it spoils.
+/// Returns the faulty channels of each training recording in words, and the share of faulty samples.
 fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), AnalysisError> {
     let found = (asked.datasets).faults(&asked.recordings, &asked.range, progress)?;
     let all = asked.recordings.entries().iter().zip(&found);
@@ -246,7 +244,7 @@ fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) 
 }
 
 impl Dataset {
-    /// What the programmes of loads leave open.
+    /// Returns findings about load programmes.
     fn of_programmes(&self, n_axes: usize) -> Vec<Finding> {
         let training = in_role(&self.entries, Role::Train);
         let mut found = Vec::new();
@@ -266,7 +264,7 @@ impl Dataset {
     }
 }
 
-/// What loads are proposed from.
+/// Inputs of the proposed loads.
 struct Proposing<'a> {
     calibration: &'a Calibration,
     design: &'a Design,
@@ -277,12 +275,12 @@ struct Proposing<'a> {
     rig: Option<&'a RigReport>,
 }
 
-/// The loads to record next.
+/// Loads to record next.
 struct Proposals {
     next: Vec<NextLoad>,
-    /// What is to be known of them, or why there are none.
+    /// How they were chosen, or why there are none.
     note: String,
-    /// The axes that no such load reaches.
+    /// Finding about axes that no proposed load reaches.
     unreached: Option<Finding>,
 }
 
@@ -356,7 +354,7 @@ fn proposals(on: &Proposing<'_>) -> Proposals {
     Proposals { next, note, unreached }
 }
 
-/// Each axis that moves to the ends of its region and halfway, alone and by twos.
+/// Returns loads at the ends of each moving axis' range and halfway, one axis or two at a time.
 fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     let none: Vec<f64> = axes.iter().map(|own| 0.0_f64.clamp(own.region.0, own.region.1)).collect();
     let moving: Vec<usize> = (0..axes.len()).filter(|axis| moves[*axis]).collect();
@@ -384,8 +382,7 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     loads
 }
 
-/// What masses on arms make of gravity, the sensor turned so that it pulls along its axes or between them, where nothing goes
-/// beyond the largest load of an axis.
+/// Returns the loads that masses on arms make, with gravity along the axes or between them, within the largest load of each axis.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
     let ways = steps

@@ -1,4 +1,4 @@
-//! What recordings tell of a model, as tables and a figure.
+//! Tables of a check.
 
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::report::table::{Cell, Column, Table};
@@ -8,7 +8,7 @@ fn share(share: f64) -> Cell {
     Cell::number(share, percent(share))
 }
 
-/// All tables that say something, in the order in which they are read.
+/// Returns the tables that have rows, in reading order.
 pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
     let tables = [axes(of), next(of)];
     of.rig.tables().into_iter().chain(tables).filter(|table| !table.rows.is_empty()).collect()
@@ -43,9 +43,9 @@ fn next(of: &Sufficiency) -> Table {
             |(_, own), (axis, _)| Cell::digits(Some(own.load[*axis]), 3),
         )
         .digits("gain", 3, |(_, own)| Some(own.gain))
-        .about("By how much the logarithm of the determinant of the design grows")
+        .about("Increase of the logarithm of the determinant of the design")
         .column(Column::numbers("variance left"), |(_, own)| share(own.variance_left))
-        .about("What is left of the mean variance of predictions over these loads, with it and those above it")
+        .about("Remaining share of the mean variance of predictions over these loads, with this load and those above")
         .columns(
             hangs.then_some("how"),
             |name| Column::words(*name),
