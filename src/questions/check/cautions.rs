@@ -10,7 +10,8 @@ use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::load_count::LoadCount;
-use crate::questions::dataset::Dataset;
+use crate::questions::check::rig::same_samples;
+use crate::questions::dataset::{Dataset, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
@@ -21,10 +22,6 @@ use crate::scoring::numbers::{percent, significant};
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 pub(crate) const STANDS_STILL: f64 = 0.02;
-/// A test error so many times that of cross-validation says that the recordings are of another kind ...
-const FAR_OFF: f64 = 4.0;
-/// ... where it is more than this share of full scale.
-const FAR_OFF_MATTERS: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
@@ -65,14 +62,16 @@ impl Dataset {
                 found.extend(self.few_recordings());
             }
             found.extend(self.of_groups());
+            let roles =
+                [Role::Train, Role::Test].into_iter().flat_map(|role| in_role(&self.entries, role));
+            found.extend(same_samples(&roles.collect::<Vec<_>>()));
             found.extend(self.rig().into_iter().flat_map(|rig| rig.findings.clone()));
             let coverage = self.coverage(&calibration.axes);
             found.extend(of_loads(calibration, coverage));
             let count = LoadCount::of(calibration, coverage);
             if calibration.undetermined().is_none() {
-                found.extend(count.finding(false));
+                found.extend(count.finding());
             }
-            found.extend(far_off(calibration, coverage));
             found.extend(of_regressor(calibration));
             found.extend(self.unknown_state(calibration));
         }
@@ -223,25 +222,6 @@ fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
 
 fn is_far(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
-}
-
-/// Where the test says that its recordings are of another kind, and they are not known to load what was not trained.
-fn far_off(calibration: &Calibration, coverage: &Coverage) -> Option<Finding> {
-    let scores = &calibration.quality.compensated;
-    let (test, left_out) = (scores.test_rmse.as_ref()?, scores.cv_rmse.as_ref()?);
-    let times = |at: &usize| test[*at] / left_out[*at];
-    let far = (0..calibration.axes.len()).filter(|at| {
-        test[*at] > FAR_OFF * left_out[*at]
-            && test[*at] > FAR_OFF_MATTERS * calibration.full_scale[*at]
-            && !coverage.outside[*at].is_some_and(|outside| is_far(&outside))
-    });
-    let at = far.max_by(|a, b| times(a).total_cmp(&times(b)))?;
-    let (axis, times) = (calibration.axes[at], significant(times(&at), 2));
-    let seen = format!("{} on test {times} times the cross-validation", axis.symbol());
-    Some(
-        Finding::new(Id::FarOff, Doubtful, seen)
-            .with(format!("it errs by {}", load(axis, test[at]))),
-    )
 }
 
 /// What a second stage, its kernel and the rank say.
