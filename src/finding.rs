@@ -1,13 +1,18 @@
 //! Findings, which the program reports beside numbers: the observation, its effect on the calibration, and the remedy.
 //!
 //! Guarantees: effect and remedy of each finding are worded here, once. [`Way`] adds how to apply the remedy on the command
-//!
 //! line or in the window. The observation is worded where it is made.
 
+use std::cmp::Reverse;
 use std::fmt;
 
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use strum::IntoStaticStr;
+
+use crate::shown::first_clauses;
+
+/// Maximum number of findings of one kind that are listed.
+const LISTED: usize = 4;
 
 /// Verdict on the recordings of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -132,17 +137,58 @@ pub struct Finding {
     pub seen: String,
     /// Figures of the observation; may be empty.
     pub figures: String,
+    /// Share of full scale by which it makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
+    pub cost: f64,
 }
 
 impl Finding {
     /// Returns a finding with its observation in a few words.
     pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
-        Self { id, severity, seen: seen.into(), figures: String::new() }
+        Self { id, severity, seen: seen.into(), figures: String::new(), cost: 0.0 }
     }
 
     /// Returns the finding with its figures.
     pub(crate) fn with(self, figures: impl Into<String>) -> Self {
         Self { figures: figures.into(), ..self }
+    }
+
+    /// Returns the finding with its cost.
+    pub(crate) fn costing(self, cost: f64) -> Self {
+        Self { cost, ..self }
+    }
+
+    /// Returns findings in the order of the list: faults of recordings first, then by severity, then by cost. Findings of one
+    /// kind are merged.
+    pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
+        let mut all: Vec<Vec<Self>> = Vec::new();
+        for own in found {
+            match all.iter_mut().find(|of| of[0].id == own.id && of[0].severity == own.severity) {
+                Some(of) => of.push(own),
+                None => all.push(vec![own]),
+            }
+        }
+        let mut merged: Vec<Self> = all.into_iter().map(Self::merged).collect();
+        merged.sort_by(|a, b| {
+            let key = |own: &Self| {
+                (!(own.severity > Verdict::Enough && own.id.is_cause()), Reverse(own.severity))
+            };
+            key(a).cmp(&key(b)).then(b.cost.total_cmp(&a.cost))
+        });
+        merged
+    }
+
+    /// Returns one finding for findings of one kind, the most expensive one first.
+    fn merged(mut own: Vec<Self>) -> Self {
+        own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
+        if own.len() == 1 {
+            return own.remove(0);
+        }
+        let seen = own.iter().map(|own| match own.figures.is_empty() {
+            true => own.seen.clone(),
+            false => format!("{} ({})", own.seen, own.figures),
+        });
+        let seen = first_clauses(LISTED, seen.collect::<Vec<_>>());
+        Self { seen, figures: String::new(), ..own.remove(0) }
     }
 
     /// Returns one sentence without its full stop.
@@ -161,10 +207,11 @@ impl Finding {
 
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut found = serializer.serialize_struct("Finding", 4)?;
+        let mut found = serializer.serialize_struct("Finding", 5)?;
         found.serialize_field("id", <&str>::from(self.id))?;
         found.serialize_field("about", self.id.words().0)?;
         found.serialize_field("verdict", &self.severity)?;
+        found.serialize_field("cost", &self.cost)?;
         found.serialize_field("text", &self.text(Face::CommandLine))?;
         found.end()
     }
@@ -187,11 +234,10 @@ pub enum Id {
     Still,
     OutsideTrained,
     FewLoads,
-    FewLoadsPredicted,
     Rank,
-    HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
+    UnknownState,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -216,13 +262,12 @@ pub enum Id {
     OneAxisAtATime,
     OneProgramme,
     Faults,
-    FarOff,
+    Unusable,
     WorseOnTest,
     NoBetterThanMean,
     LargerLeftOut,
     FewDirections,
     MovesTogether,
-    NeverAlone,
     NotReached,
     LinearOnly,
     Unreached,
@@ -231,7 +276,10 @@ pub enum Id {
 impl Id {
     /// Returns true for a fault of recordings, false for its effect on errors and coefficients.
     pub(crate) fn is_cause(self) -> bool {
-        matches!(self.words().0, "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated")
+        matches!(
+            self.words().0,
+            "files" | "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated"
+        )
     }
 
     /// Returns the category (a constant word), the effect on the calibration with the remedy, and the ways to apply the
@@ -296,21 +344,11 @@ impl Id {
                 "different fits agree on these loads and differ on other loads; record more loads, or use fewer features or a ridge",
                 &[Way::Features, Way::Ridge],
             ),
-            Self::FewLoadsPredicted => (
-                "load_cases",
-                "but each of these loads is predicted nearly as well by a fit without it",
-                &[],
-            ),
             Self::Rank => (
                 "undetermined",
                 "some gauges or features repeat each other, or the past sample never differs from the present one; remove these \
                  gauges or features",
                 &[Way::Features],
-            ),
-            Self::HardlyDetermined => (
-                "undetermined",
-                "their coefficients are large and cancel only on loads like the recorded ones; use a ridge, fewer features or other loads",
-                &[Way::Ridge, Way::Features],
             ),
             Self::WeakestKernelRidge => (
                 "regressor",
@@ -322,6 +360,12 @@ impl Id {
                 "regressor",
                 "the kernel hardly improves the held-out errors; use another regressor",
                 &[Way::Regressor],
+            ),
+            Self::UnknownState => (
+                "cold_start",
+                "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
+                 record loads that move farther",
+                &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",
@@ -436,12 +480,9 @@ impl Id {
                 "the fit is distorted by them; exclude these samples, reduce the load, or use a smaller gain",
                 &[Way::Faulty],
             ),
-            Self::FarOff => (
-                "test",
-                "the test recordings have another mounting, sensor or reference, or loads of another kind; find the cause \
-                 before you use either error",
-                &[],
-            ),
+            Self::Unusable => {
+                ("files", "left out of this check; mend or remove it before you calibrate", &[])
+            }
             Self::WorseOnTest => (
                 "error",
                 "compensation increases the error there; use fewer features, a ridge, or more kinds of motion for training",
@@ -460,7 +501,6 @@ impl Id {
                  for example with a mass on another arm",
                 &[],
             ),
-            Self::NeverAlone => ("correlation", "it was hardly ever loaded alone", &[]),
             Self::NotReached => {
                 ("reach", "beyond that the matrix extrapolates; record larger loads", &[])
             }

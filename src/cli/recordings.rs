@@ -16,7 +16,7 @@ use crate::recording::identity::SensorFile;
 use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Recordings with their roles.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct RecordingArgs {
     #[command(flatten)]
     pub read: ReadArgs,

@@ -347,7 +347,7 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Find the best model",
-            "Tries models for two minutes and proposes one; the pane Models lists all of them",
+            "Tries models and proposes one; the pane Models lists all of them",
             None,
             Do::FindBest(limit).into(),
         )

@@ -50,7 +50,7 @@ impl PaneView for View {
             self.hangs.then(|| HangingMass { masses: vec![self.mass_kg], arms: vec![self.arm_m] });
         let project = cx.engine.project();
         if !project.recordings.entries().is_empty() {
-            cx.ask(CheckData::of(&cx.engine.request(), project.gauge_range.clone(), hanging));
+            cx.ask(CheckData::of(&cx.engine.request(), project.valid_range(), hanging));
         }
     }
 }

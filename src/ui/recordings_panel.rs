@@ -15,7 +15,9 @@ use crate::min_max::MinMax;
 use crate::questions;
 use crate::questions::RecordingResult;
 use crate::questions::check::faulty::FindFaults;
-use crate::recording::{Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare};
+use crate::recording::{
+    Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange,
+};
 use crate::report;
 use crate::report::{Cell, Table};
 use crate::scoring::metrics::Group;

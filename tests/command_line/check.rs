@@ -102,3 +102,25 @@ fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     assert_eq!(faults("-1e6:1e6"), 0);
     assert!(faults("-1e-3:1e-3") > 0);
 }
+
+/// A calibration of the others would be another one, so `fit` refuses; a check reports it and goes on.
+#[test]
+fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("broken.csv", "nothing\n1;2\n");
+    workshop.write("bare.csv", "t,S1,S2\n0,1,3\n0.1,2,4\n");
+    let files = ["a.csv", "broken.csv", "b.csv", "bare.csv", "c.csv"];
+    let arguments = [&["check", "--json"], &files[..]].concat();
+    let output = run(workshop.path(), &arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["rig"]["runs"].as_array().unwrap().len(), 3);
+    let reasons = found["reasons"].as_array().unwrap().iter();
+    let mut unusable = reasons.filter(|own| own["id"] == "unusable");
+    let text = unusable.next().unwrap()["text"].as_str().unwrap();
+    assert!(text.contains("broken.csv") && text.contains("bare.csv"), "{text}");
+    assert!(unusable.next().is_none());
+    let refused = run(workshop.path(), &[&["fit", "--train"], &files[..]].concat());
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(refused.stdout.is_empty(), "no calibration of some of the files");
+}

@@ -94,6 +94,9 @@ fn overload_is_judged_against_rated_loads_wherever_they_are_given() {
         let told = told(&[arguments, &scale].concat());
         assert!(told.contains("overloaded (Fz)"), "{arguments:?}: {told}");
     }
+    // The largest load is 22.5 N, half as much again as is rated.
+    let tolerant = [&["check", "press.csv"], &scale[..], &["--overload-tolerance", "60"]].concat();
+    assert!(!told(&tolerant).contains("overload"), "{}", told(&tolerant));
     // Given limits override the file; excluded samples are not used for training.
     let both = ["--sensor", "sensor.toml", "--full-scale", "30"];
     assert!(!told(&[&fit[..], &both].concat()).contains("overload"));

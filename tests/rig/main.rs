@@ -2,9 +2,16 @@
 
 mod simulator;
 
-use loopscope::recording::Recording;
+use std::sync::Arc;
+
+use loopscope::calibration::FitSettings;
+use loopscope::finding::Id;
+use loopscope::progress::Progress;
+use loopscope::questions::check::query::CheckData;
+use loopscope::questions::{Request, sufficiency};
+use loopscope::recording::{Entry, Recording, RecordingSet, Role, ValidRange};
 use loopscope::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig};
-use simulator::{FAULTS, Fault, Programme, Set};
+use simulator::{Dice, FAULTS, Fault, Programme, Set};
 
 fn rig(set: &Set) -> Rig {
     let all = set.recordings();
@@ -196,4 +203,72 @@ fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     }
     println!("{named} of {all} faults of single channels named");
     assert!(4 * named >= 3 * all, "{named} of {all}");
+}
+
+/// What is said of the programmes and loads of a set, the last `n_tests` recordings being test recordings.
+fn of_loads(set: &Set, n_tests: usize) -> Vec<Id> {
+    let mut recordings = RecordingSet::default();
+    let n_train = set.runs.len() - n_tests;
+    for (at, own) in set.recordings().into_iter().enumerate() {
+        let role = if at < n_train { Role::Train } else { Role::Test };
+        recordings.push(Entry::new(own, role)).unwrap();
+    }
+    let full_scale = set.full_scale.iter().copied().map(Some).collect();
+    let settings = FitSettings { full_scale, ..FitSettings::default() };
+    let request = Request::fit(Arc::new(recordings), settings);
+    let asked = CheckData::of(&request, ValidRange::default(), None);
+    let found = sufficiency(&asked, &Progress::default()).unwrap().reasons;
+    let wanted = [Id::SameSamples, Id::OneProgramme, Id::OneAxisAtATime, Id::OneSided];
+    found.into_iter().map(|own| own.id).filter(|id| wanted.contains(id)).collect()
+}
+
+/// A set with other loads: gauges follow them in straight lines, with noise.
+fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set {
+    let mut set = set.clone();
+    let mut dice = Dice::new(set.seed);
+    for (at, run) in set.runs.iter_mut().enumerate() {
+        for (k, (loads, gauges)) in run.loads.iter_mut().zip(&mut run.gauges).enumerate() {
+            loads.iter_mut().enumerate().for_each(|(axis, own)| *own = load(at, k, axis, *own));
+            for (gauge, own) in gauges.iter_mut().enumerate() {
+                let parts =
+                    loads.iter().zip(&set.full_scale).enumerate().map(|(axis, (load, full))| {
+                        load / full * if axis == gauge { 1.5 } else { 0.1 * (1 + gauge) as f64 }
+                    });
+                *own = parts.sum::<f64>() + 0.01 * dice.normal();
+            }
+        }
+    }
+    set
+}
+
+/// Each is found where it is, and nowhere else.
+#[test]
+fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_told_apart() {
+    let is_fit = |set: &Set| {
+        set.axes.len() > 1 && set.runs.iter().all(|run| run.programme != Programme::Poses)
+    };
+    let sets = (0..60).map(|seed| Set::sound(seed, 3)).filter(is_fit).take(6);
+    for sound in sets {
+        let seed = sound.seed;
+        assert_eq!(of_loads(&sound, 0), [], "{seed}");
+        assert_eq!(of_loads(&sound, 1), [], "{seed}");
+        let mut twice = sound.clone();
+        twice.runs.push(sound.runs[0].clone());
+        assert_eq!(of_loads(&twice, 0), [Id::SameSamples], "{seed}: twice in training");
+        assert_eq!(of_loads(&twice, 1), [Id::SameSamples], "{seed}: in training and test");
+        let mut repeated = sound.clone();
+        repeated.runs = vec![sound.runs[0].clone(); 4];
+        let repeated = with_loads(&repeated, |_, _, _, load| load);
+        assert_eq!(of_loads(&repeated, 0), [Id::OneProgramme], "{seed}");
+        let n_axes = sound.axes.len();
+        let alone = with_loads(
+            &sound,
+            |run, k, axis, load| {
+                if (run + k / 200) % n_axes == axis { load } else { 0.0 }
+            },
+        );
+        assert_eq!(of_loads(&alone, 0), [Id::OneAxisAtATime], "{seed}");
+        let one_sided = with_loads(&sound, |_, _, _, load| load.abs());
+        assert_eq!(of_loads(&one_sided, 0), [Id::OneSided], "{seed}");
+    }
 }

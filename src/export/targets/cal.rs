@@ -1,6 +1,7 @@
 //! ATI-style `.cal` files: XML with the matrix of a conventional calibration of up to eight gauges and six axes.
-//!  Guarantees: a written file reads back to the same matrix; names are case-sensitive; a file with a missing row, an invalid
-//!  number or an unknown unit is refused, never guessed.
+//!
+//! Guarantees: a written file reads back to the same matrix; names are case-sensitive; a file with a missing row, an invalid
+//! number or an unknown unit is refused, never guessed.
 
 use std::collections::BTreeMap;
 use std::io;

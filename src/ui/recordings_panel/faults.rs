@@ -21,6 +21,16 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         if entered != project.gauge_range {
             out.push(Edit::GaugeRange(entered.filter(GaugeRange::rises)).into());
         }
+        if project.settings.full_scale.iter().any(Option::is_some) {
+            let tolerance = project.overload_tolerance.unwrap_or(ValidRange::RATED_TOLERANCE);
+            let mut percent = 100.0 * tolerance;
+            ui.label("Overload above rated by");
+            let field = egui::DragValue::new(&mut percent).range(0.0..=100.0).speed(0.1).suffix(" %");
+            let field = ui.add(field);
+            if field.on_hover_text("Part of the rated load by which a load may exceed it before it counts as overload").changed() {
+                out.push(Edit::OverloadTolerance(percent / 100.0).into());
+            }
+        }
         let entries = project.recordings.entries();
         let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
         let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();

@@ -1,7 +1,8 @@
 //! Samples that cover all situations of a calibration, with the results of the program's own estimator.
-//!  Guarantees: gauges move like under loads within full scale, stay within the range of the training recordings, and are
-//!  single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
-//!  same input.
+//!
+//! Guarantees: gauges move like under loads within full scale, stay within the range of the training recordings, and are
+//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
+//! same input.
 
 use std::f64::consts::TAU;
 
