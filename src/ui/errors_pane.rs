@@ -41,7 +41,7 @@ fn errors_pane(ui: &mut egui::Ui, engine: &Engine) {
     ui.horizontal_wrapped(|ui| {
         ui.strong("RMSE");
         if let Some(analysis) = engine.analysis()
-            && ui.press_small("Copy table", "As tab-separated text")
+            && ui.press_small("Copy table", "Copies the errors as tab-separated text")
         {
             ui.copy_text(all_errors(analysis, engine).tab_separated());
         }

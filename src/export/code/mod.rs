@@ -69,7 +69,7 @@ pub(in crate::export) const CODE: Target = Target {
 /// A look-back that fills the memory of the machine.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "the blocks look back {window_secs} s, and what runs this file would have to keep all samples of that time (at most \
+    "the blocks look back {window_secs} s, so exported code would have to store all samples of this time (at most \
      {LONGEST_WINDOW_SECS} s); fit with a smaller t_th or lag, or use .json"
 )]
 struct LongWindow {

@@ -18,7 +18,7 @@ impl Trace {
     pub const ALL: [Self; 4] =
         [Self::Calculated, Self::Factory, Self::Conventional, Self::Compensated];
 
-    /// All loads in the order of lists.
+    /// All loads in the order in which lists show them.
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 

@@ -191,7 +191,7 @@ pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
                 Err(reason) => Cell::missing("–", reason.to_string()),
             },
         ),
-        (format!("Noise [{unit}]"), "Root mean square of what the fit leaves over", |drift| {
+        (format!("Noise [{unit}]"), "Root mean square of the residuals of the fit", |drift| {
             Cell::digits(Some(drift.noise), 3)
         }),
     ];
