@@ -12,7 +12,7 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, NextLoad, Pair, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
-use crate::questions::check::rig::{RigReport, lag, same_samples};
+use crate::questions::check::rig::{RigReport, same_samples};
 use crate::questions::dataset::{Dataset, Datasets, Key, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::errors::fit::LinearFit;
@@ -141,7 +141,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let names = calibration.feature_names();
     let axes_n = calibration.axes.len();
     let mut reasons = data.findings(&calibration, true);
-    reasons.extend(lag(&training, progress)?);
+    reasons.extend(data.lag(progress)?.cloned());
     reasons.extend(data.of_programmes(axes_n));
     // The check tells more of the count.
     reasons.retain(|own| own.id != Id::FewLoads);

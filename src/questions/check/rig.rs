@@ -304,7 +304,7 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
 }
 
 /// Gauges that are behind the reference, or ahead of it.
-pub(super) fn lag(
+pub(crate) fn lag(
     training: &[&Recording],
     progress: &Progress,
 ) -> Result<Option<Finding>, Cancelled> {

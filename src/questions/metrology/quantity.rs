@@ -141,7 +141,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "Hysteresis",
             "largest |falling − rising| output at equal load, in the one cycle (counted by rainflow) whose branches share the widest \
         range of loads; branches, without the cycles on their way, averaged over hundredths of their range and compared at 101 \
-        loads",
+        loads; noise of the difference is averaged over up to 12 neighbouring loads to each side, as few as make it a fiftieth of the \
+        largest",
             "OIML R 60-1, 3.7 (difference at the same load, up from the least and down from the greatest); over full scale, as \
         VDI/VDE 2638 refers errors to the nominal load",
             ONE_AXIS_AT_REST,
@@ -165,7 +166,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
             "mean |falling − rising| over the load range of the mean loop",
-            "as the mean loop; noise of single loads does not raise it as it raises the largest",
+            "as the mean loop; noise is averaged as for hysteresis, so it hardly raises the mean of a loop that is closed",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -235,7 +236,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference made as late as the \
              output, by the same delay or low-pass; the gains of the output, and its crosstalk, fitted anew to that reference by \
              least squares over these recordings. Given where the lag explains \
-             more than a tenth of the mean width",
+             more than a tenth of the mean width, and where two standard errors of the lag change it by at most a tenth of itself or \
+             0.3 % of full scale",
             "as hysteresis",
             ONE_AXIS_AT_REST,
         ],
