@@ -12,6 +12,7 @@ use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
 use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
 use crate::features::{BLOCKS, Distance, Thresholds};
+use crate::finding::Face;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
 use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
@@ -90,6 +91,9 @@ impl View {
         let measure = chosen.unwrap_or_else(|| map.scale.default_measure());
         let pane = ui.max_rect();
         self.choices(ui, map, measure, pane, out);
+        if let Some(lag) = &study.lag {
+            ui.warn(lag.text(Face::Window));
+        }
         suggestion(ui, engine, study, measure, out);
         blocks(ui, engine, measure, out);
         ui.separator();
