@@ -2,9 +2,11 @@
 //!
 //! [`table_by`] takes recordings with the loads of a calibration, and returns one row per [`Quantity`] with its definition
 //! and source. If the data do not determine a figure, its cell holds a [`Reason`] instead of a number.
+//!
 //! **Source** OIML R 60 and VDI/VDE 2638 (errors over full scale rather than over the reading), and the glossaries of
 //! load-cell makers; each row names its own. Full scale is the rated load that the user entered, else the range of the
 //! recordings (see [`full_scale_of`](crate::recording::full_scale_of)).
+//!
 //! **Conditions that a free-running recording does not meet** Standards load one axis alone, from zero to the rated load and
 //! back, in steps, after preloading, and read at set times at constant temperature. A recording of a moving robot loads
 //! several axes at once, at varying speed, turns at any load, and seldom dwells. So hysteresis contains the effect of other
