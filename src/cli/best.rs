@@ -31,7 +31,7 @@ use crate::recording::identity::Identity;
 pub struct BestJob {
     #[command(flatten)]
     recordings: RecordingArgs,
-    /// Time limit in minutes; no further model is begun after it.
+    /// Time limit in minutes; no further model is started after it.
     #[arg(long, value_name = "MIN", default_value_t = 2.0, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
     #[command(flatten)]
@@ -58,7 +58,7 @@ pub struct BestJob {
 struct Report<'a> {
     #[serde(flatten)]
     best: &'a Best,
-    /// Arguments of `fit` that make the proposed model.
+    /// Arguments of `fit` that fit the proposed model.
     fit: Option<&'a String>,
 }
 

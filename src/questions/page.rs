@@ -396,7 +396,8 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// The loops of an axis; where a lag makes much of their width, also their width by rate and the loops without the lag.
+    /// Returns the loops of an axis. If a lag explains much of their width, also the width by rate and the loops without the
+    /// lag.
     fn loops(&mut self, axis: Axis) -> Result<Result<Vec<Figure<'static>>, String>, AnalysisError> {
         let mut figures = Vec::new();
         for lag_removed in [false, true] {
@@ -442,8 +443,8 @@ fn sentence(text: &str) -> String {
 
 fn name(output: Output) -> &'static str {
     match output {
-        Output::Conventional => "Conv.",
-        Output::Compensated => "Comp.",
+        Output::Conventional => "Uncompensated",
+        Output::Compensated => "Compensated",
     }
 }
 

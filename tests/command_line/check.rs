@@ -1,11 +1,11 @@
-//! `check`: whether the recordings carry the model, by exit code, in words and as JSON.
+//! `check`: whether the recordings determine the model, as exit code, text and JSON.
 
 use serde_json::Value;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// So many poses, one a second, each three times: one gauge that follows the force, and another that mostly feels something else.
+/// Poses, one per second, each three times: one gauge follows the force, the other one mainly something else.
 fn poses(n: usize) -> String {
     let row = |k: usize| {
         let pose = k % n;
@@ -89,7 +89,7 @@ fn axes_that_no_mass_reaches_are_said() {
     assert_eq!(unreached(&["--arm", "0.1"]), None);
 }
 
-/// The verdict counts what lies beyond the limits that are given.
+/// The verdict includes samples beyond the given limits.
 #[test]
 fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     let workshop = Workshop::with_recordings();

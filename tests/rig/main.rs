@@ -1,4 +1,4 @@
-//! What the check says of made-up rigs: most faults named with the right cause, no sound set accused.
+//! The data check on simulated rigs: most faults are reported with the right cause, and no sound set gives a false alarm.
 
 mod simulator;
 
@@ -19,7 +19,7 @@ fn rig(set: &Set) -> Rig {
     Rig::of(&all, &set.full_scale).unwrap()
 }
 
-/// The size at which a fault adds a quarter to the left-out error; `None` where it adds less.
+/// Returns the size at which a fault adds a quarter to the held-out error; `None` if it adds less.
 fn size(fault: Fault, sound: &Set) -> Option<f64> {
     let adds = number("RIG_ADDS_PERCENT", 25) as f64 / 100.0;
     let wanted = (1.0 + adds) * rig(sound).left_out_error();
@@ -54,7 +54,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
         |factor: f64| (value / factor - 1.0).abs() < 0.1 || (value * factor - 1.0).abs() < 0.1;
     match fault {
         Fault::Tare => *cause == Cause::Tare,
-        // Of three recordings nobody can tell a drift from a step.
+        // With three recordings, a drift cannot be distinguished from a step.
         Fault::Drift => *cause == Cause::Drift || (set.runs.len() < 4 && *cause == Cause::Tare),
         Fault::GaugeFrom | Fault::GaugeOnce => is_gain(true),
         Fault::AmplifierFrom => is_gain(false),
@@ -71,7 +71,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
     }
 }
 
-/// A number from the environment, for a longer run by hand.
+/// Returns a number from the environment, for longer runs by hand.
 fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
@@ -126,11 +126,11 @@ fn faults_are_named_and_sound_rigs_are_not_accused() {
     }
     println!("{named} of {all} faults named");
     assert!(accused.is_empty(), "{accused:#?}");
-    // Few sets; the guide has the figures of more.
+    // Few sets; the guide has the rates of more sets.
     assert!(10 * named >= 8 * all, "{named} of {all}");
 }
 
-/// A column of each kind beside the gauges of sound rigs.
+/// A column of each kind, beside the gauges of sound rigs.
 #[test]
 fn columns_that_are_no_gauges_are_named() {
     for seed in (0..40).filter(|seed| Set::sound(*seed, 2).noise > 0.002) {
@@ -157,7 +157,7 @@ fn columns_that_are_no_gauges_are_named() {
     }
 }
 
-/// Most faults of single channels are named, and sound sets have none.
+/// Most faults of single channels are reported, and sound sets give no false alarm.
 #[test]
 fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     let found = |set: &Set| {
