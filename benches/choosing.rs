@@ -2,7 +2,6 @@
 //! recordings, compared with the best of all candidates.
 //!
 //! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of the same
-//!
 //! kinds.
 
 use std::f64::consts::TAU;

@@ -1,7 +1,6 @@
 //! Findings, which the program reports beside numbers: the observation, its effect on the calibration, and the remedy.
 //!
 //! Guarantees: effect and remedy of each finding are worded here, once. [`Way`] adds how to apply the remedy on the command
-//!
 //! line or in the window. The observation is worded where it is made.
 
 use std::cmp::Reverse;
@@ -158,8 +157,8 @@ impl Finding {
         Self { cost, ..self }
     }
 
-    /// Returns findings in the order in which they are read: faults of recordings, then the gravest, then the dearest. Findings
-    /// of one kind become one.
+    /// Returns findings in the order of the list: faults of recordings first, then by severity, then by cost. Findings of one
+    /// kind are merged.
     pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
         let mut all: Vec<Vec<Self>> = Vec::new();
         for own in found {
@@ -178,6 +177,7 @@ impl Finding {
         merged
     }
 
+    /// Returns one finding for findings of one kind, the most expensive one first.
     fn merged(mut own: Vec<Self>) -> Self {
         own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
         if own.len() == 1 {
@@ -237,6 +237,7 @@ pub enum Id {
     Rank,
     WeakestKernelRidge,
     StrongestKernelRidge,
+    UnknownState,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -359,6 +360,12 @@ impl Id {
                 "regressor",
                 "the kernel hardly improves the held-out errors; use another regressor",
                 &[Way::Regressor],
+            ),
+            Self::UnknownState => (
+                "cold_start",
+                "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
+                 record loads that move farther",
+                &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",

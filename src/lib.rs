@@ -93,3 +93,4 @@ mod shown;
 mod small_file;
 #[cfg(feature = "gui")]
 pub mod ui;
+mod vectorised;

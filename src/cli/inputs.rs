@@ -48,7 +48,6 @@ impl Files<'_> {
     /// Finds the recordings.
     ///
     /// Files in a folder whose names begin with `test` are not used for training. They are the test recordings unless others
-    ///
     /// are named.
     pub fn opened(&self, say: &Messages) -> Result<Inputs, JobError> {
         let mut inputs = Inputs {

@@ -1,9 +1,7 @@
 //! Cross-validated scores of networks, kernels and hybrids: all fitted parts are fitted again without the left-out part.
 //!
 //! Guarantees: no fitted value has seen the left-out part: neither conventional calibration and look-back, linear stage and
-//!
 //! ridge, standardisation, landmarks, ridge strengths, early stopping, nor the share of the second stage. Only the full
-//!
 //! scales, which belong to the sensor, are kept.
 
 use std::borrow::Borrow;

@@ -36,7 +36,6 @@ const LIST_NAME_LENGTH: usize = 60;
 /// Width of a piece of line and the name of its trace (points).
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
-/// Description of the pane.
 pub const PANE: Pane =
     Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
 
@@ -213,45 +212,6 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         ui.separator();
         panes.playing.controls(ui);
     });
-}
-
-/// Shows a hint over the panes if the thresholds find no past sample for most samples, and offers other thresholds.
-fn no_past(ui: &egui::Ui, engine: &Engine, top: f32, out: &mut Vec<Command>) {
-    let share = engine.share_with_past().filter(|_| engine.is_current());
-    let Some(share) = share.filter(|share| *share < FEW_WITH_PAST) else {
-        return;
-    };
-    let (present, usual) = (engine.project().thresholds(), engine.default_thresholds());
-    // With a threshold of zero the user turned the look-back off.
-    if present.f_th == 0.0 || present.t_th_secs == 0.0 || engine.project().applied.is_some() {
-        return;
-    }
-    let offered = Thresholds {
-        f_th: usual.f_th.min(present.f_th),
-        t_th_secs: usual.t_th_secs.max(present.t_th_secs),
-    };
-    let panes = ui.min_rect();
-    egui::Area::new(egui::Id::unique("no past sample"))
-        .order(egui::Order::Middle)
-        .constrain_to(panes)
-        .fixed_pos(egui::pos2(panes.center().x, top + 4.0))
-        .pivot(egui::Align2::CENTER_TOP)
-        .show(ui.ctx(), |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    ui.warn(format!(
-                        "No past sample is found for {:.0} % of the samples (grey): the look-back adds nothing there",
-                        100.0 * (1.0 - share)
-                    ));
-                    if offered != present {
-                        let distance = engine.project().settings.features.distance;
-                        if ui.press(format!("Take {}", pair_text(distance, offered)), "Sets thresholds that find a past sample more often") {
-                            out.push(Edit::Thresholds(offered).into());
-                        }
-                    }
-                });
-            });
-        });
 }
 
 /// Draws a short piece of line, as the panes draw a trace.

@@ -25,7 +25,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
     ui.horizontal_wrapped(|ui| {
         if !engine.is_trying() {
             let find = egui::RichText::new("Find the best model").strong();
-            let about = "Tries models for two minutes and proposes the most accurate; the workspace Models lists them";
+            let about = "Tries models and proposes the most accurate; the workspace Models lists them";
             if ui.press(find, about) {
                 let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
                 cx.out.push(Action::FindBest(limit).into());

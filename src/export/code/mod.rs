@@ -1,7 +1,6 @@
 //! Calibrations as source code for machines without this program.
 //!
 //! Guarantees: all languages share one [`Program`] and its names; they differ in their templates and in how they write
-//!
 //! numbers. Texts of the user appear in comments only, and cannot end a comment.
 
 mod program;

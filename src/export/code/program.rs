@@ -1,9 +1,7 @@
 //! A calibration in the form that exported code runs: its constants, folded so that few steps are left.
 //!
 //! Guarantees: equal to the calibration except for rounding. Gauges are taken relative to a centre near their mean that is
-//!
 //! exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no digits in single
-//!
 //! precision.
 
 use serde::Serialize;
@@ -19,7 +17,6 @@ const SHORTEST_STEP_SECS: f64 = 1e-5;
 /// The steps of one update with their constants.
 ///
 /// A *row* is: gauges minus centre; for each history a set of past gauges minus the present gauges; monomials. The load is
-///
 /// `linear` of the row plus `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {

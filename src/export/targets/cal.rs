@@ -1,6 +1,7 @@
 //! ATI-style `.cal` files: XML with the matrix of a conventional calibration of up to eight gauges and six axes.
-//!  Guarantees: a written file reads back to the same matrix; names are case-sensitive; a file with a missing row, an invalid
-//!  number or an unknown unit is refused, never guessed.
+//!
+//! Guarantees: a written file reads back to the same matrix; names are case-sensitive; a file with a missing row, an invalid
+//! number or an unknown unit is refused, never guessed.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -22,7 +23,6 @@ use crate::recording::gap::gap_by_rate;
 use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::recording::{Axis, Identity, Item};
 
-/// `.cal`.
 pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",
     endings: &["cal"],

@@ -1,7 +1,8 @@
 //! Calibrations as parameters of ROS 2 for `ros2 param load` and `--params-file`.
-//!  Guarantees, as ROS 2 requires: parameters of all nodes (`/**`), each a flag, a number, a text or a list of these; no list
-//!  is empty or nested; a real number always has a point. A matrix is one row-major list, beside the numbers of its rows and
-//!  columns. Empty parts are omitted: a block without parameters is not used.
+//!
+//! Guarantees, as ROS 2 requires: parameters of all nodes (`/**`), each a flag, a number, a text or a list of these; no list
+//! is empty or nested; a real number always has a point. A matrix is one row-major list, beside the numbers of its rows and
+//! columns. Empty parts are omitted: a block without parameters is not used.
 
 use std::io;
 
@@ -9,7 +10,6 @@ use crate::export::fields::{Field, Value, fields};
 use crate::export::target::{Export, Target};
 use crate::export::text::for_yaml;
 
-/// `.yaml`.
 pub(super) static YAML: Target = Target {
     name: "ROS 2 parameters (YAML)",
     endings: &["yaml", "yml"],

@@ -23,7 +23,6 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
 /// omitted.
 ///
 /// **Units** `t_th` (s), `f_th` in the unit of the distance; other units are in the header. Numbers read back to the same
-///
 /// value.
 ///
 /// # Errors

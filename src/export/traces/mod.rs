@@ -1,7 +1,6 @@
 //! Loads and errors over time as tables, one row per sample.
 //!
 //! Guarantees: rows are computed while they are written, so only the loads of one recording are in memory. Numbers read back
-//!
 //! to the same value.
 
 mod csv;
@@ -46,7 +45,6 @@ pub struct Interval<'a> {
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the
-///
 /// work.
 pub fn write_traces(
     files: &mut Together,

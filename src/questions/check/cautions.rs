@@ -14,6 +14,7 @@ use crate::questions::check::rig::same_samples;
 use crate::questions::dataset::{Dataset, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
+use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::{Axis, Entry, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
@@ -35,7 +36,11 @@ pub fn findings(
 ) -> Result<Vec<Finding>, AnalysisError> {
     let data = request.datasets.get(&request.key(), progress)?;
     let fitted = request.calibration.is_none() || request.trained;
-    Ok(data.findings(calibration, fitted))
+    let lag = match fitted {
+        true => data.lag_as_hysteresis(&calibration.features, progress)?,
+        false => None,
+    };
+    Ok(data.findings(calibration, fitted).into_iter().chain(lag.cloned()).collect())
 }
 
 impl Dataset {
@@ -72,6 +77,7 @@ impl Dataset {
                 found.extend(count.finding());
             }
             found.extend(of_regressor(calibration));
+            found.extend(self.unknown_state(calibration));
         }
         found.extend(worse_on_test(calibration));
         found
@@ -88,6 +94,20 @@ impl Dataset {
         let seen = "the training recordings have no times";
         let found = Finding::new(Id::NoTimes, Enough, seen);
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
+    }
+
+    /// Returns the largest radius of a play operator whose state is unknown in too many of a group's samples.
+    fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
+        let used = calibration.features.blocks.used();
+        let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
+        let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
+        let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let unknown = Travels::of(self, &calibration.gauge_scale).unknown(block.travel(radius));
+        let seen =
+            format!("the state of {} with radius {radius} σ is unknown at first", block.name());
+        let figures = format!("in {} of the samples of a group", percent(unknown));
+        let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
+        (unknown > MOST_UNKNOWN).then_some(found)
     }
 
     fn few_recordings(&self) -> Option<Finding> {
@@ -262,9 +282,10 @@ mod tests {
 
     use super::*;
     use crate::calibration::FitSettings;
-    use crate::features::{Blocks, FeatureSettings, Polynomial};
+    use crate::features::{Blocks, FeatureSettings, FixedLag, Play, Polynomial};
     use crate::finding::Face;
     use crate::questions::errors::query::analyse;
+    use crate::recording::simulated::{Late, late_set};
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
     /// What is to be known of a fit to recordings with these names and loads on two axes; `t` in a name makes it test.
@@ -313,6 +334,18 @@ mod tests {
         assert!(found.iter().all(|own| own.id == Id::OutsideTrained), "{found:?}");
     }
 
+    /// The gauges move by about three standard deviations.
+    #[test]
+    fn a_radius_whose_state_stays_unknown_is_found() {
+        let own = ["a", "b", "c", "test"].map(|name| (name, swing(5.0, 9.0)));
+        let has = |radius| {
+            let blocks = Blocks::default().with(&Play, &[radius]);
+            let found = of(&own, FeatureSettings { blocks, ..FeatureSettings::present() });
+            found.iter().any(|own| own.id == Id::UnknownState)
+        };
+        assert!(has(2.0) && !has(0.05));
+    }
+
     #[test]
     fn one_recording_a_still_axis_and_a_test_beyond_are_told_with_their_figures() {
         let still = swing(0.0, 9.0);
@@ -353,6 +386,32 @@ mod tests {
         let other = [("a", held(0.0)), ("b", held(0.3)), ("c", held(0.6)), ("test", held(0.0))];
         let found = of(&other, squares);
         assert!(!found.iter().any(|own| own.id == Id::FewLoads), "{found:?}");
+    }
+
+    /// Thresholds and play would describe the lag; a fixed lag, and a fit without a past, would not.
+    #[test]
+    fn a_lag_is_found_only_where_features_take_it_for_hysteresis() {
+        let listed = |blocks| FeatureSettings { blocks, ..FeatureSettings::present() };
+        let play = listed(Blocks::default().with(&Play, &[0.3]));
+        let fixed = Blocks::default().with(&FixedLag, &[0.013]);
+        let fixed = FeatureSettings { blocks: fixed, ..FeatureSettings::default() };
+        for (late, features, is_found) in [
+            (Late::Lag, FeatureSettings::default(), true),
+            (Late::Both, FeatureSettings::default(), true),
+            (Late::Hysteresis, FeatureSettings::default(), false),
+            (Late::Lag, play.clone(), true),
+            (Late::Hysteresis, play, false),
+            (Late::Lag, fixed, false),
+            (Late::Lag, FeatureSettings::present(), false),
+        ] {
+            let settings = FitSettings { features, ..FitSettings::default() };
+            let request = Request::fit(Arc::new(late_set(5, late)), settings);
+            let progress = Progress::default();
+            let calibration = analyse(&request, &progress).unwrap().calibration;
+            let found = findings(&request, &calibration, &progress).unwrap();
+            let n = found.iter().filter(|own| own.id == Id::Lag).count();
+            assert_eq!(n, usize::from(is_found), "{late:?}: {found:?}");
+        }
     }
 
     #[test]

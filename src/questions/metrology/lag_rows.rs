@@ -5,6 +5,11 @@ use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::lag::{Lag, LagRun, NoLag, WORTH_REMOVING, lags, widths};
 
+/// Maximum change of hysteresis without the lag by the uncertainty of the lag, as a share of itself ...
+const MAX_SHARE: f64 = 0.1;
+/// ... or as a share of full scale.
+const MAX_SHARE_FS: f64 = 0.003;
+
 /// Lags of every axis, for each output.
 pub(crate) type Lags = [Vec<std::result::Result<Lag, NoLag>>; OUTPUTS];
 
@@ -48,7 +53,11 @@ pub(crate) fn figures(
         return ([found, Err(Reason::NoCycle { axis })], None);
     };
     let share = widths.explained_share();
+    let allowed = (MAX_SHARE * widths.largest[1]).max(MAX_SHARE_FS * view.full_scale);
     let without = match share > WORTH_REMOVING {
+        true if widths.uncertainty > allowed => {
+            Err(Reason::LagTooUncertain { axis, uncertainty: widths.uncertainty })
+        }
         true => Ok(Found::everywhere(widths.largest[1])),
         false => Err(Reason::LagExplainsLittle { axis, share }),
     };

@@ -1,6 +1,7 @@
 //! A calibration as a library: its code in every language with examples, a test vector and self-tests.
-//!  Guarantees: the self-tests compare with the results of [`Estimator`](crate::calibration::Estimator), and the same
-//!  calibration gives the same bytes.
+//!
+//! Guarantees: the self-tests compare with the results of [`Estimator`](crate::calibration::Estimator), and the same
+//! calibration gives the same bytes.
 
 mod test_vector;
 

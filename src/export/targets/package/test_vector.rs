@@ -1,7 +1,8 @@
 //! Samples that cover all situations of a calibration, with the results of the program's own estimator.
-//!  Guarantees: gauges move like under loads within full scale, stay within the range of the training recordings, and are
-//!  single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
-//!  same input.
+//!
+//! Guarantees: gauges move like under loads within full scale, stay within the range of the training recordings, and are
+//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
+//! same input.
 
 use std::f64::consts::TAU;
 
@@ -35,7 +36,6 @@ const SLOW: usize = 500;
 /// Number of slow samples in which the history settles, which sets their time step.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
-/// Returns the test vector of a calibration.
 pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
     let samples = samples(calibration);
     let mut rows = answered(calibration, &samples, 1.0)?;
