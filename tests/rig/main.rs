@@ -264,7 +264,7 @@ fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_told_apa
         let alone = with_loads(
             &sound,
             |run, k, axis, load| {
-                if (run + k / 200) % n_axes == axis { load } else { 0.0 }
+                if (run + k / 40) % n_axes == axis { load } else { 0.0 }
             },
         );
         assert_eq!(of_loads(&alone, 0), [Id::OneAxisAtATime], "{seed}");
