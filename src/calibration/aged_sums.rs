@@ -12,6 +12,7 @@ use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
 use crate::calibration::sums::{Pass, Piece, TakesRows};
 use crate::features::Design;
 use crate::progress::Progress;
+use crate::vectorised::vectorised;
 
 /// Products of the columns of look-backs with all columns, separated by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +59,7 @@ impl TakesRows for AgedSums {
     /// Consecutive rows of the same class are multiplied together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
         let (class_len, stride) = (self.class_len(), self.stride);
-        pulp::Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             move || {
                 let mut rows = rows;
@@ -119,11 +120,11 @@ pub fn aged_sums(
     })
 }
 
-/// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
-/// [`recording_sums`](crate::calibration::recording_sums), to the last bit.
+/// Returns the contribution of the look-backs to the sums of each piece of a recording. Added to the sums without past samples,
+/// it gives those of [`recording_sums`](crate::calibration::recording_sums), to the last bit.
 ///
 /// # Panics
-/// As there.
+/// As [`recording_sums`](crate::calibration::recording_sums).
 pub fn look_back_sums(
     design: &Design,
     conventional: PresentLoads<'_>,

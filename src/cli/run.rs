@@ -60,7 +60,7 @@ impl Run {
         self.inputs = files.opened(&self.say)?;
         self.check_outputs(&files.written, files.force)?;
         work.run(self)?;
-        match self.say.n_left_out() {
+        match self.say.files_left_out().len() {
             0 => Ok(()),
             count => {
                 let why = "files skipped because they could not be read";
@@ -87,7 +87,6 @@ impl Run {
         }
     }
 
-    /// Prints the result as JSON.
     pub fn print_json(&self, report: &impl Serialize) -> Result<(), JobError> {
         self.say.end_line();
         let mut out = io::stdout().lock();

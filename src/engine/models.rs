@@ -16,7 +16,7 @@ use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};
 
 /// Default time (min) after which a search starts no further model.
-pub const SEARCH_MINUTES: f64 = 2.0;
+pub const SEARCH_MINUTES: f64 = 10.0;
 
 /// Change of a row in the list.
 #[derive(Clone, Debug)]
@@ -266,7 +266,7 @@ impl Models {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
         self.push(Row {
             id: 0,
-            name: "Settings of now".to_owned(),
+            name: "Present settings".to_owned(),
             is_pinned: false,
             settings: model.settings.clone(),
             state: State::Ready(Box::new(model)),

@@ -117,7 +117,6 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> WriteError {
     |source| WriteError { path, source }
 }
 
-/// Returns the folder of a path.
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -162,7 +161,7 @@ pub fn clean_up_when_asked_to_end() {
         if let Some(work) = work {
             let _ = writeln!(
                 io::stderr(),
-                "loopscope: {word}; what was found so far follows. Interrupt again to end at once"
+                "loopscope: {word}; the results so far follow. Interrupt again to end at once"
             );
             work.cancel();
             return;

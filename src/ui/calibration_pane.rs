@@ -23,14 +23,12 @@ const GAP: f32 = 12.0;
 /// Number of characters of a name that fit over a column.
 const NAME_LENGTH: usize = 24;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "calibration",
     title: "Calibration",
     explanation: "The calibration matrices with the names of their features",
 });
 
-/// View state of the pane.
 #[derive(Debug, Default)]
 pub struct View {
     /// True if coefficients are shown with their standard errors.
@@ -63,9 +61,9 @@ impl View {
                     Some(_) => "matrix × features + ",
                     None => "",
                 };
-                let text = format!("Comp. = {linear}{}", learned.describe());
+                let text = format!("Compensated = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
-                    "Too large to show as a matrix; the .json export holds everything",
+                    "Too large to show as a matrix; the .json export holds all of its numbers",
                 );
                 ui.add_space(6.0);
             }

@@ -15,7 +15,7 @@ use crate::ui::command::Command;
 /// Receiver of the answers: it takes commands and wakes the window.
 #[derive(Clone)]
 pub struct Reply {
-    /// Takes the command of an answer.
+    /// Channel for the command of an answer.
     pub commands: Sender<Command>,
     /// Wakes the window.
     pub notify: Notify,
@@ -40,7 +40,6 @@ pub fn save_to(content: FileContent, path: PathBuf) -> Command {
     write(content, path, existing)
 }
 
-/// Returns the command that writes this file.
 pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
     let action = match content {
         // The ending is checked against the export formats.

@@ -13,14 +13,12 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
 use crate::ui::plots::Zoom;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "live",
     title: "Live",
     explanation: "The newest minute of a growing file, with its loads by the present calibration",
 });
 
-/// View state of the pane.
 #[derive(Debug, Default)]
 pub struct View {
     axis: usize,
@@ -94,7 +92,9 @@ fn words(followed: &Followed, axis: usize) -> String {
     let errors = of_axis.and_then(|(axis, traces)| {
         let [conventional, compensated] = traces.rms_errors?.map(|rms| significant(rms, 3));
         let unit = axis.unit();
-        Some(format!("; RMS error Conv. {conventional} {unit}, Comp. {compensated} {unit}"))
+        Some(format!(
+            "; RMS error Uncompensated {conventional} {unit}, Compensated {compensated} {unit}"
+        ))
     });
     let errors = errors.unwrap_or_default();
     format!("{rows} rows{broken}; newest: {}{errors}", followed.status)

@@ -30,7 +30,6 @@ use crate::ui::time_view::TimeView;
 /// Width of the figures beside the plot.
 const FIGURES_WIDTH: f32 = 320.0;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "loops",
     title: "Loops",
@@ -53,7 +52,7 @@ impl Mode {
         (
             Self::Dwells,
             "Drift",
-            "Shows the drift of the error while the load stands still: creep and zero return",
+            "Shows the drift of the error while the load is constant: creep and zero return",
         ),
     ];
 
@@ -85,7 +84,6 @@ impl Zooms {
     }
 }
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct LoopsPane {
     mode: Mode,
@@ -127,11 +125,11 @@ impl Default for LoopsPane {
     }
 }
 
-/// Says why loops cannot be shown.
+/// Draws the reason why there are no loops: the recordings have no times.
 fn no_times(ui: &mut egui::Ui) {
     ui.weak("No times: no loops and no dwells").on_hover_text(
-        "The recordings are load cases, whose rows do not follow one another in time; dead band and dwells count again for recordings \
-         over time",
+        "The recordings are load cases without an order in time. Dead band and dwells apply again to recordings \
+         with times",
     );
 }
 
@@ -388,7 +386,7 @@ impl LoopsPane {
     }
 }
 
-/// Of the plot with its labels, beside the figures.
+/// Returns the size of the plot with its labels, beside the figures.
 fn plot_size(ui: &egui::Ui) -> egui::Vec2 {
     let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
     room.max(egui::vec2(200.0, 160.0))
@@ -455,12 +453,12 @@ fn trace_of(output: Output) -> Trace {
     }
 }
 
-/// Red, green, blue.
+/// Returns red, green and blue.
 fn rgb(color: egui::Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }
 
-/// Colours of the light theme, which printed figures use.
+/// Returns the colours of the light theme, which printed figures use.
 fn for_print() -> egui::Visuals {
     egui::Visuals::light()
 }

@@ -1,9 +1,8 @@
-//! One Python file on NumPy.
+//! A single Python file that needs only NumPy.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
 
-/// `.py`.
 pub(super) static PYTHON: Target = Target {
     name: "Python source",
     endings: &["py"],

@@ -1,9 +1,8 @@
-//! One Rust file on the standard library.
+//! A single Rust file that needs only the standard library.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
 
-/// `.rs`.
 pub(super) static RUST: Target = Target {
     name: "Rust source",
     endings: &["rs"],

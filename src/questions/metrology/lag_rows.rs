@@ -1,35 +1,36 @@
-//! The rows that tell a time lag from hysteresis.
+//! Metrology rows that distinguish a time lag from hysteresis.
 
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::lag::{Lag, LagRun, NoLag, WORTH_REMOVING, lags, widths};
 
-/// Hysteresis without the lag is given where the lag's uncertainty changes it by at most this share of itself ...
+/// Maximum change of hysteresis without the lag by the uncertainty of the lag, as a share of itself ...
 const MAX_SHARE: f64 = 0.1;
-/// ... or by at most this share of full scale.
+/// ... or as a share of full scale.
 const MAX_SHARE_FS: f64 = 0.003;
 
-/// The lags of every axis, for each output.
+/// Lags of every axis, for each output.
 pub(crate) type Lags = [Vec<std::result::Result<Lag, NoLag>>; OUTPUTS];
 
-/// Measures the lags of both outputs over the runs that have a reference for every axis.
+/// Measures the lags of both outputs in the runs with a reference for every axis.
 pub(crate) fn lags_of(measured: &Measured<'_>) -> Lags {
     std::array::from_fn(|output| {
         let runs: Vec<LagRun<'_>> = runs(measured, output).collect();
         let none = vec![Err(NoLag::TooShort); measured.axes.len()];
-        // Nothing cancels a progress of its own.
+        // This progress cannot be cancelled.
         let found = lags(&runs, &crate::progress::Progress::default()).unwrap_or_default();
         if found.is_empty() { none } else { found }
     })
 }
 
-/// The runs with a reference for every axis.
+/// Returns the runs with a reference for every axis.
 fn runs<'a>(measured: &'a Measured<'_>, output: usize) -> impl Iterator<Item = LagRun<'a>> {
     measured.runs.iter().filter_map(move |run| run.lag_run(output))
 }
 
-/// The lag of one output for one axis, and its hysteresis without it; the share of the mean width that the lag explains.
+/// Returns the lag of one output on one axis, its hysteresis without the lag, and the share of the mean width that the lag
+/// explains.
 pub(crate) fn figures(
     view: &AxisView<'_>,
     place: usize,
