@@ -82,10 +82,14 @@ pub(crate) struct Dataset {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
+/// A dataset once it is prepared.
+type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
+
 /// Datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
-    prepared: Arc<Mutex<Vec<Arc<Dataset>>>>,
+    /// A place for each dataset, newest first. Only the place stays locked while its dataset is prepared.
+    places: Arc<Mutex<Vec<(Key, Place)>>>,
     /// Faults of the recordings that were asked for last.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
 }
@@ -136,19 +140,28 @@ impl Datasets {
         key: &Key,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
-        let mut kept = waited_for(&self.prepared, progress)?;
+        progress.check()?;
+        let place = self.place(key);
+        let mut own = waited_for(&place, progress)?;
+        if own.is_none() {
+            *own = Some(Arc::new(Dataset::prepare(key, progress)?));
+        }
+        Ok(Arc::clone(own.as_ref().expect("it was prepared above")))
+    }
+
+    /// Returns the place of the dataset with this key.
+    fn place(&self, key: &Key) -> Place {
+        let mut kept = self.places.lock().unwrap_or_else(PoisonError::into_inner);
         // Old datasets are dropped first, because both may not fit in memory.
-        kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
-        let found = kept.iter().position(|own| own.key == *key);
-        let dataset = match found {
+        kept.retain(|(own, _)| Arc::ptr_eq(&own.recordings, &key.recordings));
+        let newest = match kept.iter().position(|(own, _)| own == key) {
             Some(at) => kept.remove(at),
-            None => {
-                kept.truncate(KEPT - 1);
-                Arc::new(Dataset::prepare(key, progress)?)
-            }
+            None => (key.clone(), Place::default()),
         };
-        kept.insert(0, Arc::clone(&dataset));
-        Ok(dataset)
+        let place = Arc::clone(&newest.1);
+        kept.insert(0, newest);
+        kept.truncate(KEPT);
+        place
     }
 
     /// Returns the faults of each of these recordings. Faults are searched once; other threads that ask meanwhile wait.
@@ -547,7 +560,8 @@ mod tests {
         let datasets = Datasets::default();
         let request = Request::fit(Arc::default(), FitSettings::default());
         let progress = Progress::default();
-        let preparing = datasets.prepared.lock().unwrap();
+        let place = datasets.place(&request.key());
+        let preparing = place.lock().unwrap();
         std::thread::scope(|scope| {
             let waits = scope.spawn(|| datasets.get(&request.key(), &progress).err());
             std::thread::sleep(4 * LOOK_AGAIN);
@@ -557,5 +571,21 @@ mod tests {
             assert_eq!(answer, Some(AnalysisError::Cancelled(Cancelled)));
         });
         drop(preparing);
+    }
+
+    /// A question that waited for the other preparation would wait forever here.
+    #[test]
+    fn a_question_about_other_data_does_not_wait_for_a_preparation() {
+        let datasets = Datasets::default();
+        let request =
+            |offset| Request::fit(Arc::default(), FitSettings { offset, ..FitSettings::default() });
+        let place = datasets.place(&request(true).key());
+        let _preparing = place.lock().unwrap();
+        let answer = datasets.get(&request(false).key(), &Progress::default()).err();
+        assert_eq!(answer, Some(AnalysisError::NoTraining));
+        let progress = Progress::default();
+        progress.cancel();
+        let answer = datasets.get(&request(true).key(), &progress).err();
+        assert_eq!(answer, Some(AnalysisError::Cancelled(Cancelled)));
     }
 }
