@@ -4,14 +4,16 @@
 //! prepared once.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
 use std::time::Duration;
 
 use rayon::prelude::*;
 
 use crate::calibration::{
-    Calibration, Conventional, FORMAT, FitSettings, LinearMap, NormalEquations, Past, PresentLoads,
-    Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges, past_samples,
+    Calibration, Conventional, CrossValidation, FORMAT, FitSettings, LinearMap, NormalEquations,
+    Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges,
+    past_samples,
 };
 use crate::features::{Auxiliary, Design, LoadPath};
 use crate::progress::{Cancelled, Progress};
@@ -26,6 +28,7 @@ use crate::recording::{
 use crate::same::same_where;
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::coverage::Coverage;
+use crate::scoring::cross_validation::Folds;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
 
@@ -61,6 +64,8 @@ pub(crate) struct Dataset {
     pub entries: Vec<Entry>,
     /// Groups that are left out together.
     pub groups: Groups,
+    /// Parts that cross-validation leaves out.
+    pub folds: Folds,
     /// Auxiliary channels that all recordings have, and the reasons why others cannot be used.
     pub auxiliary: AuxiliaryInputs,
     /// Data that the sums need; `None` if a calibration is applied.
@@ -244,9 +249,11 @@ impl Dataset {
         let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES)
             .then(|| entries.par_iter().map(kept).collect::<Result<_, Cancelled>>());
         let loads = loads.transpose()?;
+        let groups = key.recordings.groups();
         Ok(Self {
             key: key.clone(),
-            groups: key.recordings.groups(),
+            folds: folds(&entries, &groups),
+            groups,
             full_scale: ranges.iter().copied().map(full_scale_of).collect(),
             largest: (ranges.iter()).map(|own| own.magnitude()).collect(),
             gap_secs: gap_secs(&training),
@@ -260,6 +267,17 @@ impl Dataset {
             paths: Mutex::default(),
             unmoved: Mutex::default(),
         })
+    }
+
+    /// Returns the groups of the training recordings.
+    pub fn training_groups(&self) -> BTreeSet<usize> {
+        let entries = self.entries.iter().zip(&self.groups.of);
+        entries.filter(|(entry, _)| entry.role == Role::Train).map(|(_, group)| *group).collect()
+    }
+
+    /// Returns what is left out in turn.
+    pub fn cross_validation(&self) -> CrossValidation {
+        self.folds.cross_validation(self.groups.by)
     }
 
     /// Returns the conventional loads of a recording.
@@ -290,6 +308,7 @@ impl Dataset {
         Self {
             key: self.key.clone(),
             groups: self.groups.clone(),
+            folds: folds(&entries, &self.groups),
             conventional: self.conventional.clone(),
             map: self.map.clone(),
             loads: Some(loads.collect()),
@@ -526,6 +545,13 @@ fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
         step => Entry { recording: Arc::new(entry.recording.decimated(step)), ..entry.clone() },
     });
     entries.collect()
+}
+
+fn folds(entries: &[Entry], groups: &Groups) -> Folds {
+    let of = |(own, group): (&Entry, &usize)| {
+        (own.recording.n_samples(), (own.role == Role::Train).then_some(*group))
+    };
+    Folds::of(&entries.iter().zip(&groups.of).map(of).collect::<Vec<_>>())
 }
 
 fn gap_secs(training: &[&Recording]) -> Option<f64> {

@@ -8,7 +8,6 @@ use crate::progress::Progress;
 use crate::questions::cross_validated::best_shares;
 use crate::questions::dataset::Datasets;
 use crate::questions::error::AnalysisError;
-use crate::questions::models::folds::n_samples;
 use crate::questions::models::learning::{Fitted, fit_all};
 use crate::questions::models::recipes::{Recipe, Times};
 use crate::questions::models::training::train_unscored;
@@ -115,7 +114,7 @@ impl Side {
             features.blocks.set(&Auxiliary, self.auxiliary.clone());
         }
         self.thin_out(&mut features)?;
-        let rows = n_samples(&self.recordings, Role::Train).min(effort.rows);
+        let rows = self.recordings.n_samples(Role::Train).min(effort.rows);
         let mut settings =
             FitSettings { features, regressor: recipe.regressor, ..self.settings.clone() };
         settings.network.hidden.fill(effort.units);
@@ -217,7 +216,8 @@ impl Side {
 
     /// Every how many-th sample is learned from.
     fn row_step(&self, rows: usize) -> usize {
-        n_samples(&self.recordings, Role::Train)
+        self.recordings
+            .n_samples(Role::Train)
             .div_ceil(self.settings.decimation)
             .div_ceil(rows.max(1))
             .max(1)
