@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::path::Path;
 
 /// Of longer messages the middle is left out: nobody reads on, and a terminal would scroll away what came before.
 const MESSAGE_CHARS: usize = 1200;
@@ -11,6 +12,11 @@ const START_CHARS: usize = 900;
 const LISTED_NAMES: usize = 8;
 /// How many characters of a file's own text a message repeats.
 const SHOWN_CHARS: usize = 40;
+
+/// Returns the name of a file without its folder; the whole path where it has none.
+pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
+}
 
 /// The text on one line without anything that cannot be seen: control and direction marks become their codes.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {

@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError};
 use std::time::Duration;
 
 use rayon::prelude::*;
@@ -16,6 +16,7 @@ use crate::calibration::{
     past_samples,
 };
 use crate::features::{Auxiliary, Design, LoadPath};
+use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::auxiliary_inputs::AuxiliaryInputs;
 use crate::questions::check::rig::RigReport;
@@ -156,7 +157,7 @@ impl Datasets {
 
     /// Returns the place of the dataset with this key.
     fn place(&self, key: &Key) -> Place {
-        let mut kept = self.places.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = locked(&self.places);
         // Old datasets are dropped first, because both may not fit in memory.
         kept.retain(|(own, _)| Arc::ptr_eq(&own.recordings, &key.recordings));
         let newest = match kept.iter().position(|(own, _)| own == key) {
@@ -341,7 +342,7 @@ impl Dataset {
         let weights = calibration.distance_weights();
         let step_secs = calibration.history_step_secs;
         let key = [weights.clone(), vec![step_secs]].concat();
-        let mut newest = self.paths.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut newest = locked(&self.paths);
         match &*newest {
             Some((own, paths)) if *own == key => Arc::clone(paths),
             _ => {

@@ -1,6 +1,6 @@
 //! The linear fit: one pass over every recording, then everything from the sums.
 
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -10,6 +10,7 @@ use crate::calibration::{
     recording_sums,
 };
 use crate::features::Design;
+use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::{Dataset, Errors};
 use crate::recording::{Entry, Role};
@@ -100,7 +101,7 @@ impl Dataset {
         progress: &Progress,
     ) -> Vec<Vec<NormalEquations>> {
         let key = design.with_any_thresholds();
-        let known = match &*self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) {
+        let known = match &*locked(&self.unmoved) {
             Some((own, sums)) if *own == key => Some(Arc::clone(sums)),
             _ => None,
         };
@@ -127,7 +128,7 @@ impl Dataset {
             let without = |own: &NormalEquations| own.without(look_backs.clone());
             let unmoved = sums.iter().map(|own| own.iter().map(without).collect());
             let unmoved = (key, Arc::new(unmoved.collect()));
-            *self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) = Some(unmoved);
+            *locked(&self.unmoved) = Some(unmoved);
         }
         sums
     }

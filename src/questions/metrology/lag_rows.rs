@@ -1,28 +1,9 @@
 //! The rows that tell a time lag from hysteresis.
 
 use crate::questions::metrology::figures::{Found, Result};
-use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
+use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::reason::Reason;
-use crate::scoring::lag::{Lag, LagRun, NoLag, WORTH_REMOVING, lags, widths};
-
-/// The lags of every axis, for each output.
-pub(crate) type Lags = [Vec<std::result::Result<Lag, NoLag>>; OUTPUTS];
-
-/// Measures the lags of both outputs over the runs that have a reference for every axis.
-pub(crate) fn lags_of(measured: &Measured<'_>) -> Lags {
-    std::array::from_fn(|output| {
-        let runs: Vec<LagRun<'_>> = runs(measured, output).collect();
-        let none = vec![Err(NoLag::TooShort); measured.axes.len()];
-        // Nothing cancels a progress of its own.
-        let found = lags(&runs, &crate::progress::Progress::default()).unwrap_or_default();
-        if found.is_empty() { none } else { found }
-    })
-}
-
-/// The runs with a reference for every axis.
-fn runs<'a>(measured: &'a Measured<'_>, output: usize) -> impl Iterator<Item = LagRun<'a>> {
-    measured.runs.iter().filter_map(move |run| run.lag_run(output))
-}
+use crate::scoring::lag::{LagRun, WORTH_REMOVING, widths};
 
 /// The lag of one output for one axis, and its hysteresis without it; the share of the mean width that the lag explains.
 pub(crate) fn figures(
@@ -42,7 +23,7 @@ pub(crate) fn figures(
     if !lag.is_significant() {
         return ([found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })], Some(0.0));
     }
-    let own: Vec<LagRun<'_>> = runs(view.measured, output).collect();
+    let own: Vec<LagRun<'_>> = view.measured.lag_runs(output).collect();
     let Some(widths) = widths(lag, place, &own, view.dead_band) else {
         return ([found, Err(Reason::NoCycle { axis })], None);
     };
