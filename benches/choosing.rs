@@ -1,7 +1,8 @@
-//! Does the search for the best model choose well? Sensors that nothing was tuned for, and what the proposal's error on unseen
-//! recordings is beside the best of all candidates.
+//! Quality of the search for the best model: on sensors that no rule was tuned for, the error of the proposal on unseen
+//! recordings, compared with the best of all candidates.
 //!
-//! `cargo bench --bench choosing` prints the table of the guide; a number after `--` makes other sensors of the same kinds.
+//! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of the same
+//! kinds.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -39,13 +40,13 @@ impl Numbers {
     }
 }
 
-/// What a gauge does to its strain.
+/// Kind of hysteresis or delay of a gauge.
 #[derive(Clone, Copy)]
 enum Past {
     None,
     /// Half-width of the loop, strain of the turnover.
     BoucWen(f64, f64),
-    /// Weights of elements that slip at rising strains.
+    /// Weights of elements that slip at increasing strains.
     Slip(f64),
     /// Share, time constants (s).
     Creep(f64, [f64; 2]),
@@ -53,16 +54,16 @@ enum Past {
     Delay(f64),
 }
 
-/// How the load moves.
+/// Kind of load motion.
 #[derive(Clone, Copy)]
 enum Motion {
     /// Sums of slow sines.
     Smooth,
     /// Steps and holds.
     Stairs,
-    /// From zero up and back, again and again, never below zero.
+    /// From zero up and back, repeatedly, never below zero.
     Presses,
-    /// As [`Motion::Smooth`], and under load from the first sample on.
+    /// Like [`Motion::Smooth`], but loaded from the first sample.
     Loaded,
 }
 
@@ -73,7 +74,7 @@ struct Sensor {
     pasts: &'static [Past],
     square: f64,
     noise: f64,
-    /// How far the zeros wander within a recording.
+    /// Amplitude of the drift of the zeros within a recording.
     drift: f64,
     motion: Motion,
     n_train: usize,
@@ -84,7 +85,7 @@ const FORCES: &[Axis] = &[Axis::Fx, Axis::Fy, Axis::Fz];
 const ONE: &[Axis] = &[Axis::Fz];
 const WRENCH: &[Axis] = &[Axis::Fx, Axis::Fy, Axis::Fz, Axis::Mx, Axis::My, Axis::Mz];
 
-/// Samples a second.
+/// Sample rate (Hz).
 const RATE: f64 = 25.0;
 
 const PLAIN: Sensor = Sensor {
@@ -200,7 +201,7 @@ const SENSORS: &[Sensor] = &[
     Sensor { name: "drifting zeros, no past", drift: 0.2, ..PLAIN },
 ];
 
-/// The state of one gauge's past.
+/// State of one gauge's history.
 struct Memory {
     past: Past,
     before: f64,
@@ -290,7 +291,7 @@ fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
     }
 }
 
-/// One recording, what was applied before it begun included in the gauges' past.
+/// Returns one recording. Loads before its start are included in the history of the gauges.
 fn recording(
     sensor: &Sensor,
     compliance: &[f64],

@@ -94,7 +94,7 @@ fn compile(directory: &Path, real: &str) {
     assert!(compiled.is_ok_and(|status| status.success()), "the header compiles");
 }
 
-/// Bytes of program and memory in float, and whether any double is computed with.
+/// Returns the bytes of program and memory in float, and whether double arithmetic is used.
 fn on_arm(directory: &Path) -> String {
     let source = "#include \"timed.h\"\nstatic timed_state state;\n\
         timed_status step(unsigned ticks, const float *gauges, float *load) {\n\

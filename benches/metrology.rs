@@ -1,4 +1,4 @@
-//! The metrology table, and what the loop pane needs of one axis: the built-in sensor, 243,000 samples.
+//! The metrology table, and the data of the loop pane for one axis: the built-in sensor, 243,000 samples.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use loopscope::questions::{Request, analyse};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::scoring::loops::{Frame, Loop, Loops, default_dead_band, outline};
 
-/// Width and height of a picture, and so many points it may have anyway.
+/// Width and height of a plot, and the number of points that it may have anyway.
 const PIXELS: [f64; 2] = [1000.0, 700.0];
 const POINTS: usize = 20_000;
 

@@ -1,6 +1,6 @@
-//! How fast a text file becomes a recording: 243,000 rows of a time, six gauges and six axes.
+//! Time to read a text file as a recording: 243,000 rows of a time, six gauges and six axes.
 //!
-//! The same file for other readers: `cargo bench --no-default-features --bench reading -- --keep FILE` writes it and ends.
+//! To test other readers on the same file, `cargo bench --no-default-features --bench reading -- --keep FILE` writes it.
 
 use std::fmt::Write as _;
 use std::path::Path;

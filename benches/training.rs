@@ -1,7 +1,7 @@
 //! An epoch of the paper's network: 12 inputs, three layers of 100, 6 targets, batches of 100.
 //!
-//! Alone, at the size of the paper's pattern B and A, and two networks at once on two threads, where the time of one
-//! epoch of both says how well that pays.
+//! One network at the size of the paper's patterns B and A, and two networks on two threads, where the time of an epoch of
+//! both shows the gain.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use loopscope::progress::Progress;
 const N_INPUTS: usize = 12;
 const N_TARGETS: usize = 6;
 
-/// Smooth targets of inputs that wander.
+/// Returns smooth targets of slowly varying inputs.
 fn samples(n: usize) -> Samples {
     let mut samples = Samples::new(N_INPUTS, N_TARGETS);
     samples.reserve(n);

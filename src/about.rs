@@ -1,20 +1,20 @@
-//! What this program is: its version, what it was built from and with, and under which licences it and its parts stand.
+//! Information on the program: version, build, licences of the program and its dependencies.
 
 use std::sync::LazyLock;
 
 /// The version of the package.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// This program's own licences, one of them at the user's choice, each with its name.
+/// Licences of the program, one at the user's choice, with their names.
 pub const OWN_LICENCES: [(&str, &str); 2] =
     [("MIT", include_str!("../LICENSE-MIT")), ("Apache-2.0", include_str!("../LICENSE-APACHE"))];
-/// The crates in it with theirs, as `.ci/licences.py` lists them.
+/// Dependencies with their licences, as listed by `.ci/licences.py`.
 pub const LICENCES_OF_CRATES: &str = include_str!("../assets/licences.txt");
 
 const COMMIT: &str = env!("LOOPSCOPE_COMMIT");
 const FEATURES: &str = env!("LOOPSCOPE_FEATURES");
 const TARGET: &str = env!("LOOPSCOPE_TARGET");
 
-/// What it was built from and with: names and values, to show and to put into a report of a fault.
+/// Returns names and values of the build, for display and fault reports.
 pub fn built() -> [(&'static str, &'static str); 4] {
     let commit = match COMMIT {
         "" if cfg!(debug_assertions) => "not recorded in a debug build",
@@ -28,7 +28,7 @@ pub fn built() -> [(&'static str, &'static str); 4] {
     [("version", VERSION), ("commit", commit), ("features", features), ("target", TARGET)]
 }
 
-/// What `--version` prints after the program's name.
+/// Returns the text of `--version` after the program's name.
 pub fn long_version() -> &'static str {
     static TEXT: LazyLock<String> = LazyLock::new(|| {
         let rest = built().into_iter().skip(1);
@@ -44,7 +44,7 @@ mod tests {
 
     use super::*;
 
-    /// Run `.ci/licences.py` where this fails.
+    /// If this fails, run `.ci/licences.py`.
     #[test]
     fn the_licences_are_those_of_the_crates_that_are_locked() {
         let lock = include_str!("../Cargo.lock");

@@ -199,7 +199,7 @@ mod tests {
         }
     }
 
-    /// Whoever works without a window is not led to what only a window has.
+    /// Help texts of the command line must not mention controls of the window.
     #[test]
     fn no_help_speaks_of_clicks_panes_and_buttons() {
         let command = Cli::command();

@@ -1,78 +1,84 @@
-//! What the program tells its user beside numbers: what was seen, what it does to the calibration, what to do.
+//! Findings, which the program reports beside numbers: the observation, its effect on the calibration, and the remedy.
 //!
-//! Guarantees: what a finding does and what to do about it are worded here, once, in words of the matter; [`Way`] adds how the command line
-//! or the window does it. What was seen is worded where it is found.
+//! Guarantees: effect and remedy of each finding are worded here, once. [`Way`] adds how to apply the remedy on the command
+//! line or in the window. The observation is worded where it is made.
 
+use std::cmp::Reverse;
 use std::fmt;
 
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use strum::IntoStaticStr;
 
-/// What findings make of a calibration.
+use crate::shown::first_clauses;
+
+/// Maximum number of findings of one kind that are listed.
+const LISTED: usize = 4;
+
+/// Verdict on the recordings of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Nothing speaks against it.
+    /// No problem was found.
     Enough,
-    /// It may do, and there is something to know.
+    /// The calibration may be usable; at least one problem was found.
     Doubtful,
-    /// The coefficients say more about noise than about the sensor.
+    /// The coefficients are determined more by noise than by the sensor.
     Insufficient,
 }
 
 impl Verdict {
-    /// In words.
+    /// Returns the verdict in words.
     pub fn words(self) -> &'static str {
         match self {
-            Self::Enough => "Enough: the data carry the model",
-            Self::Doubtful => "Doubtful: the data carry the model only in part",
-            Self::Insufficient => "Not enough: the data do not carry the model",
+            Self::Enough => "Enough: the recordings determine the model",
+            Self::Doubtful => "Doubtful: the recordings determine the model only in part",
+            Self::Insufficient => "Not enough: the recordings do not determine the model",
         }
     }
 }
 
-/// Where a finding is read.
+/// Medium in which a finding is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
-    /// In a terminal, or in the JSON that is printed there.
+    /// A terminal, or JSON printed there.
     CommandLine,
     /// In the window.
     Window,
-    /// On a page, by somebody who need not have the program.
+    /// A report, whose readers may not have the program.
     Page,
 }
 
-/// How a face does what a finding asks for.
+/// Way to apply a remedy on the command line or in the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// Recordings get other roles.
+    /// Changes the roles of recordings.
     Roles,
-    /// Recordings are grouped.
+    /// Groups recordings.
     Groups,
-    /// Auxiliary channels are used.
+    /// Uses auxiliary channels.
     Auxiliary,
-    /// Columns get other roles.
+    /// Changes the roles of columns.
     Columns,
-    /// Features are appended or left out.
+    /// Adds or removes features.
     Features,
-    /// The ridge is set.
+    /// Sets the ridge.
     Ridge,
-    /// The regressor is chosen.
+    /// Chooses the regressor.
     Regressor,
-    /// Faulty samples are left out.
+    /// Excludes faulty samples.
     Faulty,
-    /// A recording is tared.
+    /// Tares a recording.
     Tare,
-    /// A mass hangs on an arm.
+    /// Proposes loads of a mass on an arm.
     Arm,
-    /// The clocks of two files are brought together.
+    /// Corrects the offset between the clocks of two files.
     ClockOffset,
-    /// A file is written over.
+    /// Replaces an existing file.
     Replace,
 }
 
 impl Way {
-    /// In the words of the command line and of the window.
+    /// Returns the way on the command line and in the window.
     fn words(self) -> [&'static str; 2] {
         match self {
             Self::Roles => ["--train, --test or --split", "press its role, or Split"],
@@ -97,12 +103,12 @@ impl Way {
     }
 }
 
-/// A text that asks for something, which each face does in its own way.
+/// A text with a remedy, which each face applies in its own way.
 pub trait Advice: fmt::Display {
-    /// How it is done.
+    /// Returns the ways to apply the remedy.
     fn ways(&self) -> &'static [Way];
 
-    /// Returns the text, with how this face does what it asks for.
+    /// Returns the text, with the ways of this face.
     fn text(&self, face: Face) -> String {
         with_ways(self.to_string(), self.ways(), face)
     }
@@ -120,31 +126,72 @@ fn with_ways(text: String, ways: &[Way], face: Face) -> String {
     }
 }
 
-/// One thing to know beside the scores.
+/// A finding: an observation with its effect and remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// Which.
+    /// Kind of the finding.
     pub id: Id,
-    /// What it makes of the verdict at least.
+    /// Best verdict that this finding allows.
     pub severity: Verdict,
-    /// What was seen and where, in a few words.
+    /// Observation and its place, in a few words.
     pub seen: String,
-    /// The figures beside it; empty where there are none.
+    /// Figures of the observation; may be empty.
     pub figures: String,
+    /// Share of full scale by which it makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
+    pub cost: f64,
 }
 
 impl Finding {
-    /// What was seen, in a few words.
+    /// Returns a finding with its observation in a few words.
     pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
-        Self { id, severity, seen: seen.into(), figures: String::new() }
+        Self { id, severity, seen: seen.into(), figures: String::new(), cost: 0.0 }
     }
 
-    /// This with its figures.
+    /// Returns the finding with its figures.
     pub(crate) fn with(self, figures: impl Into<String>) -> Self {
         Self { figures: figures.into(), ..self }
     }
 
-    /// A whole sentence without its full stop.
+    /// Returns the finding with its cost.
+    pub(crate) fn costing(self, cost: f64) -> Self {
+        Self { cost, ..self }
+    }
+
+    /// Returns findings in the order of the list: faults of recordings first, then by severity, then by cost. Findings of one
+    /// kind are merged.
+    pub(crate) fn ordered(found: Vec<Self>) -> Vec<Self> {
+        let mut all: Vec<Vec<Self>> = Vec::new();
+        for own in found {
+            match all.iter_mut().find(|of| of[0].id == own.id && of[0].severity == own.severity) {
+                Some(of) => of.push(own),
+                None => all.push(vec![own]),
+            }
+        }
+        let mut merged: Vec<Self> = all.into_iter().map(Self::merged).collect();
+        merged.sort_by(|a, b| {
+            let key = |own: &Self| {
+                (!(own.severity > Verdict::Enough && own.id.is_cause()), Reverse(own.severity))
+            };
+            key(a).cmp(&key(b)).then(b.cost.total_cmp(&a.cost))
+        });
+        merged
+    }
+
+    /// Returns one finding for findings of one kind, the most expensive one first.
+    fn merged(mut own: Vec<Self>) -> Self {
+        own.sort_by(|a, b| b.cost.total_cmp(&a.cost));
+        if own.len() == 1 {
+            return own.remove(0);
+        }
+        let seen = own.iter().map(|own| match own.figures.is_empty() {
+            true => own.seen.clone(),
+            false => format!("{} ({})", own.seen, own.figures),
+        });
+        let seen = first_clauses(LISTED, seen.collect::<Vec<_>>());
+        Self { seen, figures: String::new(), ..own.remove(0) }
+    }
+
+    /// Returns one sentence without its full stop.
     pub fn text(&self, face: Face) -> String {
         let (_, then, ways) = self.id.words();
         let mut text = self.seen.clone();
@@ -160,16 +207,17 @@ impl Finding {
 
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut found = serializer.serialize_struct("Finding", 4)?;
+        let mut found = serializer.serialize_struct("Finding", 5)?;
         found.serialize_field("id", <&str>::from(self.id))?;
         found.serialize_field("about", self.id.words().0)?;
         found.serialize_field("verdict", &self.severity)?;
+        found.serialize_field("cost", &self.cost)?;
         found.serialize_field("text", &self.text(Face::CommandLine))?;
         found.end()
     }
 }
 
-/// What findings there are.
+/// Kinds of findings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
 #[cfg_attr(test, derive(strum::EnumIter))]
 #[strum(serialize_all = "snake_case")]
@@ -186,11 +234,10 @@ pub enum Id {
     Still,
     OutsideTrained,
     FewLoads,
-    FewLoadsPredicted,
     Rank,
-    HardlyDetermined,
     WeakestKernelRidge,
     StrongestKernelRidge,
+    UnknownState,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -215,259 +262,256 @@ pub enum Id {
     OneAxisAtATime,
     OneProgramme,
     Faults,
-    FarOff,
+    Unusable,
     WorseOnTest,
     NoBetterThanMean,
     LargerLeftOut,
     FewDirections,
     MovesTogether,
-    NeverAlone,
     NotReached,
     LinearOnly,
     Unreached,
 }
 
 impl Id {
-    /// Whether it is something wrong with recordings, rather than what that makes of errors and coefficients.
+    /// Returns true for a fault of recordings, false for its effect on errors and coefficients.
     pub(crate) fn is_cause(self) -> bool {
-        matches!(self.words().0, "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated")
+        matches!(
+            self.words().0,
+            "files" | "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated"
+        )
     }
 
-    /// What it is about, in a word that stays the same; what was seen does this to the calibration, and what to do; how to do it.
+    /// Returns the category (a constant word), the effect on the calibration with the remedy, and the ways to apply the
+    /// remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
             Self::NoTest => (
                 "test",
-                "nothing but cross-validation says how the calibration does on recordings it never saw; keep one out of the \
-                 fit, or split the recordings in time",
+                "only cross-validation estimates the error on other recordings; use one recording as a test, \
+                 or split the recordings in time",
                 &[Way::Roles],
             ),
             Self::NoTimes => (
                 "times",
-                "look-backs and all else of the past are off, whatever the settings say, and cross-validation leaves out whole \
-                 load cases, never a row beside its repeats",
+                "look-backs and all other features with memory are off, and cross-validation leaves out whole load cases, \
+                 so that no row is predicted from its repeats",
                 &[],
             ),
             Self::Undetermined => (
                 "samples",
-                "the fit can go through every one of them, so its training error says nothing; record more, or take fewer \
+                "the fit can match every sample exactly, so its training error is meaningless; record more, or use fewer \
                  gauges and features",
                 &[Way::Features],
             ),
             Self::NotLeftOut => ("cross_validation", "", &[]),
             Self::FewRecordings => (
                 "groups",
-                "contiguous blocks take turns in cross-validation, and each knows the same run from its neighbours, so the \
-                 error on another run can be far larger; record more",
+                "cross-validation leaves out contiguous blocks, which resemble the rest of their recording, so the \
+                 error on another recording can be far larger; record more",
                 &[],
             ),
             Self::FewGroups => (
                 "groups",
-                "they are too few to leave out in turn, so recordings are left out one by one, each known from those that \
-                 repeat it, and the cross-validation error flatters; record more, or set the groups",
+                "too few groups for cross-validation by group, so it leaves out single recordings; their repeats stay in the fit, \
+                 so the cross-validation error is too small; record more groups, or set the groups",
                 &[Way::Groups],
             ),
             Self::UnusedLoneGroup => (
                 "groups",
-                "recordings are left out one by one rather than by group, and each is known from those that repeat it; load \
-                 this axis in others, too, or set the groups",
+                "cross-validation leaves out single recordings instead of groups; their repeats stay in the fit, so its error is \
+                 too small; load this axis in other groups too, or set the groups",
                 &[Way::Groups],
             ),
             Self::LoneGroup => (
                 "groups",
-                "left out, it is predicted by fits that never saw such loads; load this axis in others, too, or group otherwise",
+                "when this group is left out, the fit has no load on the axis; load this axis in other groups too, or change the groups",
                 &[Way::Groups],
             ),
             Self::Still => (
                 "still",
-                "whatever the errors of this axis are, they say nothing of a load on it; record loads on it, or leave its \
-                 column out",
+                "the errors of this axis do not apply to a load on it; record loads on it, or remove its \
+                 column",
                 &[Way::Columns],
             ),
             Self::OutsideTrained => (
                 "outside",
-                "the test error there is that of an extrapolation; train on such loads, or test within",
+                "the test error is that of an extrapolation; add these loads to the training, or test smaller loads",
                 &[],
             ),
             Self::FewLoads => (
                 "load_cases",
-                "many fits do as well on these loads, and differ on others; record more loads, or take fewer features or a ridge",
+                "different fits agree on these loads and differ on other loads; record more loads, or use fewer features or a ridge",
                 &[Way::Features, Way::Ridge],
-            ),
-            Self::FewLoadsPredicted => (
-                "load_cases",
-                "left out one by one, though, these loads are predicted nearly as well",
-                &[],
             ),
             Self::Rank => (
                 "undetermined",
-                "some gauges or features repeat each other, or the past sample never differs from the present one; leave such \
-                 gauges or features out",
+                "some gauges or features repeat each other, or the past sample never differs from the present one; remove these \
+                 gauges or features",
                 &[Way::Features],
-            ),
-            Self::HardlyDetermined => (
-                "undetermined",
-                "their coefficients are large, and cancel on loads like these alone; take a ridge, fewer features or other loads",
-                &[Way::Ridge, Way::Features],
             ),
             Self::WeakestKernelRidge => (
                 "regressor",
-                "left-out parts ask for a weaker one than keeps its weights small, so it may do worse on other data than its \
-                 scores say; look at test recordings, or take fewer features",
+                "held-out errors favour a ridge that is too weak to keep the weights small, so errors on other data may be larger than \
+                 the scores; check the test recordings, or use fewer features",
                 &[Way::Features],
             ),
             Self::StrongestKernelRidge => (
                 "regressor",
-                "left-out parts learn next to nothing from the kernel; take another regressor",
+                "the kernel hardly improves the held-out errors; use another regressor",
                 &[Way::Regressor],
+            ),
+            Self::UnknownState => (
+                "cold_start",
+                "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
+                 record loads that move farther",
+                &[Way::Features],
             ),
             Self::LinearAlone => (
                 "regressor",
-                "on left-out samples it is not surely better there, so the linear part stands alone; a \
-                 linear calibration is as good, or record more",
+                "it does not improve the held-out errors significantly, so only the linear part is used; use a \
+                 linear calibration, or record more",
                 &[Way::Regressor],
             ),
             Self::UnusedAuxiliary => ("undetermined", "", &[]),
-            Self::NoAuxiliary => ("undetermined", "say which is one", &[Way::Columns]),
+            Self::NoAuxiliary => ("undetermined", "choose the auxiliary channels", &[Way::Columns]),
             Self::AuxiliaryBeyond => {
-                ("undetermined", "the effect is carried on in a straight line there", &[])
+                ("undetermined", "the effect is extrapolated linearly outside the range", &[])
             }
             Self::AuxiliaryLeft => (
                 "auxiliary",
-                "the model does not use what changed meanwhile; where the sensor depends on it, add the auxiliary channels",
+                "the model does not use the auxiliary channels that changed; add them if the sensor depends on them",
                 &[Way::Auxiliary],
             ),
             Self::NoGauge => (
                 "no_gauge",
-                "no gauge of a sensor does so, and the sensor in use will not have such a column; give it another role",
+                "a gauge cannot behave like this, so the column is no gauge; give it another role",
                 &[Way::Columns],
             ),
             Self::TareChanged => (
                 "rig",
-                "the fit takes the mean of both zeros; tare each recording, or leave out those before or after",
+                "the fit uses the mean of both zeros; tare each recording, or exclude the recordings before or after the change",
                 &[Way::Tare, Way::Roles],
             ),
             Self::ZerosDrift => (
                 "rig",
-                "the fit takes the mean of the zeros; tare each recording, or let the sensor warm up",
+                "the fit uses the mean of the zeros; tare each recording, or let the sensor warm up",
                 &[Way::Tare],
             ),
             Self::GaugeChanged => (
                 "rig",
-                "look at this gauge, its cable and its amplifier, or take the recordings out of training",
+                "check this gauge, its cable and its amplifier, or exclude the recordings from training",
                 &[Way::Roles],
             ),
             Self::AllGaugesChanged => (
                 "rig",
-                "look at the gain and the supply of the amplifier, and at the unit of the reference",
+                "check the gain and the supply of the amplifier, and the unit of the reference",
                 &[Way::Columns, Way::Roles],
             ),
             Self::ReferenceScale => (
                 "rig",
-                "look at the unit and the sign of the reference's columns",
+                "check the unit and the sign of the reference's columns",
                 &[Way::Columns, Way::Roles],
             ),
             Self::FrameTurned => (
                 "rig",
-                "look at how sensor and reference were mounted, or take the recording out of training",
+                "check the mounting of sensor and reference, or exclude the recording from training",
                 &[Way::Roles],
             ),
             Self::ColumnsSwapped => {
-                ("rig", "give the columns their roles in this recording", &[Way::Columns])
+                ("rig", "correct the roles of the columns in this recording", &[Way::Columns])
             }
             Self::Noisy => (
                 "rig",
-                "the fit weighs this recording like the others; look at cables, shields and supply, or take it out of training",
+                "the fit gives this recording the same weight as the others; check cables, shields and supply, or exclude it from training",
                 &[Way::Roles],
             ),
             Self::Hum => (
                 "rig",
-                "it adds to every error; look at shields, grounds and the logger's filter, and record again",
+                "it adds to every error; check shields, grounds and the logger's filter, and record again",
                 &[],
             ),
             Self::Bent => (
                 "rig",
-                "the matrix takes it for a straight line, and errs most at large loads; look whether its amplifier or its mounting \
-                 yields, take a smaller gain, or add a polynomial",
+                "a matrix is linear, so its error grows with the load; check the amplifier and the mounting, \
+                 use a smaller gain, or add a polynomial",
                 &[Way::Features],
             ),
             Self::ReferenceClipped => (
                 "rig",
-                "the fit makes these loads too small; take a larger range of the reference, or leave such samples out",
+                "the fit underestimates these loads; use a larger range of the reference, or exclude these samples",
                 &[],
             ),
             Self::Lag => (
                 "lag",
-                "a time lag is not hysteresis, and thresholds or play radii fitted to it describe a filter. If stamps are late, set the clock \
-                 offset in the import; if the sensor is slow, add a fixed lag to the features, which the exported code then needs too; \
-                 else use a logger that samples both at once",
+                "a time lag is not hysteresis, and thresholds or play radii fitted to it describe a filter. If the time stamps are late, set the clock \
+                 offset in the import; if the sensor is slow, add a fixed lag to the features, also for the exported code; \
+                 otherwise use a logger that samples both at the same time",
                 &[Way::Columns],
             ),
             Self::SameSamples => (
                 "repeated",
-                "left out, it is predicted by itself, so the errors flatter; take one of them away",
+                "each is predicted by a fit to its copy, so the errors are too small; close one of them",
                 &[Way::Roles],
             ),
             Self::OneSided => (
                 "reach",
-                "the calibration is not shown to hold for the other way; record loads that way, or enter what is rated that way",
+                "the errors do not apply to the other direction; record loads in that direction, or enter its rated load",
                 &[],
             ),
-            Self::OneAxisAtATime => {
-                ("reach", "the expected error says nothing of combined loads; record some", &[])
-            }
+            Self::OneAxisAtATime => (
+                "reach",
+                "the expected error does not apply to combined loads; record combined loads",
+                &[],
+            ),
             Self::OneProgramme => (
                 "reach",
-                "the expected error says nothing of another programme, above all with a past; record another one",
+                "the expected error does not apply to other load programmes, above all for features with memory; record another programme",
                 &[],
             ),
             Self::Odd => (
                 "odd",
-                "another mounting or sensor, a wrong or late reference, a gauge that changed, or loads of another kind; look at \
-                 it, or take it out of training",
+                "possible causes: another mounting or sensor, a wrong or late reference, a changed gauge, or loads of another kind; check \
+                 the recording, or exclude it from training",
                 &[Way::Roles],
             ),
             Self::Faults => (
                 "faults",
-                "the fit follows them; leave such samples out, load less, or take a smaller gain",
+                "the fit is distorted by them; exclude these samples, reduce the load, or use a smaller gain",
                 &[Way::Faulty],
             ),
-            Self::FarOff => (
-                "test",
-                "the test recordings are of another mounting, sensor or reference, or of loads of another kind; find out which \
-                 before you trust either figure",
-                &[],
-            ),
+            Self::Unusable => {
+                ("files", "left out of this check; mend or remove it before you calibrate", &[])
+            }
             Self::WorseOnTest => (
                 "error",
-                "compensating does harm there; take fewer features, a ridge, or more kinds of motion to train on",
+                "compensation increases the error there; use fewer features, a ridge, or more kinds of motion for training",
                 &[Way::Features, Way::Ridge],
             ),
-            Self::NoBetterThanMean => ("error", "no better than a guess", &[]),
+            Self::NoBetterThanMean => ("error", "no better than predicting the mean", &[]),
             Self::LargerLeftOut => ("error_ratio", "", &[]),
             Self::FewDirections => (
                 "correlation",
-                "what the matrix says there is not of these loads; load these axes one without the other",
+                "these loads do not determine the matrix in the other directions; load each of these axes without the other",
                 &[],
             ),
             Self::MovesTogether => (
                 "correlation",
-                "what the gauges make of one can hardly be told from what they make of the other; load one without the other, \
-                 with a mass on another arm for instance",
+                "the effects of the two axes on the gauges are hard to separate; load one axis without the other, \
+                 for example with a mass on another arm",
                 &[],
             ),
-            Self::NeverAlone => ("correlation", "it was hardly ever loaded on its own", &[]),
             Self::NotReached => {
                 ("reach", "beyond that the matrix extrapolates; record larger loads", &[])
             }
             Self::LinearOnly => (
                 "regressor",
-                "what a network or a kernel learns beside it has more freedom still, which cross-validation alone can judge",
+                "a network or kernel has more parameters, so only cross-validation can assess it",
                 &[],
             ),
             Self::Unreached => (
                 "next",
-                "no proposed load tells of them; take other masses, or a mass on an arm",
+                "no proposed load determines them; use other masses, or a mass on an arm",
                 &[Way::Arm],
             ),
         }
@@ -480,7 +524,7 @@ mod tests {
 
     use super::*;
 
-    /// Words that only one of the faces knows.
+    /// Words that belong to one face only.
     const OF_THE_COMMAND_LINE: [&str; 2] = ["--", "column map"];
     const OF_THE_WINDOW: [&str; 6] =
         ["click", "press ", "window", "Settings", "File >", "Hanging mass"];

@@ -1,9 +1,9 @@
 //! Rows of a few numbers: a loop whose length is not known spends more on its preparations than on six numbers.
 
-/// So many at once; the longest row that has code of its own.
+/// Number of rows computed at once; longer rows have no code of their own.
 const LANES: usize = 8;
 
-/// Writes what `value` makes of the numbers that stand at the same place in each of `from`.
+/// Writes the result of `value` for the numbers at the same index in each of `from`.
 ///
 /// # Panics
 /// If one of `from` is shorter than `out`.
@@ -34,14 +34,14 @@ pub fn write<const N: usize>(
     }
 }
 
-/// Reads all before it writes: nothing is in doubt about what overlaps.
+/// Reads all inputs before it writes, so the compiler need not check for overlap.
 #[inline(always)]
 fn row<const WIDTH: usize, const N: usize>(
     out: &mut [f64],
     from: [&[f64]; N],
     value: impl Fn([f64; N]) -> f64,
 ) {
-    // No `array::map`, here and below: it is not always made part of its caller.
+    // `array::map` is not always inlined, so it is not used here and below.
     let mut columns = [[0.0; N]; WIDTH];
     for (i, own) in from.iter().enumerate() {
         let own: &[f64; WIDTH] = own[..WIDTH].try_into().expect("as many");

@@ -1,27 +1,27 @@
-//! LoopScope: calibrate force/torque sensors and see what their past does to them.
+//! LoopScope calibrates force/torque sensors and compensates their hysteresis.
 //!
-//! This page is the map of the house. The rooms follow the method; each may use those above it in this table, never those below.
+//! This page describes the modules. They are ordered by the method; each may use the modules above it in this table, never those below.
 //!
-//! | room | what is in it | where to begin |
+//! | module | contents | start reading at |
 //! |---|---|---|
-//! | [`recording`] | what was measured: recordings and their roles, axes, units, tare, the simulated sensor | [`recording::Recording`] |
-//! | [`formats`] | files of numbers, one file a format: named columns, read and written | [`formats::FORMATS`] |
+//! | [`recording`] | recordings and their roles, axes, units, tare, the simulated sensor | [`recording::Recording`] |
+//! | [`formats`] | files of numbers, one source file for each format: named columns, read and written | [`formats::FORMATS`] |
 //! | [`import`] | columns → recordings: column maps and guessing them, clocks, pauses, loads from a pose | [`import::read`] |
-//! | [`features`] | what a sample is described by, one file a block: look-back (Eq. 9-12) and the others | [`features::Design`] |
-//! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, the calibration that comes of it | [`calibration::Calibration`] |
-//! | [`scoring`] | what all questions share: cross-validation, sums left out, faults, loops, dwells | [`scoring::cross_validation`] |
-//! | [`report`] | what is shown, as plain data: tables and figures, described once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
-//! | [`export`] | what leaves the program, whole or not at all: calibrations, one file a target, code that runs them, traces | [`export::TARGETS`] |
-//! | [`questions`] | one folder a question: errors, expected error, thresholds, loops, metrology, models, check | [`questions::analyse`] |
-//! | [`engine`] | a document, its edits and undo, questions answered off the window's thread, sessions | [`engine::Engine`] |
+//! | [`features`] | feature blocks, one file each: look-back (Eq. 9-12) and the others | [`features::Design`] |
+//! | [`calibration`] | gauges → load: sums, least squares (Eq. 3-8), network, kernel, and the resulting calibration | [`calibration::Calibration`] |
+//! | [`scoring`] | parts that several questions share: cross-validation, held-out sums, faults, loops, dwells | [`scoring::cross_validation`] |
+//! | [`report`] | tables and figures as plain data, defined once for window, command line, report and files | [`report::Table`], [`report::figure::Figure`] |
+//! | [`export`] | files, each written completely or not at all: calibrations, one source file for each format, exported code, traces | [`export::TARGETS`] |
+//! | [`questions`] | one folder for each question: errors, expected error, thresholds, loops, metrology, models, check | [`questions::analyse`] |
+//! | [`engine`] | the document with its edits and undo, the background computation of answers, sessions | [`engine::Engine`] |
 //! | [`cli`] | the command line | [`cli::Job`] |
-//! | `ui` | the window (feature `gui`), one file a pane: panes ask questions, draw answers, push edits | `ui::Shell` |
+//! | `ui` | the window (feature `gui`), one file for each pane: panes ask questions, draw answers and send edits | `ui::Shell` |
 //!
-//! [`finding`] is what the program tells beside numbers, [`progress`] how slow work is watched and cancelled, [`min_max`] the range
-//! of some numbers.
+//! [`finding`] holds the findings that the program reports beside numbers, [`progress`] watches and cancels slow work, and
+//! [`min_max`] computes ranges of numbers.
 //!
-//! What another program can use of it: read recordings, fit and score a calibration, write it, read it again, and run it sample by
-//! sample. Everything else is the crate's own.
+//! Other programs can read recordings, fit and score a calibration, write it, read it again, and run it sample by sample. All
+//! other items are internal.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -64,7 +64,7 @@
 //! # }
 //! ```
 
-// Without the window nobody asks for some of what is there for it.
+// Without the window, some items have no user.
 #![cfg_attr(not(feature = "gui"), allow(dead_code, unused_imports))]
 
 mod about;
@@ -93,3 +93,4 @@ mod shown;
 mod small_file;
 #[cfg(feature = "gui")]
 pub mod ui;
+mod vectorised;

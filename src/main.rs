@@ -1,4 +1,4 @@
-//! Starts the window, or does one command-line job.
+//! Opens the window, or runs one command-line job.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -31,27 +31,27 @@ impl MinMax {
         all.reduce(part).unwrap_or(Self::NONE)
     }
 
-    /// Returns the distance from the smallest to the largest; 0 without a number.
+    /// Returns the difference of maximum and minimum; 0 without numbers.
     pub fn span(self) -> f64 {
         (self.max - self.min).max(0.0)
     }
 
-    /// Returns true if this number is not beyond the ends.
+    /// Returns true if the number is within the range.
     pub fn contains(self, value: f64) -> bool {
         self.min <= value && value <= self.max
     }
 
-    /// Returns the largest size of a number.
+    /// Returns the largest magnitude.
     pub fn magnitude(self) -> f64 {
         self.min.abs().max(self.max.abs())
     }
 
-    /// Returns how much of the span of `whole` this one's is, 0 to 1.
+    /// Returns the share of the span of `whole` that this range covers, 0 to 1.
     pub fn share_of(self, whole: Self) -> f64 {
         (self.span() / whole.span()).clamp(0.0, 1.0)
     }
 
-    /// Returns the smallest and the largest; `None` without a number.
+    /// Returns minimum and maximum; `None` without numbers.
     pub fn ends(self) -> Option<(f64, f64)> {
         (self.min <= self.max).then_some((self.min, self.max))
     }

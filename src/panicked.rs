@@ -1,4 +1,4 @@
-//! A panic is a defect; whoever waits for the work hears of it as of any other error.
+//! Converts a panic, which is a defect, to an error for the caller.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -6,15 +6,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 thread_local! {
-    /// Whether a panic of this thread is told by its error alone.
+    /// True if a panic of this thread is reported only as an error.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The work panicked; the message is the panic's.
+/// Error for work that panicked, with the message of the panic.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("internal error, please report it: {message}")]
 pub struct Panicked {
-    /// What the panic said.
+    /// Message of the panic.
     pub message: String,
 }
 
@@ -23,19 +23,19 @@ pub(crate) fn locked<T: ?Sized>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does the work; a panic becomes an error.
+/// Does the work, and converts a panic to an error.
 ///
 /// # Errors
-/// [`Panicked`] with what the panic said.
+/// [`Panicked`] with the message of the panic.
 pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     catch_unwind(AssertUnwindSafe(work))
         .map_err(|payload| Panicked { message: panic_message(&*payload) })
 }
 
-/// As [`caught`], for crates that panic on damaged files: what the error says is not written to standard error, too.
+/// As [`caught`], for crates that panic on damaged files. The message is not also written to standard error.
 ///
 /// # Errors
-/// [`Panicked`] with what the panic said.
+/// [`Panicked`] with the message of the panic.
 pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -52,7 +52,7 @@ pub fn caught_quietly<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
     done
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 pub fn panic_message(payload: &(dyn Any + Send)) -> String {
     payload
         .downcast_ref::<&str>()

@@ -1,4 +1,4 @@
-//! How a long piece of work and whoever waits for it talk: a fraction goes one way, a cancel flag the other.
+//! Progress of a long piece of work: the work reports a fraction, and the caller can cancel it.
 //!
 //! Guarantees: clones share one state, nothing blocks, and a cancelled [`Progress`] stays cancelled.
 
@@ -16,28 +16,28 @@ struct Inner {
     total: AtomicU64,
 }
 
-/// The work was abandoned because somebody asked for it.
+/// The work was cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
 
 impl Progress {
-    /// Asks the work to stop; long loops see it at their next [`Progress::check`].
+    /// Cancels the work; long loops stop at their next [`Progress::check`].
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// A handle for a part of the work: cancelled with the whole, but with a count of its own.
+    /// Returns a handle for a part of the work. It is cancelled with the whole, but counts its own steps.
     pub fn part(&self) -> Self {
         Self(Arc::new(Inner { cancelled: Arc::clone(&self.0.cancelled), ..Inner::default() }))
     }
 
-    /// Whether somebody asked the work to stop.
+    /// Returns true if the work was cancelled.
     pub fn is_cancelled(&self) -> bool {
         self.0.cancelled.load(Ordering::Relaxed)
     }
 
-    /// Returns an error once the work was asked to stop, so that `?` leaves a loop.
+    /// Returns an error if the work was cancelled, so that `?` leaves a loop.
     ///
     /// # Errors
     /// [`Cancelled`] after [`Progress::cancel`].
@@ -45,17 +45,17 @@ impl Progress {
         if self.is_cancelled() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// Adds to how many steps there are in all (bytes, samples, folds: any unit).
+    /// Adds to the total number of steps (bytes, samples, folds: any unit).
     pub fn add_total(&self, steps: u64) {
         self.0.total.fetch_add(steps, Ordering::Relaxed);
     }
 
-    /// Adds to how many steps are done.
+    /// Adds to the number of steps done.
     pub fn advance(&self, steps: u64) {
         self.0.done.fetch_add(steps, Ordering::Relaxed);
     }
 
-    /// The done share in 0..=1, or `None` while the total is unknown.
+    /// Returns the share done, from 0 to 1, or `None` while the total is unknown.
     pub fn fraction(&self) -> Option<f32> {
         let total = self.0.total.load(Ordering::Relaxed);
         let done = self.0.done.load(Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! Reproducible random numbers: the same seed and keys give the same stream, whatever else is drawn elsewhere.
+//! Reproducible random numbers: the same seed and keys always give the same stream.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ pub(crate) struct Random {
 }
 
 impl Random {
-    /// The stream that belongs to a seed and a list of keys; other keys give unrelated streams.
+    /// Returns the stream for a seed and a list of keys. Other keys give unrelated streams.
     pub(crate) fn new(seed: u64, keys: &[u64]) -> Self {
         let mut stream = Self { state: seed, spare_normal: None };
         for key in keys {
@@ -26,12 +26,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1).
+    /// Returns a uniform number in [0, 1).
     fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform between two bounds.
+    /// Returns a uniform number between two bounds.
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
@@ -43,12 +43,12 @@ impl Random {
         }
     }
 
-    /// A whole number in `0..bound`; the high half of a product, so its bias is below `bound / 2⁶⁴`.
+    /// Returns an integer in `0..bound`. It is the high half of a product, so its bias is below `bound / 2⁶⁴`.
     fn below(&mut self, bound: usize) -> usize {
         ((u128::from(self.next()) * bound as u128) >> 64) as usize
     }
 
-    /// Standard normal (Box and Muller 1958).
+    /// Returns a standard normal number (Box and Muller 1958).
     pub(crate) fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare_normal.take() {
             return spare;
@@ -64,7 +64,7 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// The published first numbers of SplitMix64 from seed 0.
+    /// Compares with the published first numbers of SplitMix64 from seed 0.
     #[test]
     fn the_stream_is_splitmix64() {
         let mut random = Random::new(0, &[]);
@@ -78,8 +78,8 @@ mod tests {
         assert_ne!(Random::new(1, &[2]).next(), Random::new(2, &[1]).next());
     }
 
-    /// 6,000 shuffles of three: each of the six orders is expected 1,000 times with a standard deviation of 29; the
-    /// band is five of them.
+    /// In 6,000 shuffles of three, each of the six orders is expected 1,000 times with a standard deviation of 29. The
+    /// tolerance is five standard deviations.
     #[test]
     fn every_order_is_equally_likely() {
         let mut random = Random::new(3, &[]);
@@ -93,7 +93,8 @@ mod tests {
         assert!(counts.values().all(|count| (850..=1150).contains(count)));
     }
 
-    /// 40,000 draws: the mean has a standard error of 0.005, the variance one of 0.007; the band is five of them.
+    /// For 40,000 numbers, the mean has a standard error of 0.005 and the variance one of 0.007. The tolerance is five
+    /// standard errors.
     #[test]
     fn normals_have_zero_mean_and_unit_variance() {
         let mut random = Random::new(5, &[]);

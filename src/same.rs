@@ -1,11 +1,11 @@
-//! When two questions, or two states of the document, are the same.
+//! Equality of questions and of states of the document.
 
 use std::ptr;
 use std::sync::Arc;
 
-/// What is shared and known by its place in memory: comparing it costs nothing, however much it holds.
+/// Shared value that is compared by its address in memory, which is fast for any size.
 pub trait Shared {
-    /// Where it is.
+    /// Returns the address.
     fn place(&self) -> *const ();
 }
 
@@ -21,8 +21,8 @@ impl<T> Shared for Option<Arc<T>> {
     }
 }
 
-/// Makes two values equal where the fields after `shared` are at the same place in memory and those after `value` are equal; those after
-/// `besides` play no part. Each field must stand in one of the three lists, so a new one cannot be forgotten.
+/// Defines equality of a type. Fields after `shared` are compared by address, and fields after `value` by value. Fields
+/// after `besides` are ignored. Each field must be in one of the three lists, so that no new field is forgotten.
 macro_rules! same_where {
     ($name:ty: shared($($shared:ident),*) value($($value:ident),*) besides($($besides:ident),*)) => {
         impl PartialEq for $name {

@@ -1,16 +1,17 @@
-//! Text from files, such as names of gauges and recordings, made harmless where it is shown.
+//! Text from files, such as names of gauges and recordings, made safe to show.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::path::Path;
 
-/// Of longer messages the middle is left out: nobody reads on, and a terminal would scroll away what came before.
+/// Maximum length of a message in characters. The middle of a longer one is left out, so that a terminal still shows
+/// earlier messages.
 const MESSAGE_CHARS: usize = 1200;
-/// So much of it stands before what is left out.
+/// Number of characters kept before the omitted middle.
 const START_CHARS: usize = 900;
-/// How many names a message lists before it only counts.
+/// Maximum number of names in a message; others are only counted.
 const LISTED_NAMES: usize = 8;
-/// How many characters of a file's own text a message repeats.
+/// Maximum number of characters of a file's text in a message.
 const SHOWN_CHARS: usize = 40;
 
 /// Returns the name of a file without its folder; the whole path where it has none.
@@ -18,7 +19,7 @@ pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }
 
-/// The text on one line without anything that cannot be seen: control and direction marks become their codes.
+/// Returns the text on one line, with control and direction characters replaced by their codes.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_hidden) {
         return Cow::Borrowed(text);
@@ -33,19 +34,19 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Whether a character is not seen itself, but changes how others are.
+/// Returns true if a character is invisible but changes the display of others.
 pub(crate) fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// Text between the tags or quotes of XML; what XML cannot hold at all becomes its code in words.
+/// Returns the text escaped for XML. Characters that XML does not allow are replaced by their codes.
 pub(crate) fn for_xml(text: &str) -> String {
     let text = printable(text).replace(['\u{fffe}', '\u{ffff}'], "\u{fffd}");
     quick_xml::escape::escape(text).into_owned()
 }
 
-/// A message as a person gets it, in a terminal or in the window: [`printable`], and not without end.
+/// Returns a message for a terminal or the window: [`printable`] and of limited length.
 pub(crate) fn message(text: &dyn Display) -> String {
     let text = text.to_string();
     let text = printable(&text);
@@ -58,7 +59,7 @@ pub(crate) fn message(text: &dyn Display) -> String {
     start.chain(['…']).chain(end).collect()
 }
 
-/// A file's own text as a message may repeat it: control characters escaped, and short.
+/// Returns a text of a file for a message: control characters escaped, and of limited length.
 pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     let is_plain = |c: char| c.escape_debug().len() == 1;
     if text.len() <= SHOWN_CHARS && text.chars().all(is_plain) {
@@ -72,17 +73,17 @@ pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// The first few names of a file's own, and how many more there are.
+/// Returns the first names from a file, and the number of others.
 pub(crate) fn listed(names: &[String]) -> String {
     first(LISTED_NAMES, names.iter().map(|name| shown(name)))
 }
 
-/// The first of some names, and how many more there are.
+/// Returns the first names, and the number of others.
 pub(crate) fn first(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by(", ", max, all)
 }
 
-/// The first of some clauses, and how many more there are.
+/// Returns the first clauses, and the number of others.
 pub(crate) fn first_clauses(max: usize, all: impl IntoIterator<Item = impl Display>) -> String {
     first_by("; ", max, all)
 }
@@ -99,7 +100,7 @@ fn first_by(between: &str, max: usize, all: impl IntoIterator<Item = impl Displa
     )
 }
 
-/// How many there are beyond those that are shown, in words.
+/// Returns the number of items that are not shown, in words.
 pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
     (all > max).then(|| format!("and {} more", all - max))
 }

@@ -1,28 +1,28 @@
-//! Files that are short by their nature: calibrations, column maps, sessions.
+//! Small files: calibrations, column maps, sessions.
 //!
-//! Guarantees: a pipe or a device, which would wait for its other end or never end, is not opened; no more is read than
-//! the limit, whatever the file says about its length.
+//! Guarantees: a pipe or device is not opened, because reading it could wait for ever. At most the limit is read, even
+//! if the file claims to be shorter.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Opens a file if it is one on a disk.
+/// Opens a regular file.
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
-    // Asked before opening: opening a named pipe would wait for its other end.
+    // Checked before opening, because opening a named pipe would wait for its other end.
     let kind = fs::metadata(path)?.file_type();
     if kind.is_dir() {
         return Err(io::Error::other("it is a folder and not a file; name a file in it"));
     }
     if !kind.is_file() {
         return Err(io::Error::other(
-            "it is not a file but a pipe or a device; save what comes of it, and name that file",
+            "it is a pipe or a device, not a file; save its contents to a file, and name that file",
         ));
     }
     File::open(path)
 }
 
-/// The content of `what`, a file of at most so many bytes.
+/// Returns the content of `what`, a file of limited size in bytes.
 pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     let mut start = open_regular(path)?.take(limit_bytes + 1);
@@ -34,7 +34,7 @@ pub(crate) fn read_small(path: &Path, what: &str, limit_bytes: u64) -> io::Resul
     Ok(content)
 }
 
-/// Why a TOML file cannot be read.
+/// Reason why a TOML file cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{path}: {reason}")]
 pub struct TomlError {
@@ -42,10 +42,10 @@ pub struct TomlError {
     reason: String,
 }
 
-/// Maximum length of a TOML file in bytes.
+/// Maximum size of a TOML file in bytes.
 const TOML_BYTES_LIMIT: u64 = 1 << 20;
 
-/// Reads `what` of a TOML file.
+/// Reads `what` from a TOML file.
 pub(crate) fn read_toml<T>(
     path: &Path,
     what: &str,
@@ -77,7 +77,7 @@ mod tests {
     fn what_never_ends_is_not_read() {
         let told = read_small(Path::new("/dev/zero"), "a map", 5).unwrap_err();
         assert!(told.to_string().contains("device"), "{told}");
-        // Says that it is empty, as all files there do.
+        // Files in /proc claim to be empty.
         assert!(read_small(Path::new("/proc/self/status"), "a map", 5).is_err());
     }
 }

@@ -12,7 +12,7 @@ use program::{fit, numbers, succeed};
 use serde_json::Value;
 use table::Table;
 
-/// How far a figure may be from that of NumPy, relative to it; the worst seen is 8e-10.
+/// Largest relative difference from the NumPy figures; the largest observed is 8e-10.
 const TOLERANCE: f64 = 1e-8;
 
 fn golden() -> PathBuf {

@@ -1,5 +1,5 @@
-//! Recordings of real sensors, where they are at hand (they are no part of this project), read as they are by column
-//! maps: the figures must be those that NumPy gives on the same files by the rules of `golden/generate.py`.
+//! Recordings of real sensors, if they are available (they are not part of this project), read by column maps. The figures
+//! must equal those of NumPy on the same files by the rules of `golden/generate.py`.
 
 #[path = "support/program.rs"]
 mod program;
@@ -22,7 +22,7 @@ use loopscope::scoring::loops::{Density, Frame};
 use program::{fit, numbers};
 use serde_json::Value;
 
-/// The folder with a sensor's recordings, if it is there.
+/// Returns the folder with a sensor's recordings, if it exists.
 fn recordings_of(sensor: &str) -> Option<PathBuf> {
     let folders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real");
     let folder = folders.join(sensor);
@@ -33,7 +33,7 @@ fn recordings_of(sensor: &str) -> Option<PathBuf> {
     None
 }
 
-/// What fitting the files of a folder by one of the maps beside this test gives.
+/// Returns the fit to the files of a folder, read by one of the maps beside this test.
 fn fit_by(map: &str, folder: &Path, arguments: &[&str]) -> Value {
     let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
     let map = maps.join(map);
@@ -77,7 +77,7 @@ fn look_back_mends_a_third_of_the_error_of_a_stretch_sensor_in_sawtooth() {
     }
 }
 
-/// Fifteen channels in one file, the load in another; a load of -1 is a dropout.
+/// Fifteen channels in one file, the load in another; a load of -1 is a missing value.
 #[test]
 fn look_back_mends_a_fifth_of_the_error_of_a_magnetic_skin() {
     let Some(folder) = recordings_of("eflesh") else {
@@ -93,7 +93,7 @@ fn look_back_mends_a_fifth_of_the_error_of_a_magnetic_skin() {
     assert_test_rmse(&report, "compensated", &[73.239233]);
 }
 
-/// Rows come in bursts of fifteen; a metal sensor has hardly any hysteresis to mend.
+/// Rows arrive in bursts of fifteen; a metal sensor has hardly any hysteresis.
 #[test]
 fn look_back_does_little_for_a_metal_sensor() {
     let Some(folder) = recordings_of("ft6") else {
@@ -124,7 +124,7 @@ fn recordings_by(map: &str, folder: &Path, files: &[&str]) -> RecordingSet {
     set
 }
 
-/// All real recordings at hand, by sensor.
+/// Returns all available real recordings, by sensor.
 fn all_real() -> Vec<(&'static str, RecordingSet)> {
     let mut all = Vec::new();
     if let Some(folder) = recordings_of("stretch") {
@@ -151,7 +151,7 @@ fn all_real() -> Vec<(&'static str, RecordingSet)> {
 
 type Step = [[f64; 2]; 2];
 
-/// Steps by the squares of pixels that they come near.
+/// Line segments by the squares of pixels near them.
 struct Near(std::collections::HashMap<[i64; 2], Vec<Step>>);
 
 impl Near {
@@ -171,7 +171,7 @@ impl Near {
         near
     }
 
-    /// How far the place is from the nearest step, if that is nearer than a square.
+    /// Returns the distance to the nearest line segment, if it is smaller than a square.
     fn distance(&self, place: [f64; 2]) -> f64 {
         let square = place.map(|at| (at / 4.0).floor() as i64);
         let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [square[0] + x, square[1] + y]));
@@ -187,11 +187,11 @@ impl Near {
     }
 }
 
-/// What is measured: the numbers of each recording, across and up.
+/// Measured points of each recording: horizontal and vertical values.
 type Measured = Vec<Vec<[f64; 2]>>;
 
-/// Asks for a plot, whole and of a tenth of it across and up: everything measured must be within a pixel of something drawn, and
-/// everything drawn within a pixel of something measured.
+/// Checks a plot, whole and zoomed to a tenth: each measured point is within a pixel of a drawn point, and each drawn point
+/// within a pixel of a measured one.
 fn assert_to_the_pixel(
     name: &str,
     measured: &Measured,
@@ -213,7 +213,7 @@ fn assert_to_the_pixel(
         };
         let mut drawn: Vec<Step> = strokes.iter().flat_map(|points| steps(points)).collect();
         for density in &densities {
-            // A cell is half a pixel: its two diagonals.
+            // A cell is half a pixel and is represented by its two diagonals.
             drawn.extend(density.touched().flat_map(|(middle, _)| {
                 let [x, y] = place(&middle);
                 [0.25, -0.25].map(|up| [[x - 0.25, y - up], [x + 0.25, y + up]])
@@ -238,7 +238,7 @@ fn assert_to_the_pixel(
     }
 }
 
-/// Every real sensor fitted, with what its recordings and their conventional calibration say.
+/// Returns every real sensor with its fit.
 fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>>)> {
     all_real().into_iter().map(|(name, set)| {
         let recordings = Arc::new(set);
@@ -260,12 +260,12 @@ fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>
     })
 }
 
-/// One column of a table of so many.
+/// Returns one column of a row-major table.
 fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f64> {
     values.iter().skip(at).step_by(n_columns).copied()
 }
 
-/// Loops of every axis of every real recording, on the whole picture and on a tenth of it across and up.
+/// Loops of every axis of every real recording, whole and zoomed to a tenth.
 #[test]
 fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
@@ -304,7 +304,7 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Cross-plots of every real recording: a gauge over the time, over the next gauge, and over the load; an output over the load.
+/// Cross-plots of every real recording: a gauge over time, over the next gauge, and over the load; an output over the load.
 #[test]
 fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
@@ -355,7 +355,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// What the default dead band makes of each real recording; half and twice of it change little.
+/// Figures with the default dead band of each real recording; half and twice the dead band change them little.
 #[test]
 fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
     for (name, request, _) in all_fitted() {
@@ -380,7 +380,7 @@ fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
                         basis.dead_band_halved.map(|other| other / value.value),
                         basis.dead_band_doubled.map(|other| other / value.value),
                     );
-                    // The ends of the largest cycle can be taken from another one, which a mean does not notice.
+                    // The ends of the largest cycle may come from another cycle, which hardly changes a mean.
                     if row.definition.id == "hysteresis_mean_width" {
                         for other in
                             [basis.dead_band_halved, basis.dead_band_doubled].into_iter().flatten()

@@ -1,6 +1,7 @@
-//! What the first fit and a step of a slider cost, over the number of samples, with all of them on screen; and what memory they take.
+//! Time of the first fit and of a slider step over the number of samples, with all samples on screen; and the memory that
+//! they need.
 //!
-//! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples; numbers behind `--` are taken instead.
+//! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples; other numbers can be given after `--`.
 
 #[path = "../frame/long_recording.rs"]
 mod long_recording;
@@ -15,14 +16,14 @@ use loopscope::questions::{Analyst, Request, View};
 
 use long_recording::long_recording;
 
-/// Steps of which the middle one counts.
+/// Number of steps, of which the median counts.
 const STEPS: usize = 5;
 /// Numbers in a sample: a time, six gauges, six loads.
 const WIDTH: usize = 13;
 
 fn main() {
     let asked: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
-    // Cargo's tests of benches do without.
+    // `cargo test` also runs benches, but without this argument.
     if !std::env::args().any(|argument| argument == "--bench") {
         return;
     }
@@ -62,7 +63,7 @@ fn report(n: usize) {
             let show = |_| preview.set(Some(begin.elapsed()));
             let next = analyst.analyse_showing(&request, &Progress::default(), Some(&show));
             let elapsed = begin.elapsed();
-            // What was on screen stays until there is something newer.
+            // The previous answer stays on screen until a newer one arrives.
             shown = next;
             elapsed
         })
@@ -86,7 +87,7 @@ fn report(n: usize) {
     );
 }
 
-/// What this process has in memory, where the system tells (bytes).
+/// Returns the memory of this process, if the system reports it (bytes).
 fn memory(what: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(what))?;

@@ -1,5 +1,5 @@
-//! What a frame with loops costs beside one with the traces of the same samples, which should not be more; and one with traces
-//! beside one of the same panes zoomed in so far that they are empty but for a sample or two.
+//! Time of a frame with loops relative to a frame with the traces of the same samples, and of a frame with traces relative to
+//! the same panes zoomed in until only a sample or two is visible.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use loopscope::ui::{Command, TimeMove, pane};
 use crate::long_recording::long_recording;
 use crate::screen::Screen;
 
-/// So many frames of each are drawn; their median counts.
+/// Number of frames of each kind, of which the median counts.
 const FRAMES: usize = 200;
 
 /// Prints a table of frames.
@@ -22,7 +22,7 @@ pub fn report() {
         "samples", "empty", "traces", "loops", "traces : empty", "loops : traces"
     );
     let sensor = || simulated::recordings(simulated::DEFAULT_SEED);
-    // Few enough for lines, all of the built-in sensor, and very many: both by their density.
+    // Numbers of samples: few enough for lines, the whole built-in sensor, and very many, both drawn as density.
     row("2,700, one recording", Screen::showing(sensor()), View::One(0));
     row("243,000", Screen::showing(sensor()), View::All);
     row("20,000,000", Screen::showing(long_recording(20_000_000)), View::All);

@@ -1,8 +1,8 @@
-//! A recording that is long enough to hurt.
+//! A very long recording.
 
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-/// One recording of a sensor that nobody has, long enough to hurt.
+/// Returns one very long synthetic recording.
 pub fn long_recording(n: usize) -> RecordingSet {
     let wave = |k: usize, phase: usize| {
         let t = k as f64 * 1e-3;

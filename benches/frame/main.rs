@@ -53,7 +53,7 @@ criterion_group!(benches, frame);
 
 fn main() {
     benches();
-    // Cargo's tests of benches do without.
+    // `cargo test` also runs benches, but without this argument.
     let is_asked = |word| std::env::args().any(|argument| argument == word);
     if is_asked("--bench") {
         beside::report();

@@ -1,4 +1,4 @@
-//! How long after a display asks for a picture it is there, while the program works in the background.
+//! Delay between a display's request and the picture, while the program works in the background.
 
 use std::time::{Duration, Instant};
 
@@ -10,25 +10,25 @@ use loopscope::ui::{Command, PaneMove, pane};
 use crate::long_recording::long_recording;
 use crate::screen::Screen;
 
-/// A display's frame.
+/// Time of one frame of a display.
 const FRAME: Duration = Duration::from_nanos(16_666_667);
-/// So many pictures are asked for.
+/// Number of requested pictures.
 const FRAMES: u32 = 300;
 
-/// Between two windows.
+/// Pause between two windows.
 const CALM: Duration = Duration::from_secs(3);
 
-/// What runs while pictures are asked for.
+/// Background work while pictures are requested.
 #[derive(Clone, Copy, Debug)]
 enum Work {
     Nothing,
-    /// F_th is dragged: every picture brings another value, and everything is fitted again.
+    /// F_th is dragged: every picture has a new value, and all fits are repeated.
     Slider,
     /// The same, with the map of thresholds on screen.
     SliderAndMap,
     /// A network on all samples.
     Network,
-    /// Networks, two at once, and everything else that the paper compares.
+    /// All regressors of the paper, two networks at a time.
     Comparison,
 }
 
@@ -71,7 +71,7 @@ fn rows(name: &str, recordings: &RecordingSet, all: &[Work]) {
 }
 
 fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
-    // The threads of the window before give gigabytes back, which would be measured here.
+    // The threads of the previous window free gigabytes, which would disturb the measurement.
     std::thread::sleep(CALM);
     let mut screen = Screen::showing(recordings);
     begin(&mut screen, work);
@@ -92,7 +92,7 @@ fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
         x = if x > 900.0 { 700.0 } else { x + 1.0 };
         screen.frame(Some(egui::pos2(x, 150.0)));
         delays.push(due.elapsed());
-        // A display does not ask for a picture again that it has missed.
+        // A display does not request a missed picture again.
         while due.elapsed() > FRAME {
             due += FRAME;
         }

@@ -12,7 +12,7 @@ const SIZE: egui::Vec2 = egui::vec2(1600.0, 900.0);
 /// The window on some recordings.
 pub struct Screen {
     context: egui::Context,
-    /// The program behind it.
+    /// The program in the window.
     pub shell: Shell,
 }
 
@@ -22,7 +22,7 @@ impl Screen {
         let context = egui::Context::default();
         let shell = Shell::new(&context, Vec::new(), Box::new(NativeDialogs));
         let mut screen = Self { context, shell };
-        // The built-in sensor comes first; what is shown must come after it.
+        // The built-in sensor loads first; its screen must be gone before the measurement.
         screen.settle();
         screen.shell.send(Edit::Replace(std::sync::Arc::new(set)));
         screen.shell.send(Action::Show(View::All));
@@ -30,7 +30,7 @@ impl Screen {
         screen
     }
 
-    /// Draws frames until nothing runs.
+    /// Draws frames until no work runs.
     pub fn settle(&mut self) {
         self.frame(None);
         while self.shell.is_busy() {

@@ -12,6 +12,7 @@ use crate::calibration::normal_equations::{TILE, add_tiles, tile_rows};
 use crate::calibration::sums::{Pass, Piece, TakesRows};
 use crate::features::Design;
 use crate::progress::Progress;
+use crate::vectorised::vectorised;
 
 /// Products of the columns of look-backs with all columns, separated by the age of the past sample.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +59,7 @@ impl TakesRows for AgedSums {
     /// Consecutive rows of the same class are multiplied together.
     fn add_rows(&mut self, rows: &[f64], classes: &[usize]) {
         let (class_len, stride) = (self.class_len(), self.stride);
-        pulp::Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             move || {
                 let mut rows = rows;

@@ -113,10 +113,11 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
             for i in rank + 1..m {
                 lower[i * m + rank] /= root;
             }
-            for i in rank + 1..m {
-                let factor = lower[i * m + rank];
-                for j in rank + 1..=i {
-                    lower[i * m + j] -= factor * lower[j * m + rank];
+            let column: Vec<f64> = (rank + 1..m).map(|i| lower[i * m + rank]).collect();
+            for (i, factor) in (rank + 1..m).zip(&column) {
+                let row = &mut lower[i * m..][rank + 1..=i];
+                for (own, other) in row.iter_mut().zip(&column) {
+                    *own -= factor * other;
                 }
             }
             rank += 1;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::dot::dot;
 use crate::features::{Column, Design};
 use crate::recording::Recording;
+use crate::vectorised::vectorised;
 
 /// Largest number in a calibration. Products of larger numbers could overflow.
 pub(super) const LARGEST: f64 = 1e100;
@@ -56,7 +57,7 @@ impl LinearMap {
     ///
     /// **Shapes** `rows` is `n × n_features`, `loads` `n × n_axes`, both row-major.
     pub fn apply_rows(&self, rows: &[f64], n_features: usize, loads: &mut [f64]) {
-        pulp::Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             move || self.apply_lanes(rows, n_features, loads),
         );

@@ -6,6 +6,7 @@
 //! Guarantees: one pass over the rows. Products are summed over short blocks before they are added to the total, so
 //! rounding errors grow with the number of blocks and not of samples.
 
+use crate::vectorised::vectorised;
 use std::ops::Range;
 
 /// Number of rows in a block. A block of 24 columns fits into the first-level cache.
@@ -78,7 +79,7 @@ impl NormalEquations {
         assert_eq!(rows.len() % stride, 0, "rows must be whole");
         self.n_samples += (rows.len() / stride) as u64;
         let gram = &mut self.gram[..];
-        pulp::Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             move || {
                 for block in rows.chunks(BLOCK_ROWS * stride) {

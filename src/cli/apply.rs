@@ -1,4 +1,4 @@
-//! `loopscope apply`: a calibration and recordings in, loads out.
+//! `loopscope apply`: computes the loads of recordings by a calibration.
 
 use std::path::{Path, PathBuf};
 use std::slice;
@@ -23,45 +23,45 @@ use crate::features::Range;
 use crate::import::live::RowForm;
 use crate::recording::{Recording, Tare};
 
-/// Apply a calibration: Conv. and Comp. of each sample as CSV.
+/// Apply a calibration: Uncompensated and Compensated of each sample as CSV.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope apply sensor.json run.csv --out loads", "loads/run_loads.csv"),
-    ("loopscope apply sensor.json log.csv --follow", "the rows of a log that grows"),
+    ("loopscope apply sensor.json log.csv --follow", "computes the loads of a growing log file"),
 ]))]
 pub struct ApplyJob {
     #[command(flatten)]
     read: ReadArgs,
-    /// A calibration: .json, or an ATI-style .cal, whose gauges are taken in the order of the recording.
+    /// Calibration: .json, or an ATI-style .cal, whose gauges are matched by the order of the recording.
     #[arg(value_parser = named_file())]
     calibration: PathBuf,
-    /// Recordings with the gauges that it was made for; or - for rows on standard input, each answered as it comes on
-    /// standard output. The lines "tare", "tare SECONDS" and "reset" among them tare the sensor or start the history anew.
+    /// Recordings with the gauges of the calibration; or - for rows on standard input, each answered at once on standard
+    /// output. The lines "tare", "tare SECONDS" and "reset" between the rows tare the sensor or restart the history.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Where `<name>_loads.csv` goes; made if it is not there.
+    /// Folder for the files `<name>_loads.csv`. It is made if it does not exist.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Say in a last column what became of each sample: ok, filling (the history is shorter than it can be), after a gap, restarted,
-    /// beyond (the load is beyond what is known of the sensor), auxiliary held (such a channel was measured too long ago), rejected.
-    /// Where several are true they are joined by +.
+    /// Add a last column with the status of each sample: ok, filling (the history is still too short), after a gap,
+    /// restarted, beyond (the load is beyond the tested range of the sensor), auxiliary held (the value of an auxiliary
+    /// channel is too old), rejected. Several are joined by +.
     #[arg(long, requires = "out")]
     status: bool,
-    /// Answer the rows of the one file on standard output, and then those that a logger writes to it.
+    /// Compute the loads of the one file on standard output, and then of each row that a logger appends to it.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
-    /// How a device prints the rows of - or --follow; by default guessed from the first ten lines.
+    /// Format of the rows of - or --follow, as the device prints them; by default detected from the first ten lines.
     #[arg(long, value_name = "FORM", value_parser = one_of(RowForm::ALL))]
     rows: Option<RowForm>,
-    /// Rows a second (Hz) of - or --follow, where they have no time; by default the clock of this computer is their time.
+    /// Sample rate (Hz) of - or --follow, for rows without a time; by default their time is the clock of this computer.
     #[arg(long, value_name = "HZ", value_parser = number_in(Range::Positive))]
     rate: Option<f64>,
-    /// Answer the rows of - or --follow as JSON lines.
+    /// Print the loads of - or --follow as JSON lines.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     json: bool,
     #[command(flatten)]
     traces: TraceArgs,
-    /// Write over files that are there already.
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
 }
@@ -88,7 +88,7 @@ impl Work for ApplyJob {
 impl ApplyJob {
     fn apply(&self, run: &Run, mut calibration: Calibration) -> Result<(), JobError> {
         if self.out.is_none() && self.traces.traces.is_none() {
-            return usage("say where the loads go: --out DIR, or --traces FILE");
+            return usage("no output is given; use --out DIR, or --traces FILE");
         }
         self.traces.check()?;
         let outputs = self.load_files(run)?;
@@ -110,7 +110,7 @@ impl ApplyJob {
             if first.tare().is_none() {
                 if let Some(tare) = calibration.tare {
                     run.say.note(format_args!(
-                        "{path}: not tared, and the calibration was made of gauges less their mean over {tare}; add --tare"
+                        "{path}: not tared, and the calibration was fitted to gauges minus their mean over {tare}; add --tare"
                     ));
                 }
                 if !names_gauges {
@@ -137,22 +137,22 @@ impl ApplyJob {
         self.traces.traces.iter().try_for_each(|path| run.print_path(path))
     }
 
-    /// Answers samples as they come.
+    /// Computes the loads of samples as they come.
     fn answer_rows(&self, run: &Run, calibration: Calibration) -> Result<(), JobError> {
         let writes = self.out.is_some() || self.traces.traces.is_some();
         let ([path], false) = (&self.files[..], writes) else {
             return usage(
-                "standard input and a file that is followed are answered alone, on standard output: name nothing else",
+                "standard input or a followed file must be the only input, and the loads go to standard output; name no other file",
             );
         };
         if self.read.tare == Some(Tare::Auto) {
             return usage(
-                "rows that come one by one are tared over an interval: --tare FROM:TO, in seconds from the first of them",
+                "live rows can be tared only over an interval: --tare FROM:TO, in seconds from the first of them",
             );
         }
         if let Some(tare) = calibration.tare.filter(|_| self.read.tare.is_none()) {
             run.say.note(format_args!(
-                "the calibration was made of gauges less their mean over {tare}; those that come must be tared, too"
+                "the calibration was fitted to gauges minus their mean over {tare}; tare the live rows too"
             ));
         }
         let tap = live::Tap {
@@ -171,7 +171,7 @@ impl ApplyJob {
         }
     }
 
-    /// Why there is no calibration: perhaps it stands where the recordings should.
+    /// Returns the reason why there is no calibration. It suggests to swap the arguments if the calibration was named last.
     fn swapped(&self, error: ReadCalibrationError) -> JobError {
         let may_be_one =
             |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());
@@ -179,14 +179,14 @@ impl ApplyJob {
             Some(calibration) if !may_be_one(&&self.calibration) => {
                 let (first, then) = (self.calibration.display(), calibration.display());
                 JobError::Usage(format!(
-                    "{first} is no calibration; the calibration comes first, then the recordings: apply {then} {first}"
+                    "{first} is not a calibration; name the calibration first, then the recordings: apply {then} {first}"
                 ))
             }
             _ => error.into(),
         }
     }
 
-    /// Where the loads of each file go; none without a folder for them.
+    /// Returns the output file for the loads of each input file; none without an output folder.
     fn load_files(&self, run: &Run) -> Result<Vec<PathBuf>, JobError> {
         let Some(out) = &self.out else {
             return Ok(Vec::new());

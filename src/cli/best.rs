@@ -16,6 +16,7 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::{named_file, number_in};
+use crate::engine::SEARCH_MINUTES;
 use crate::export::{Together, interrupt_stops};
 use crate::features::Range;
 use crate::progress::Progress;
@@ -31,8 +32,8 @@ use crate::recording::identity::Identity;
 pub struct BestJob {
     #[command(flatten)]
     recordings: RecordingArgs,
-    /// Time limit in minutes; no further model is begun after it.
-    #[arg(long, value_name = "MIN", default_value_t = 2.0, value_parser = number_in(Range::NotNegative))]
+    /// Time limit in minutes. No further model is started after it, so with a short limit the result depends on the machine.
+    #[arg(long, value_name = "MIN", default_value_t = SEARCH_MINUTES, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
     #[command(flatten)]
     common: CommonArgs,
@@ -58,7 +59,7 @@ pub struct BestJob {
 struct Report<'a> {
     #[serde(flatten)]
     best: &'a Best,
-    /// Arguments of `fit` that make the proposed model.
+    /// Arguments of `fit` that fit the proposed model.
     fit: Option<&'a String>,
 }
 

@@ -64,15 +64,22 @@ impl Work for CheckJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        let set = self.recordings.read(run, &self.model.rated())?;
+        // One file that cannot be used says nothing about the others.
+        let mut recordings = self.recordings.clone();
+        recordings.read.keep_going = true;
+        let set = recordings.read(run, &self.model.rated())?;
         let settings = self.model.settings(&run.say, &set);
         let features = settings.features.describe();
         let simulated = set.is_simulated();
         let hanging = HangingMass { masses: self.mass.clone(), arms: self.arm.clone() };
         let hanging = Some(hanging).filter(|own| !own.masses.is_empty());
         let request = Request::fit(Arc::new(set), settings);
-        let range = self.recordings.read.gauge_range.clone();
-        let found = sufficiency(&CheckData::of(&request, range, hanging), &run.progress)?;
+        let range = recordings.read.range(request.settings.full_scale.clone());
+        let asked = CheckData {
+            unusable: run.say.files_left_out(),
+            ..CheckData::of(&request, range, hanging)
+        };
+        let found = sufficiency(&asked, &run.progress)?;
         let report = Report { simulated, features, found: &found };
         run.print(self.json, &report, |out| print(&report, out))?;
         match found.verdict {

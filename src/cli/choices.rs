@@ -381,7 +381,7 @@ impl ModelArgs {
         self.choices.blocks.common.rated()
     }
 
-    /// The settings that these arguments mean for such recordings.
+    /// Returns the settings of these arguments for these recordings.
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let learner = self.regressor.learner();
         for (at, _) in &self.choices.learning.0.0 {
@@ -396,7 +396,7 @@ impl ModelArgs {
 }
 
 impl FitChoices {
-    /// The settings that these arguments mean for such recordings.
+    /// Returns the settings of these arguments for these recordings.
     pub fn settings(
         &self,
         say: &Messages,
@@ -541,7 +541,7 @@ mod tests {
         assert_eq!(ridge("auto"), Ok(RidgeChoice::Auto));
     }
 
-    /// What the guide says of the settings is what the program says of them.
+    /// The guide must list the settings exactly as the program does.
     #[test]
     fn the_guide_lists_every_setting_and_the_method_every_block() {
         let blocks = BLOCKS.iter().map(|block| block.setting());

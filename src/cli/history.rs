@@ -1,4 +1,4 @@
-//! The history rate of an export where none is given: as coarse as the fit allows.
+//! The history rate of an export without a given rate: the coarsest that the fit allows.
 
 use std::sync::Arc;
 
@@ -9,13 +9,13 @@ use crate::export::Footprint;
 use crate::questions::{Request, train};
 use crate::scoring::numbers::significant;
 
-/// History rates that are tried, from the coarsest on (Hz).
+/// History rates to try, from the coarsest (Hz).
 const RATES_HZ: [f64; 9] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-/// Error of the fit with a coarser history, for that with all samples, up to which it is taken.
+/// Largest accepted ratio of the error with a coarser history to the error with all samples.
 const LARGEST_COST: f64 = 1.01;
 
-/// Returns the request with the coarsest history whose fit costs less than 1 % of the error, where the whole history takes more
-/// than 64 kB on a controller and no rate is given. The fit obeys the same rate.
+/// Returns the request with the coarsest history whose fit costs less than 1 % of the error, if the whole history needs more
+/// than 64 kB on a controller and no rate is given. The fit uses the same rate.
 ///
 /// # Errors
 /// [`JobError`] if a fit fails.
@@ -24,7 +24,7 @@ pub fn with_history_that_fits(run: &Run, request: Request) -> Result<Request, Jo
     if settings.history_rate_hz != 0.0 || !settings.features.has_history() {
         return Ok(request);
     }
-    // Blocks are the same for every regressor, and least squares is soon done.
+    // All regressors have the same blocks, and least squares is the fastest.
     let at_rate = |regressor, history_rate_hz| FitSettings {
         history_rate_hz,
         regressor,
@@ -40,7 +40,7 @@ pub fn with_history_that_fits(run: &Run, request: Request) -> Result<Request, Jo
     if !whole.is_large() {
         return Ok(request);
     }
-    // The finest that fits, until a coarser one is found that costs little.
+    // The finest rate that fits into the memory, until a coarser rate with a small cost is found.
     let mut chosen = None;
     for rate_hz in RATES_HZ {
         let (error, footprint) = fitted(rate_hz)?;
@@ -69,7 +69,7 @@ pub fn with_history_that_fits(run: &Run, request: Request) -> Result<Request, Jo
     Ok(Request::fit(request.recordings, settings))
 }
 
-/// The mean error over the axes as a share of full scale: in cross-validation, else on the training recordings.
+/// Returns the mean error over the axes as a share of full scale: in cross-validation, else on the training recordings.
 fn error_of(calibration: &Calibration) -> f64 {
     calibration.mean_cv_share().unwrap_or_else(|| {
         let errors = calibration.quality.compensated.train_rmse.iter().flatten();

@@ -1,4 +1,4 @@
-//! The files that a job is told of; patterns and folders become the recordings that they stand for.
+//! Input files of a job; patterns and folders are replaced by their recordings.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -10,31 +10,31 @@ use crate::progress::Progress;
 use crate::recording::Role;
 use crate::shown::listed;
 
-/// The files that a job is told of.
+/// Files named by the arguments of a job.
 #[derive(Default)]
 pub struct Files<'a> {
-    /// Recordings that it reads, or trains on; folders and patterns among them.
+    /// Recordings to read or to train on; may contain folders and patterns.
     pub recordings: &'a [PathBuf],
-    /// Recordings that it only tests on, if it trains.
+    /// Test recordings, for jobs that train.
     pub test: Option<&'a [PathBuf]>,
-    /// Whether it tests on a part of each recording instead.
+    /// True if a part of each recording is used as test instead.
     pub is_split: bool,
-    /// What it reads beside recordings.
+    /// Other files that are read.
     pub read: Vec<PathBuf>,
-    /// What it writes.
+    /// Files that are written.
     pub written: Vec<PathBuf>,
-    /// Whether it writes over files that are there already.
+    /// True if existing files may be overwritten.
     pub force: bool,
 }
 
 impl Files<'_> {
-    /// These, and others that are read.
+    /// Adds other files that are read.
     pub fn reading<'b>(mut self, paths: impl IntoIterator<Item = &'b PathBuf>) -> Self {
         self.read.extend(paths.into_iter().cloned());
         self
     }
 
-    /// These, and others that are written; over old ones only by `force`.
+    /// Adds other files that are written; existing ones are overwritten only with `force`.
     pub fn writing<'b>(
         mut self,
         paths: impl IntoIterator<Item = &'b PathBuf>,
@@ -47,7 +47,8 @@ impl Files<'_> {
 
     /// Finds the recordings.
     ///
-    /// In a folder the files called `test…` are not for training. They are the test recordings unless others are named.
+    /// Files in a folder whose names begin with `test` are not used for training. They are the test recordings unless others
+    /// are named.
     pub fn opened(&self, say: &Messages) -> Result<Inputs, JobError> {
         let mut inputs = Inputs {
             recordings: opened(self.recordings)?,
@@ -66,11 +67,11 @@ impl Files<'_> {
     }
 }
 
-/// A recording's file.
+/// File of a recording.
 #[derive(Clone, Debug)]
 pub struct Input {
     pub path: PathBuf,
-    /// The folder that stood for it.
+    /// Folder that was named, if the file was found in one.
     folder: Option<PathBuf>,
 }
 
@@ -79,24 +80,24 @@ impl Input {
         self.path.file_name().unwrap_or_default().to_string_lossy().into()
     }
 
-    /// Says why the file will not do; where its folder was named, that it is one of several.
+    /// Returns the error of an unusable file. If a folder was named, the error mentions that the file is one of several.
     pub fn refused(&self, error: JobError) -> JobError {
         let read = |folder: &PathBuf| import::read(folder, None, &[], &Progress::default()).err();
         match self.folder.as_ref().and_then(read) {
             Some(folder) => JobError::Usage(format!(
-                "{error}. It is in {folder}, or leave out what cannot be read by --keep-going"
+                "{error}. It is in {folder}, or skip unreadable files by --keep-going"
             )),
             None => error,
         }
     }
 }
 
-/// The files that a job reads.
+/// Files that a job reads.
 #[derive(Debug, Default)]
 pub struct Inputs {
-    /// Recordings that it reads, or trains on.
+    /// Recordings to read or to train on.
     pub recordings: Vec<Input>,
-    /// Recordings that it only tests on.
+    /// Test recordings.
     pub test: Vec<Input>,
     read: Vec<PathBuf>,
 }
@@ -114,16 +115,16 @@ impl Inputs {
     fn take_tests(&mut self, tests: Vec<Input>, say: &Messages) -> Result<(), JobError> {
         let role = match self.test.is_empty() {
             true => "the test recordings",
-            false => "not used, since the test recordings are named",
+            false => "not used, because --test names the test recordings",
         };
         for own in tests.chunk_by(|first, second| first.folder == second.folder) {
             let folder = own[0].folder.as_deref().unwrap_or(Path::new("")).display();
             let names = listed(&own.iter().map(Input::name).collect::<Vec<_>>());
-            say.note(format_args!("{folder}: files called test… are {role}: {names}"));
+            say.note(format_args!("{folder}: files with names test… are {role}: {names}"));
         }
         if self.recordings.is_empty() && !tests.is_empty() {
             return usage(
-                "every recording in the folder is called test…, so none is left to train on; name the files to train on",
+                "all recordings in the folder have names test…, so none is left for training; name the training files",
             );
         }
         if self.test.is_empty() {
@@ -132,15 +133,15 @@ impl Inputs {
         Ok(())
     }
 
-    /// A recording that counts twice, or that a fit is scored on although it has seen it, makes the figures wrong.
+    /// Refuses a recording that is named twice, or for both training and test, because the figures would be wrong.
     fn check_distinct(&self) -> Result<(), JobError> {
         let mut seen: HashMap<PathBuf, &PathBuf> = HashMap::new();
         for path in self.recordings() {
-            // What is not there is reported where it is read.
+            // A missing file is reported when it is read.
             let Ok(whole) = path.canonicalize() else { continue };
             if let Some(first) = seen.insert(whole, path) {
                 return usage(format!(
-                    "{} and {} are the same recording; name each once, and under --test what the fit has not seen",
+                    "{} and {} are the same recording; name each file once, for training or for --test",
                     first.display(),
                     path.display()
                 ));
@@ -150,7 +151,7 @@ impl Inputs {
     }
 }
 
-/// Puts the files that patterns stand for in the places of the patterns: not every shell does it.
+/// Returns the files with patterns expanded, because some shells do not expand them.
 pub fn expanded(paths: &[PathBuf]) -> impl Iterator<Item = PathBuf> {
     paths.iter().flat_map(|path| import::matching(path).unwrap_or_else(|| vec![path.clone()]))
 }
@@ -161,14 +162,14 @@ fn opened(paths: &[PathBuf]) -> Result<Vec<Input>, JobError> {
     for path in expanded(paths) {
         let refused = |what| JobError::Usage(format!("{}: {what}", path.display()));
         if import::is_pattern(&path) && !path.exists() {
-            return Err(refused("no file is called like this"));
+            return Err(refused("no file matches this name"));
         }
         if !path.is_dir() {
             opened.push(Input { path, folder: None });
             continue;
         }
         let inside = import::recordings_in(&path).map_err(|error| {
-            JobError::other(format!("cannot look into the directory {}: {error}", path.display()))
+            JobError::other(format!("cannot read the folder {}: {error}", path.display()))
         })?;
         if inside.is_empty() {
             return Err(refused("the folder holds no recordings"));

@@ -85,7 +85,7 @@ impl Work for InspectJob {
                 }
             }
             inspection.map.tare = self.read.tare.or(inspection.map.tare);
-            // The assumptions stand in the written map, where the user can change them.
+            // The assumed values are written to the map, where the user can change them.
             inspection.map.gap_secs =
                 (inspection.map.gap_secs).or(inspection.check.assumed_gap_secs);
             if let Some(path) = &self.write_map {
@@ -190,7 +190,7 @@ fn print_layout(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
 }
 
 fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
-    // Longer tables are cut, because nobody reads them in a terminal.
+    // Longer tables are cut, because they are not readable in a terminal.
     const LISTED: usize = 200;
     let listed = Table::of(table.columns.iter().take(LISTED))
         .words("column", |own| own.number.to_string())

@@ -1,4 +1,4 @@
-//! `loopscope apply CAL -` and `--follow`: each sample is answered as it comes.
+//! `loopscope apply CAL -` and `--follow`: computes the load of each sample as it comes.
 
 use std::fmt;
 use std::io::{self, BufRead as _};
@@ -17,15 +17,15 @@ use crate::import::map::ColumnMap;
 use crate::recording::gap::pause_by_step;
 use crate::recording::{Axis, Tare, TareError};
 
-/// What is said of rows that are averaged to tare by.
+/// Status of rows that are averaged for a tare.
 const TARING: &str = "taring";
-/// So many lines that are no rows are told of one by one.
+/// Maximum number of invalid lines that are reported one by one.
 const TOLD_ONE_BY_ONE: u64 = 5;
 
-/// Answers standard input until it ends.
+/// Computes the loads of standard input until it ends.
 ///
 /// # Errors
-/// [`JobError`] if no table begins there, it has not the gauges, or nobody reads the answers.
+/// [`JobError`] if the input does not begin with a table, lacks gauges, or the output is closed.
 pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
     let mut input = io::stdin().lock();
     let mut lines = ArrivingLines::default();
@@ -49,7 +49,7 @@ pub fn standard_input(tap: Tap<'_>) -> Result<(), JobError> {
     })
 }
 
-/// Answers a file from its beginning, and then what is written to it, until somebody ends the program.
+/// Computes the loads of a file from its beginning, and then of each appended row, until the user ends the program.
 ///
 /// # Errors
 /// As [`standard_input`], or if the file cannot be read.
@@ -61,7 +61,7 @@ pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
         let grown = file.look().map_err(|error| hung_up(path, &error))?;
         if grown == Grown::Replaced {
             say.note(format_args!(
-                "{}: another file has taken its place, or it was cut; it is followed from its beginning",
+                "{}: the file was replaced or shortened; reading starts again at its beginning",
                 path.display()
             ));
         }
@@ -69,38 +69,38 @@ pub fn follow(tap: Tap<'_>, path: &Path) -> Result<(), JobError> {
     })
 }
 
-/// The end of a job whose source cannot be read any more.
+/// Returns the error for a source that can no longer be read.
 fn hung_up(path: &Path, error: &io::Error) -> JobError {
-    JobError::SourceEnded(format!("{}: the source hung up: {error}", path.display()))
+    JobError::SourceEnded(format!("{}: the source ended: {error}", path.display()))
 }
 
-/// What answers samples.
+/// Settings of a live computation.
 #[derive(Debug)]
 pub struct Tap<'a> {
-    /// Where notes go.
+    /// Receiver of notes.
     pub say: &'a Messages,
-    /// Its calibration.
+    /// The calibration.
     pub calibration: Calibration,
-    /// Whether that names its gauges; else they are taken in order.
+    /// True if the calibration names its gauges; otherwise they are matched by order.
     pub names_gauges: bool,
-    /// What the columns are, where somebody says so.
+    /// Column map, if one is given.
     pub map: Option<ColumnMap>,
-    /// In which of the first rows the sensor is unloaded.
+    /// Interval of the first rows in which the sensor is unloaded.
     pub tare: Option<Tare>,
-    /// How rows are printed, where that is given.
+    /// Format of the rows, if given.
     pub form: Option<RowForm>,
-    /// Rows a second where they have no time (Hz).
+    /// Sample rate of rows without time (Hz).
     pub rate_hz: Option<f64>,
-    /// Whether answers are JSON lines.
+    /// True if the output is JSON lines.
     pub json: bool,
 }
 
-/// What a line asks for that is no row.
+/// Command in a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
-    /// The newest row, or the mean of the rows of the next seconds, is that of the unloaded sensor.
+    /// Tare by the newest row, or by the mean of the rows of the next seconds.
     Tare(f64),
-    /// The history starts anew.
+    /// Restart the history.
     Reset,
 }
 
@@ -109,12 +109,12 @@ impl fmt::Display for Request {
         match self {
             Self::Tare(0.0) => f.write_str("tared by the newest row"),
             Self::Tare(secs) => write!(f, "taring by the rows of the next {secs} s"),
-            Self::Reset => f.write_str("reset: the history starts anew"),
+            Self::Reset => f.write_str("reset: the history restarts"),
         }
     }
 }
 
-/// What came.
+/// Content of a line.
 enum Arrived {
     Row(LiveRow),
     Rejected(Rejected),
@@ -122,7 +122,7 @@ enum Arrived {
 }
 
 impl Request {
-    /// Returns what a line asks for; `None` for a row.
+    /// Returns the command of a line; `None` for a row.
     fn of(line: &str) -> Option<Self> {
         let mut words = line.split_whitespace();
         let request = match (words.next()?, words.next()) {
@@ -140,7 +140,7 @@ impl Request {
 /// Averages the gauges of the first rows.
 #[derive(Debug)]
 struct Taring {
-    /// From the first row (s).
+    /// Interval from the first row (s).
     interval: (f64, f64),
     first_secs: Option<f64>,
     sums: Vec<f64>,
@@ -157,7 +157,7 @@ impl Taring {
         let (from, to) = self.interval;
         let since = match self.first_secs {
             Some(first) if first <= time => time - first,
-            // The first row, or that of a clock that was set anew.
+            // The first row, or the first row after a reset of the clock.
             _ => {
                 *self = Self::new(self.interval, gauges.len());
                 self.first_secs = Some(time);
@@ -204,13 +204,13 @@ impl Tap<'_> {
             }
             if let Some(found) = table.device() {
                 self.say.note(format_args!(
-                    "{}: {found}; --rows and --rate say otherwise",
+                    "{}: {found}; --rows and --rate change this",
                     path.display()
                 ));
             }
             if let Some(unit) = table.assumed_unit() {
                 self.say.note(format_args!(
-                    "{}: the times have no unit; they are taken in {unit}, as the calibration's step is nearest then",
+                    "{}: the times have no unit; {unit} is assumed, because it matches the calibration's sample rate best",
                     path.display()
                 ));
             }
@@ -219,7 +219,7 @@ impl Tap<'_> {
                 let actual = table.gauge_names().join(" ");
                 let expected = self.calibration.gauges.join(" ");
                 JobError::other(format!(
-                    "the rows have the gauges {actual} where the calibration was made for {expected}"
+                    "the rows have the gauges {actual}, but the calibration needs {expected}"
                 ))
             })?;
             let design = self.calibration.design();
@@ -260,7 +260,7 @@ impl Tap<'_> {
                         taring = Some(Taring::new((0.0, secs), 0));
                         return Ok(());
                     }
-                    // Without a row there is nothing to tare by.
+                    // Without a row, a tare has no gauges to use.
                     Arrived::Request(Request::Tare(_)) if !has_row => return Ok(()),
                     Arrived::Request(Request::Tare(_)) => {
                         estimator.tare(&gauges)?;
@@ -314,7 +314,8 @@ impl Tap<'_> {
                 match next()? {
                     None => {
                         if n_broken > TOLD_ONE_BY_ONE {
-                            self.say.warning(format_args!("{n_broken} lines were no rows"));
+                            self.say
+                                .warning(format_args!("{n_broken} lines were not usable as rows"));
                         }
                         return Ok(());
                     }
@@ -332,8 +333,9 @@ impl Tap<'_> {
                                 n_broken += 1;
                                 if n_broken <= TOLD_ONE_BY_ONE {
                                     let why = &rejected.why;
-                                    self.say
-                                        .warning(format_args!("a line is no row: {line}: {why}"));
+                                    self.say.warning(format_args!(
+                                        "line not usable as a row: {line}: {why}"
+                                    ));
                                 }
                                 write(Arrived::Rejected(rejected))?;
                             }
@@ -345,7 +347,7 @@ impl Tap<'_> {
         Ok(())
     }
 
-    /// Reads up to the first row; `None` where nothing comes.
+    /// Reads up to the first row; `None` if the input ends before.
     fn begin(
         &self,
         path: &Path,
@@ -361,9 +363,9 @@ impl Tap<'_> {
             form: self.form,
             rate_hz: self.rate_hz,
         };
-        // What is advised for files cannot be done with rows that come once.
+        // The usual advice for files does not apply to live rows.
         let unread = |error: ReadError| {
-            JobError::other(format!("{error}; --rows says how the rows are printed"))
+            JobError::other(format!("{error}; --rows sets the format of the rows"))
         };
         let mut head = LiveHead::default();
         loop {
@@ -372,7 +374,7 @@ impl Tap<'_> {
                 None => return Ok(Some(head.end(source).map_err(unread)?)),
                 Some(Grown::Nothing) => {}
                 Some(Grown::Replaced) => head = LiveHead::default(),
-                // Before the first row there is nothing to tare and no history.
+                // Before the first row there are no gauges for a tare, and no history.
                 Some(Grown::Line(line)) if Request::of(&line).is_some() => {}
                 Some(Grown::Line(line)) => {
                     if let Some(begun) = head.push(line, source).map_err(unread)? {

@@ -23,7 +23,7 @@ struct Said {
     /// The progress line, which each new text replaces.
     line: Option<String>,
     warnings: Vec<String>,
-    n_left_out: usize,
+    left_out: Vec<String>,
 }
 
 impl Messages {
@@ -53,15 +53,15 @@ impl Messages {
         self.said().warnings.clone()
     }
 
-    /// Prints that a file is skipped, and counts it.
+    /// Prints that a file is skipped, and keeps why.
     pub fn left_out(&self, error: &dyn Display) {
         self.error(&format_args!("left out: {error}"));
-        self.said().n_left_out += 1;
+        self.said().left_out.push(error.to_string());
     }
 
-    /// Returns the number of files that were left out.
-    pub fn n_left_out(&self) -> usize {
-        self.said().n_left_out
+    /// Returns why each file that was left out was.
+    pub fn files_left_out(&self) -> Vec<String> {
+        self.said().left_out.clone()
     }
 
     /// Shows the progress of the work.

@@ -8,9 +8,10 @@ use super::error::{JobError, failed, usage};
 use super::inputs::Input;
 use super::rated::Rated;
 use super::run::Run;
-use super::values::named_file;
+use super::values::{named_file, number_in};
 use crate::engine::Session;
 use crate::export::read_with_notes;
+use crate::features::Range;
 use crate::finding::{Advice, Face};
 use crate::import;
 use crate::import::map::ColumnMap;
@@ -36,10 +37,13 @@ pub struct ReadArgs {
     /// all gauges, or one for each gauge in order, with nothing between the commas where it is unknown.
     #[arg(long, value_name = "LOW:HIGH,…", value_parser = gauge_range, allow_hyphen_values = true)]
     pub gauge_range: Option<GaugeRange>,
+    /// Percent by which a load may exceed the rated one before it counts as overload [default: 2].
+    #[arg(long, value_name = "PERCENT", value_parser = number_in(Range::NotNegative))]
+    overload_tolerance: Option<f64>,
     /// Leave out samples that look faulty: clipped, stuck, dropped out, spikes, above rated loads. Exported code then reports clipped gauges.
     #[arg(long)]
     leave_out_faulty: bool,
-    /// Skip files that cannot be read; the exit code is then 1.
+    /// Skip files that cannot be used; the exit code is then 1. `check` always does so.
     #[arg(long)]
     pub keep_going: bool,
 }
@@ -64,6 +68,15 @@ fn gauge_range(text: &str) -> Result<GaugeRange, String> {
 }
 
 impl ReadArgs {
+    /// Returns the limits of the sensor's channels, with these rated loads.
+    pub fn range(&self, rated: Vec<Option<f64>>) -> ValidRange {
+        ValidRange {
+            gauges: self.gauge_range.clone(),
+            rated,
+            overload_tolerance: self.overload_tolerance.map(|percent| percent / 100.0),
+        }
+    }
+
     /// Reads the column map.
     pub fn map(&self) -> Result<Option<ColumnMap>, JobError> {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
@@ -119,7 +132,8 @@ impl ReadArgs {
             [(&run.inputs.recordings, Role::Train), (&run.inputs.test, Role::Test)]
         {
             for recording in self.read_if(run, inputs, rated, has_reference)? {
-                set.push(entry(Entry::new(recording, role))?)?;
+                let pushed = entry(Entry::new(recording, role)).and_then(|own| Ok(set.push(own)?));
+                self.or_left_out(run, pushed)?;
             }
         }
         let is_trained_on = set.entries().iter().any(|entry| entry.role == Role::Train);
@@ -175,7 +189,7 @@ impl ReadArgs {
                 ranges.len()
             ));
         }
-        let range = ValidRange { gauges: self.gauge_range.clone(), rated: rated.on(first.axes()) };
+        let range = self.range(rated.on(first.axes()));
         let all: Vec<&Recording> = recordings.iter().collect();
         let found = faults_of(&all, &range);
         let of_table = all.iter().all(|own| own.is_static()).then(|| {

@@ -16,7 +16,7 @@ use crate::recording::identity::SensorFile;
 use crate::recording::{Axis, Entry, GroupPattern, RecordingSet, Role, simulated};
 
 /// Recordings with their roles.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct RecordingArgs {
     #[command(flatten)]
     pub read: ReadArgs,
@@ -80,7 +80,7 @@ impl RecordingArgs {
         }
     }
 
-    /// Returns the entry in the group that `--group` or its column map gives it. Only what is trained on must have one: nothing
+    /// Returns the entry in the group that `--group` or its column map gives it. Only training recordings need a group: nothing
     /// else is left out.
     fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
         let recording = &entry.recording;
@@ -92,7 +92,7 @@ impl RecordingArgs {
             (Some(pattern), None) if entry.role == Role::Train => {
                 let (name, pattern) = (recording.name(), String::from(pattern.clone()));
                 Err(JobError::Usage(format!(
-                    "{name}: neither its name nor that of its folder holds what {pattern:?} stands for"
+                    "{name}: neither its name nor that of its folder matches the pattern {pattern:?}"
                 )))
             }
             _ => Ok(Entry { group, ..entry }),

@@ -75,6 +75,7 @@ impl Work for ReportJob {
         let mut settings = self.model.settings(&run.say, &recordings);
         sensor.rate(&recordings.layout().axes, &mut settings.full_scale);
         let names = &recordings.layout().gauge_names;
+        let range = self.recordings.read.range(settings.full_scale.clone());
         let factory = self.factory.as_deref().map(|path| read_factory(path, names)).transpose()?;
         let factory = factory.map(Arc::new);
         let asked = ReportRequest {
@@ -83,7 +84,7 @@ impl Work for ReportJob {
             notes: self.notes.replace("\\n", "\n"),
             limits,
             measuring: self.measuring.settings(),
-            gauge_range: self.recordings.read.gauge_range.clone(),
+            range,
         };
         let mut data = report(&asked, &run.progress)?;
         data.warnings.extend(warnings);

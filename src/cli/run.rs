@@ -60,7 +60,7 @@ impl Run {
         self.inputs = files.opened(&self.say)?;
         self.check_outputs(&files.written, files.force)?;
         work.run(self)?;
-        match self.say.n_left_out() {
+        match self.say.files_left_out().len() {
             0 => Ok(()),
             count => {
                 let why = "files skipped because they could not be read";

@@ -489,7 +489,7 @@ impl Engine {
             identity: self.project.identity.clone(),
             notes: self.project.notes.clone(),
             measuring: self.project.measuring.clone(),
-            gauge_range: self.project.gauge_range.clone(),
+            range: self.project.valid_range(),
             ..ReportRequest::of(self.request())
         }))
     }

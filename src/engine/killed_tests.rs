@@ -1,4 +1,4 @@
-//! Programs that are killed while they write lose nothing.
+//! Tests that a program that is killed while it writes loses no complete file.
 
 use std::fs;
 use std::path::Path;
@@ -13,17 +13,17 @@ use crate::engine::saving::FileContent;
 use crate::engine::session::Session;
 use crate::progress::Progress;
 
-/// Names the folder for the program that is killed.
+/// Environment variable with the folder for the program that is killed.
 const FOLDER: &str = "LOOPSCOPE_TEST_WRITES_INTO";
 const KILLS: usize = 50;
-/// So often a session repeats its number, so that half of one would show.
+/// Number of copies of a session's number in its file, so that an incomplete file is detected.
 const REPEATED: usize = 4000;
 
 fn session(round: u64) -> Session {
     Session { notes: format!("{round} ").repeat(REPEATED), ..Session::default() }
 }
 
-/// The number of a session that is whole.
+/// Returns the number of a complete session.
 fn round_of(read: &Session) -> u64 {
     let first = read.notes.split(' ').next().unwrap_or_default();
     let round = first.parse().expect("a number");
@@ -31,7 +31,7 @@ fn round_of(read: &Session) -> u64 {
     round
 }
 
-/// The number that the preferences hold.
+/// Returns the number in the preferences.
 fn round_in(folder: &Path) -> u64 {
     let kept = PreferencesFile::read_in(folder).expect("they can be read");
     let round = kept.layout.and_then(|layout| layout["round"].as_u64());
@@ -94,7 +94,7 @@ fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
             assert!(Instant::now() < deadline);
             thread::sleep(Duration::from_millis(1));
         }
-        // Another moment of a round each time.
+        // The program is killed at a different time in each round.
         thread::sleep(Duration::from_micros((kill as u64 * 7919) % 20_000));
         program.kill().unwrap();
         program.wait().unwrap();

@@ -16,7 +16,7 @@ use crate::recording::RecordingSet;
 use crate::report::{Cell, Table};
 
 /// Default time (min) after which a search starts no further model.
-pub const SEARCH_MINUTES: f64 = 2.0;
+pub const SEARCH_MINUTES: f64 = 10.0;
 
 /// Change of a row in the list.
 #[derive(Clone, Debug)]

@@ -95,6 +95,8 @@ pub struct Project {
     pub measuring: MetrologySettings,
     /// Minimum and maximum reading of the gauges in the logger's unit, if the user entered them.
     pub gauge_range: Option<GaugeRange>,
+    /// Share by which a load may exceed the rated one, if the user entered it.
+    pub overload_tolerance: Option<f64>,
     /// Axes that are hidden.
     pub hidden_axes: Vec<Axis>,
     /// Calibration that is applied instead of a fit.
@@ -116,7 +118,7 @@ pub struct Project {
 // Documents are equal if nothing was edited in between.
 same_where!(Project:
     shared(recordings)
-    value(split, settings, measuring, gauge_range, hidden_axes, applied, factory, notes, identity)
+    value(split, settings, measuring, gauge_range, overload_tolerance, hidden_axes, applied, factory, notes, identity)
     besides(view, maps, lost)
 );
 
@@ -143,6 +145,8 @@ pub enum Edit {
     Days(Vec<Option<Day>>),
     /// Minimum and maximum reading of the gauges.
     GaugeRange(Option<GaugeRange>),
+    /// Share by which a load may exceed the rated one.
+    OverloadTolerance(f64),
     /// Close one recording.
     Remove(usize),
     /// Close all recordings.
@@ -253,6 +257,7 @@ impl Project {
                 }
             }
             Edit::GaugeRange(range) => self.gauge_range = range,
+            Edit::OverloadTolerance(share) => self.overload_tolerance = Some(share),
             Edit::Notes(notes) => self.notes = notes,
             Edit::Identity(identity) => self.identity = identity,
             Edit::Apply(Some(applied)) => {
@@ -295,7 +300,11 @@ impl Project {
 
     /// Returns the limits of the sensor's channels.
     pub fn valid_range(&self) -> ValidRange {
-        ValidRange { gauges: self.gauge_range.clone(), rated: self.settings.full_scale.clone() }
+        ValidRange {
+            gauges: self.gauge_range.clone(),
+            rated: self.settings.full_scale.clone(),
+            overload_tolerance: self.overload_tolerance,
+        }
     }
 
     /// Returns the axes of the recordings or of the applied calibration.

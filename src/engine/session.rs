@@ -50,6 +50,7 @@ const BYTES_LIMIT: u64 = 64 << 20;
 /// | `settings` | settings of the fit |
 /// | `measuring` | settings for loops, dwells and metrology |
 /// | `gauge_range` | minimum and maximum reading of the gauges if entered, for all gauges or a list for each |
+/// | `overload_tolerance` | share by which a load may exceed the rated one, if entered |
 /// | `on_screen` | name of the shown recording; absent for all |
 /// | `hidden_axes` | axes that are hidden |
 /// | `layout` | layout of the panes |
@@ -74,6 +75,8 @@ pub struct Session {
     pub measuring: MetrologySettings,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gauge_range: Option<GaugeRange>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overload_tolerance: Option<f64>,
     pub on_screen: Option<String>,
     pub hidden_axes: Vec<Axis>,
     pub layout: Option<serde_json::Value>,
@@ -225,6 +228,7 @@ impl Session {
             settings: project.settings.clone(),
             measuring: project.measuring.clone(),
             gauge_range: project.gauge_range.clone(),
+            overload_tolerance: project.overload_tolerance,
             on_screen: on_screen.map(|entry| entry.recording.name().to_owned()),
             hidden_axes: project.hidden_axes.clone(),
             layout,
@@ -365,6 +369,7 @@ impl OpenedSession {
         let mut project = Project {
             settings: session.settings,
             gauge_range: session.gauge_range,
+            overload_tolerance: session.overload_tolerance,
             hidden_axes: session.hidden_axes,
             notes: session.notes,
             identity: session.identity,

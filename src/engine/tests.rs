@@ -1,4 +1,4 @@
-//! The whole engine without a window, and the recordings that the room's tests share.
+//! Tests of the whole engine without a window, and recordings for the tests of this room.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -41,7 +41,7 @@ use crate::recording::{Axis, Entry, GaugeRange, Recording, RecordingSet, Role, S
 pub(super) const FORCES: [Axis; 3] = [Axis::Fx, Axis::Fy, Axis::Fz];
 pub(super) const GAUGES: [&str; 3] = ["S1", "S2", "S3"];
 
-/// A recording whose gauges are a mixture of its loads, none of which stands still.
+/// Returns a recording whose gauges are mixtures of its loads. Every load changes.
 pub(super) fn recording(name: &str, source: Source, gauges: &[&str], axes: &[Axis]) -> Recording {
     recording_of(40, name, source, gauges, axes)
 }
@@ -78,7 +78,7 @@ pub(super) fn add(project: &mut Project, name: &str, gauges: &[&str], axes: &[Ax
     assert!(refused.is_empty(), "{refused:?}");
 }
 
-/// Training recordings `a` and `b` and the test recording `test`, all from files.
+/// Opens the training recordings `a` and `b` and the test recording `test` from files.
 pub(super) fn with_files() -> Project {
     let mut project = Project::default();
     for name in ["a", "b", "test"] {
@@ -106,7 +106,7 @@ pub(super) fn roles(project: &Project) -> Vec<Role> {
     entries.map(|entry| entry.role).collect()
 }
 
-/// What is fitted to these recordings.
+/// Returns the calibration fitted to these recordings.
 pub(super) fn fitted(project: &Project) -> Arc<Calibration> {
     let analysis = analyse(&project.request(None), &Progress::default());
     analysis.unwrap().calibration
@@ -116,13 +116,13 @@ fn engine() -> Engine {
     Engine::new(Arc::new(|| {}))
 }
 
-/// Takes answers until there are no more to come.
+/// Takes answers until no work runs or waits.
 #[track_caller]
 fn settle(engine: &mut Engine) {
     settle_until(engine, "an end", |_| false);
 }
 
-/// As [`settle`], but only until this is so.
+/// As [`settle`], but only until a condition holds.
 #[track_caller]
 fn settle_until(engine: &mut Engine, what: &str, is_so: impl Fn(&Engine) -> bool) {
     let deadline = Instant::now() + Duration::from_secs(60);
@@ -132,7 +132,7 @@ fn settle_until(engine: &mut Engine, what: &str, is_so: impl Fn(&Engine) -> bool
             return;
         }
         if !engine.is_busy() {
-            // What ended after it was taken, and what that asked for.
+            // Takes answers that arrived late, and answers to the questions that followed from them.
             engine.take();
             if !engine.is_busy() {
                 return;
@@ -147,7 +147,7 @@ fn edit(engine: &mut Engine, edit: Edit) {
     engine.act(Action::Edit(edit));
 }
 
-/// What came of a task, as if it had just ended.
+/// Takes the result of a task, as if the task had just ended.
 fn finish(engine: &mut Engine, done: Done) {
     engine.finish(done);
     engine.take();
@@ -171,7 +171,7 @@ fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
     finish(engine, Done::Opened(vec![("c.json".into(), Ok(calibration))]));
 }
 
-/// Training recordings `a` and `b` and the test recording `test`, not analysed yet.
+/// Returns the training recordings `a` and `b` and the test recording `test`, not analysed yet.
 fn engine_with_files() -> Engine {
     let mut engine = engine();
     open(&mut engine, &["a", "b", "test"]);
@@ -189,7 +189,7 @@ fn engine_with_built_in() -> Engine {
     engine
 }
 
-/// The analysis of the document as it is.
+/// Returns the analysis of the present document.
 #[track_caller]
 fn analysed(engine: &mut Engine) -> Arc<Analysis> {
     settle(engine);
@@ -219,7 +219,7 @@ fn f_th(engine: &Engine) -> f64 {
     engine.project().settings.features.look_backs[0].f_th
 }
 
-/// A file with a recording of this name in `folder`; without `header`, its columns have no names.
+/// Writes a file with a recording of this name in `folder`. Without `header`, its columns have no names.
 fn write_recording(folder: &Path, name: &str, header: bool) -> PathBuf {
     let recording = of_file(name, &GAUGES, &FORCES);
     let mut text = String::new();
@@ -288,7 +288,7 @@ fn results_move_up_with_their_recordings_when_one_is_removed() {
 }
 
 #[test]
-fn results_of_the_whole_are_not_those_of_its_parts() {
+fn results_before_a_split_are_not_shown_for_its_segments() {
     let mut engine = engine_with_files();
     let whole = analysed(&mut engine).recordings.clone();
     edit(&mut engine, Edit::Split(0.5));
@@ -304,7 +304,7 @@ fn results_of_the_whole_are_not_those_of_its_parts() {
 }
 
 #[test]
-fn real_recordings_take_the_place_of_simulated_ones() {
+fn real_recordings_replace_simulated_ones() {
     let mut engine = engine_with_built_in();
     analysed(&mut engine);
     let a = of_file("a", &["G1", "G2"], &[Axis::Fz]);
@@ -319,7 +319,7 @@ fn real_recordings_take_the_place_of_simulated_ones() {
 }
 
 #[test]
-fn the_built_in_sensor_replaces_what_is_loaded_but_not_what_was_opened_while_it_was_made() {
+fn the_built_in_sensor_replaces_loaded_recordings_but_not_those_opened_during_the_simulation() {
     let mut engine = engine_with_files();
     analysed(&mut engine);
     let replaced = Arc::clone(&engine.project().recordings);
@@ -468,21 +468,21 @@ fn closing_leaves_nothing_of_the_recordings() {
 }
 
 #[test]
-fn an_empty_document_has_nothing_to_complain_about() {
+fn an_empty_document_has_no_problem() {
     let mut engine = engine();
     edit(&mut engine, Edit::Notes("new".to_owned()));
     settle(&mut engine);
     assert_eq!(engine.problem(), None);
 }
 
-/// Asks for the metrology figures, as their pane does.
+/// Asks for the metrology figures, as the metrology pane does.
 fn ask_figures(engine: &mut Engine) {
     if let Some(look) = engine.look(None, Question::Table(TableQuestion { of: TableOf::All })) {
         engine.ask::<AskFigures>(LookAt(look));
     }
 }
 
-/// Asks for the study of thresholds, as its pane does.
+/// Asks for the study of thresholds, as the thresholds pane does.
 fn ask_study(engine: &mut Engine) {
     if !engine.entries().is_empty() {
         engine.ask(study_of(engine.project()));
@@ -506,7 +506,7 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
     );
     edit(&mut engine, Edit::CloseAll);
     assert!(engine.lane::<AskFigures>().answer().is_none());
-    // Others of the same gauges and axes, before and after what still ran has ended.
+    // Other recordings of the same gauges and axes, before and after the running work has ended.
     for settled in [false, true] {
         open(&mut engine, &["c", "d"]);
         assert!(engine.analysis().is_none() && engine.result_of(0).is_none());
@@ -563,7 +563,7 @@ fn a_threshold_study_of_other_recordings_goes() {
     edit(&mut engine, Edit::Role(1, Role::Off));
     ask_study(&mut engine);
     assert!(engine.lane::<StudyThresholds>().answer().is_none());
-    // What runs still is of others by now.
+    // The running work now belongs to other recordings.
     edit(&mut engine, Edit::Role(1, Role::Train));
     ask_study(&mut engine);
     settle(&mut engine);
@@ -663,7 +663,7 @@ fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
 }
 
 #[test]
-fn what_a_file_leaves_out_is_said_as_it_is_written() {
+fn parts_that_a_format_leaves_out_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("c.inc");
     let mut engine = engine_with_files();
@@ -675,7 +675,7 @@ fn what_a_file_leaves_out_is_said_as_it_is_written() {
 }
 
 #[test]
-fn the_end_of_writing_is_told() {
+fn the_end_of_writing_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let content = || FileContent::Bytes(Arc::from(*b"x"));
     let mut engine = engine();
@@ -742,7 +742,7 @@ fn notices_are_capped_oldest_first_and_can_be_dismissed() {
 }
 
 #[test]
-fn files_are_read_and_nothing_asks_for_nothing() {
+fn files_are_read_and_an_empty_list_does_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
     assert!(engine.calibration_content().is_none(), "nothing is fitted yet");
@@ -763,7 +763,7 @@ fn files_are_read_and_nothing_asks_for_nothing() {
     assert_eq!(names(engine.project()), ["a", "b"], "all of a folder");
 }
 
-/// Somebody who drops a long file again and again must not have it read as often at the same time.
+/// A file that is opened repeatedly must not be read several times at once.
 #[test]
 fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -837,7 +837,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
 }
 
 #[test]
-fn what_makes_recordings_is_done_one_after_another_with_those_that_are_meant() {
+fn requests_that_create_recordings_run_one_after_another() {
     let mut engine = engine_with_files();
     let folder = tempfile::tempdir().unwrap();
     let path = write_recording(folder.path(), "late", true);
@@ -853,7 +853,7 @@ fn what_makes_recordings_is_done_one_after_another_with_those_that_are_meant() {
     assert_eq!(tares, [Some(tare), Some(tare), None]);
 }
 
-/// A map for files of [`write_recording`] without names.
+/// Returns a map for files of [`write_recording`] without column names.
 fn nameless_map(found: &ColumnMap) -> ColumnMap {
     let mut map = found.clone();
     let gauges = GAUGES.map(|_| ColumnRole::Gauge);
@@ -879,7 +879,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     let import = Action::Import;
     let map = nameless_map(&importing.map);
     let other = ColumnMap { gap_secs: Some(3.0), ..map.clone() };
-    // What is said last holds, whenever the answers come.
+    // The last command counts, at any order of the answers.
     for map in [&other, &map] {
         engine.act(import(ImportCommand::SetMap(Box::new(map.clone()))));
     }
@@ -918,7 +918,7 @@ fn files_that_wait_to_be_imported_come_one_after_another() {
 }
 
 #[test]
-fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_rest() {
+fn a_cancelled_queue_of_imports_names_some_files_and_counts_the_rest() {
     let mut engine = engine_with_files();
     let before = engine.project().recordings.clone();
     let wants = |at| {
@@ -932,7 +932,7 @@ fn a_long_row_of_imports_that_is_left_names_some_of_its_files_and_counts_the_res
     assert_eq!(engine.project().recordings, before, "what is loaded stays");
 }
 
-/// Few samples, few epochs.
+/// Returns network settings with few samples and epochs.
 fn network(epochs: usize) -> FitSettings {
     let mut settings = FitSettings { regressor: Regressor::Network, ..FitSettings::default() };
     settings.network.hidden = vec![4];
@@ -941,7 +941,7 @@ fn network(epochs: usize) -> FitSettings {
 }
 
 #[test]
-fn what_was_trained_is_shown_for_just_its_recordings_and_settings() {
+fn a_training_is_shown_only_for_its_recordings_and_settings() {
     let mut engine = engine_with_files();
     engine.act(Action::Train);
     assert!(engine.training().is_none(), "a linear fit needs none");
@@ -1044,7 +1044,7 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     assert_eq!(scored.count(), engine.models.rows.len());
     assert!(engine.models.rows.iter().all(|row| !row.is_stale(engine.project())));
 
-    // A full scale is the sensor's, whatever model is taken; a linear one is analysed at once.
+    // Full scales belong to the sensor and do not change with the model. A linear model is analysed at once.
     let mut settings = engine.project().settings.clone();
     settings.full_scale = vec![Some(40.0), None, None];
     edit(&mut engine, Edit::Settings(settings));
@@ -1082,7 +1082,7 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
     let [first, second] = [0, 1].map(|at| engine.models.rows[at].id);
     engine.act(Action::Model(second, ModelChange::Pin(true)));
     engine.act(Action::Model(second, ModelChange::Name("mine".to_owned())));
-    // What is removed while a search goes on stays away.
+    // Rows that are removed during a search are not added again.
     find_best(&mut engine);
     settle_until(&mut engine, "the next search", |engine| engine.models.row(first).is_none());
     assert_eq!(engine.models.rows[0].name, "mine");
@@ -1129,7 +1129,7 @@ fn a_model_that_is_kept_comes_back_with_what_was_trained() {
     let kept = engine.models.rows.last().unwrap();
     assert!(kept.is_pinned && kept.model().unwrap().cost.coefficients > 0);
     let id = kept.id;
-    // Another training takes the place of the first.
+    // Another training replaces the first.
     edit(&mut engine, Edit::Settings(network(5)));
     engine.act(Action::Train);
     settle(&mut engine);
@@ -1154,7 +1154,7 @@ fn the_comparison_of_the_paper_fits_what_has_no_result_that_holds() {
     engine.act(Action::ComparePaper);
     assert!(!engine.is_trying());
     last_notice(&engine, Level::Info, "already has a result");
-    // Without a past nothing depends on its thresholds.
+    // Without look-back, the thresholds have no effect.
     let ids: Vec<u64> = engine.models.rows.iter().map(|row| row.id).collect();
     let other = with_f_th(&engine, 1.5);
     edit(&mut engine, other);
@@ -1208,7 +1208,7 @@ fn save_session(engine: &mut Engine, path: &Path) {
 }
 
 #[test]
-fn a_star_stands_in_the_title_while_something_is_not_saved() {
+fn the_title_has_a_star_while_there_are_unsaved_changes() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
     assert!(!engine.is_unsaved());
@@ -1299,7 +1299,7 @@ fn a_session_of_a_set_with_a_lag_opens_that_set() {
 }
 
 #[test]
-fn what_windows_left_stays_until_it_is_restored_or_dropped() {
+fn autosaved_sessions_stay_until_they_are_restored_or_discarded() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(format!("{name}.json"));
     let left = |name: &str| LeftSession {
@@ -1353,7 +1353,7 @@ fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
     engine.act(Action::ShowLeft(true));
     engine.act(Action::Restore(engine.recoverable[0].path.clone()));
     let deadline = Instant::now() + Duration::from_secs(60);
-    // Only what is whole may take the place of what was left.
+    // Only a complete session may replace the autosaved one.
     loop {
         engine.take();
         engine.write_down(&|| serde_json::Value::Null);
@@ -1396,14 +1396,14 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
     assert_eq!(engine.project().lost.len(), 3);
     engine.act(Action::Forget(1));
     engine.act(Action::Forget(7));
-    // Both are read at once, and so is one that was never lost.
+    // Both missing files are read at once, and also a file that was never missing.
     let [a, c, d] = ["a", "c", "d"].map(|name| write_recording(folder.path(), name, true));
     engine.act(Action::Open(vec![d]));
     engine.act(Action::Locate(folder.path().join("gone")));
     settle(&mut engine);
     last_notice(&engine, Level::Error, "none of the missing files");
     assert_eq!(engine.project().lost.len(), 2);
-    // Naming one finds the other one beside it.
+    // Naming one file also finds the other beside it.
     engine.act(Action::Locate(a));
     settle(&mut engine);
     assert!(engine.project().lost.is_empty() && c.exists());
@@ -1418,7 +1418,7 @@ fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
     );
 }
 
-/// The folder was moved as it is, but for one file that another was put in the place of.
+/// The folder was moved unchanged, but one file was replaced by another.
 #[test]
 fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -1490,7 +1490,7 @@ fn a_split_comes_back_with_the_files_that_moved() {
     assert_eq!(split.map(|split| split.fraction), Some(0.5));
 }
 
-/// An engine with two recordings of files and a trained network, which is saved in the folder.
+/// Returns an engine with two recordings from files and a trained network, saved in the folder.
 fn saved_with_training(folder: &Path) -> Engine {
     let files = ["a", "b"].map(|name| write_recording(folder, name, true));
     let mut engine = engine();
@@ -1528,7 +1528,7 @@ fn a_trained_calibration_is_an_ordinary_file_and_comes_back_with_the_session() {
     assert_eq!(analysed(&mut engine).calibration.learned, trained.learned);
     assert!(!engine.is_unsaved());
     assert_eq!(n_notices(&engine, Level::Warning), 0);
-    // A linear fit needs no training, and so no file beside the session.
+    // A linear fit needs no training, so there is no file beside the session.
     edit(&mut engine, Edit::Settings(FitSettings::default()));
     save_session(&mut engine, &at("linear.json"));
     assert!(!at("linear.trained.json").exists());
@@ -1559,7 +1559,7 @@ fn a_crash_costs_no_training() {
     settle(&mut engine);
     assert_eq!(engine.project().notes, "not saved");
     assert_eq!(engine.fitting().unwrap().learned, trained.learned);
-    // Once this window is closed as it should, nothing of either remains.
+    // After this window is closed normally, neither autosave remains.
     engine.write_down(&|| serde_json::Value::Null);
     while engine.recoverable.iter().any(|own| own.path.exists())
         || fs::read_dir(&left).unwrap().count() != 3
@@ -1572,7 +1572,7 @@ fn a_crash_costs_no_training() {
 }
 
 #[test]
-fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() {
+fn a_trained_calibration_of_other_recordings_is_not_used_and_the_reason_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     saved_with_training(folder.path());
     let at = |name: &str| folder.path().join(name);
@@ -1604,7 +1604,7 @@ fn a_trained_calibration_of_something_else_is_not_used_and_the_reason_is_said() 
     check("b or its role has changed since");
 }
 
-/// What cannot be checked yet stays beside the session, and comes back when its recordings do.
+/// A trained calibration that cannot be checked yet stays beside the session, until its recordings are found.
 #[test]
 fn a_trained_calibration_waits_for_files_that_moved() {
     let folder = tempfile::tempdir().unwrap();

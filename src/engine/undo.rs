@@ -281,6 +281,7 @@ mod tests {
             Edit::Notes("oiled".to_owned()),
             Edit::Identity(identity()),
             Edit::GaugeRange(Some(GaugeRange::All((-10.0, 10.0)))),
+            Edit::OverloadTolerance(0.1),
             Edit::Apply(Some(calibration())),
             Edit::Apply(None),
             Edit::Compare(Some(calibration())),
@@ -316,6 +317,7 @@ mod tests {
             Edit::Measuring(_) => 15,
             Edit::Model(_) => 16,
             Edit::GaugeRange(_) => 17,
+            Edit::OverloadTolerance(_) => 20,
             Edit::Identity(_) => 18,
             Edit::Days(_) => 19,
         }

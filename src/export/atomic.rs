@@ -163,7 +163,7 @@ pub fn clean_up_when_asked_to_end() {
         if let Some(work) = work {
             let _ = writeln!(
                 io::stderr(),
-                "loopscope: {word}; what was found so far follows. Interrupt again to end at once"
+                "loopscope: {word}; the results so far follow. Interrupt again to end at once"
             );
             work.cancel();
             return;

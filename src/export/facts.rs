@@ -85,7 +85,7 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
     let how = quality.cross_validation.as_ref();
     settings.extend(how.map(|how| ("cross-validation", how.to_string())));
     settings.extend(calibration.tare.map(|tare| {
-        let text = format!("the gauges less their mean over {tare}; tare before use");
+        let text = format!("the gauges minus their mean over {tare}; tare before use");
         ("tared", text)
     }));
     settings
@@ -124,7 +124,7 @@ fn scores(scores: &Scores) -> String {
     let sets = [
         ("on test recordings", &scores.test_rmse),
         ("in cross-validation", &scores.cv_rmse),
-        ("on what was fitted", &scores.train_rmse),
+        ("on the fitted samples", &scores.train_rmse),
     ];
     let told: Vec<String> = (sets.iter())
         .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_ref()?))))

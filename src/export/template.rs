@@ -1,12 +1,12 @@
-//! This program's own templates, filled.
+//! Fills the program's own templates.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value};
 
 use crate::shown::for_xml;
 
-/// Returns what templates are filled in: a name that is not given is an error. Where `trims`, lines of nothing but a block leave
-/// nothing behind.
+/// Returns the environment of the templates. A missing value is an error. With `trims`, lines that contain only a template
+/// tag are removed.
 pub(super) fn environment(trims: bool) -> Environment<'static> {
     let mut templates = Environment::new();
     let mut syntax = SyntaxConfig::builder();
@@ -23,7 +23,7 @@ pub(super) fn filled(template: &str, values: Value) -> String {
     filled.expect("the templates are this program's own")
 }
 
-/// Fills a template of markup: every text is escaped that is not [safe](Value::from_safe_string).
+/// Fills a template of markup. Every text is escaped unless it is [safe](Value::from_safe_string).
 pub(super) fn filled_markup(template: &str, values: Value) -> String {
     let mut templates = environment(true);
     templates.set_formatter(|out, _, value| {

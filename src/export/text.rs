@@ -1,8 +1,8 @@
-//! Text from files (names of gauges and recordings) made harmless where it is written.
+//! Escapes texts from files (names of gauges and recordings) for the places where they are written.
 
 use crate::shown::{for_xml, is_hidden, printable};
 
-/// [`printable`] text that neither opens nor ends a comment of C, and makes no trigraph.
+/// Returns [`printable`] text that neither begins nor ends a C comment, and contains no trigraph.
 pub(super) fn for_block_comment(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in printable(text).chars() {
@@ -17,7 +17,7 @@ pub(super) fn for_block_comment(text: &str) -> String {
     out
 }
 
-/// [`printable`] text of ASCII letters alone.
+/// Returns [`printable`] text in ASCII characters only.
 pub(super) fn ascii(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in printable(text).chars() {
@@ -31,7 +31,7 @@ pub(super) fn ascii(text: &str) -> String {
     out
 }
 
-/// A name that every language takes, made of a file's name.
+/// Returns an identifier that is valid in every language, made from a file's name.
 pub(super) fn identifier(name: &str) -> String {
     let mut out: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(40).collect();
@@ -41,19 +41,18 @@ pub(super) fn identifier(name: &str) -> String {
     out
 }
 
-/// What Python, its standard library, NumPy, C and Rust call something of their own, and what a library calls its self-tests:
-/// a library of such a name would hide it.
+/// Names that Python, its standard library, NumPy, C or Rust already use, and those of the self-tests. A library of such a
+/// name would hide the original.
 const TAKEN: &str = include_str!("templates/taken_names.txt");
 
-/// A name for a library: [`identifier`], and not one that means something of the system's already. Systems that take small and
-/// capital letters of file names for the same are thought of.
+/// Returns an [`identifier`] for a library that is not already in use. File systems that ignore case are taken into account.
 pub(super) fn library_name(name: &str) -> String {
     let name = identifier(name);
     let small = name.to_ascii_lowercase();
     if TAKEN.split_whitespace().any(|word| word == small) { format!("cal_{name}") } else { name }
 }
 
-/// [`for_xml`] for a comment, in which two hyphens may not meet.
+/// Returns [`for_xml`] text for a comment, where two hyphens must not meet.
 pub(super) fn for_xml_comment(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in for_xml(text).chars() {
@@ -68,7 +67,7 @@ pub(super) fn for_xml_comment(text: &str) -> String {
     out
 }
 
-/// A double-quoted scalar of YAML, the quotes included.
+/// Returns a double-quoted YAML scalar, including the quotes.
 pub(super) fn for_yaml(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

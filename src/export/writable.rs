@@ -1,4 +1,4 @@
-//! Whether files can be written where they are to go, all of them, before the first is.
+//! Checks that all output files can be written, before the first is written.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,14 +8,14 @@ use super::atomic::{check_writable, folder_of};
 use crate::export::atomic::WriteError;
 use crate::finding::{Advice, Way};
 
-/// Why files cannot be written where they are to go.
+/// Reason why output files cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum TargetError {
-    #[error("{} would be written over {}, which is read; choose another name", .output.display(), .input.display())]
+    #[error("output {} would replace the input {}; choose another name", .output.display(), .input.display())]
     OverInput { input: PathBuf, output: PathBuf },
-    #[error("{} and {} are the same file; give each its own name", .first.display(), .second.display())]
+    #[error("{} and {} are the same file; choose different names", .first.display(), .second.display())]
     SameFile { first: PathBuf, second: PathBuf },
-    #[error("{} is there already; choose another name, or write over it", .path.display())]
+    #[error("{} already exists; choose another name, or allow it to be replaced", .path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -30,8 +30,8 @@ impl Advice for TargetError {
     }
 }
 
-/// Checks that each output can be written, that no two are the same file, that none is an input, and, unless files may
-/// be `replaced`, that none is there already.
+/// Checks that each output can be written, that no two outputs are the same file, that no output is an input, and, unless
+/// files may be `replaced`, that no output exists.
 ///
 /// # Errors
 /// [`TargetError`] with the first output that cannot be written.
@@ -59,7 +59,7 @@ pub fn check_targets<'a>(
                 second: output.clone(),
             });
         }
-        // Of the name itself, so that a link to nothing is something, too.
+        // The path itself is checked, so that a broken link also counts as an existing file.
         if !replaced && fs::symlink_metadata(output).is_ok() {
             return Err(TargetError::Exists { path: output.clone() });
         }
@@ -68,7 +68,7 @@ pub fn check_targets<'a>(
     Ok(())
 }
 
-/// The folder of a file and its name there, through all links.
+/// Returns the folder and the name of a file, with links resolved.
 fn place(path: &Path) -> (PathBuf, OsString) {
     let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let folder = folder_of(&whole);
@@ -105,7 +105,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         fs::write(at("a.csv"), "").unwrap();
         let a = [at("a.csv")];
-        assert!(check(&a, &a, true).unwrap_err().contains("which is read"));
+        assert!(check(&a, &a, true).unwrap_err().contains("replace the input"));
         let exists = check_targets(&[], &a, false).unwrap_err();
         assert_eq!(exists.ways(), [Way::Replace]);
         assert_eq!(check(&[], &a, true), Ok(()));

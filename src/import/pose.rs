@@ -1,4 +1,4 @@
-//! Computes the load of a known weight from the orientation of the sensor (the paper's Calc.). Estimates a weight from
+//! Computes the load of a known weight from the orientation of the sensor (the paper's "Calc."). Estimates a weight from
 //! poses and a measured load.
 //!
 //! Guarantees: a pose that is not a rotation is never used. Without inertia the force never exceeds the weight.

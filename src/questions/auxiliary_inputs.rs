@@ -87,13 +87,14 @@ mod tests {
     const NOISE: f64 = 0.02;
     const N: usize = 400;
 
-    /// The temperature of recording `at` at sample `k`, which moves by so many degrees over all of them.
+    /// Temperature of recording `at` at sample `k`, which varies by `moves` degrees over all recordings.
     fn temperature(at: usize, k: usize, moves: f64) -> f64 {
         let within = (k as f64 / 70.0 + at as f64).sin();
         20.0 + moves * (0.2 * at as f64 + 0.1 * within)
     }
 
-    /// Two gauges whose load is `3 s₁ − 2 s₂ + (T − 20) (0.4 + 0.02 s₁)`, but for the noise: a zero and a sensitivity that drift.
+    /// Two gauges whose load is `3 s₁ − 2 s₂ + (T − 20) (0.4 + 0.02 s₁)` plus noise: zero and sensitivity drift with
+    /// temperature.
     fn recording(at: usize, moves: f64) -> Recording {
         let mut random = Random::new(11, &[at as u64]);
         let (mut gauges, mut loads, mut auxiliary) = (Vec::new(), Vec::new(), Vec::new());
@@ -119,7 +120,7 @@ mod tests {
         recording.unwrap().with_auxiliary(names, units, auxiliary).unwrap()
     }
 
-    /// The last one tests.
+    /// The last recording is the test recording.
     fn set(recordings: Vec<Recording>) -> Arc<RecordingSet> {
         let last = recordings.len() - 1;
         let mut set = RecordingSet::default();
@@ -154,7 +155,8 @@ mod tests {
         calibration.quality.compensated.test_rmse.as_ref().unwrap()[0]
     }
 
-    /// With T and T times the gauges the load is linear, so that the noise alone is left; without them 0.02 · 50 + 0.4 N a degree.
+    /// With T and T times the gauges the load is linear, so only the noise remains; without them 0.02 · 50 + 0.4 N per
+    /// degree.
     #[test]
     fn what_drifts_with_the_temperature_is_taken_away_down_to_the_noise() {
         let recordings = set(drifting(30.0));
@@ -166,7 +168,7 @@ mod tests {
         assert!(test_rmse(&without.calibration) > 50.0 * NOISE);
         let cv = with.calibration.quality.compensated.cv_rmse.as_ref().unwrap();
         assert!(cv[0] < 1.15 * NOISE, "{cv:?}");
-        // The supply stood still: it is none of the channels, and that is said.
+        // The supply is constant, so it is not used, and a sentence reports this.
         let channels = &with.calibration.features.auxiliary;
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);
@@ -229,7 +231,7 @@ mod tests {
         }
     }
 
-    /// A thermometer's noise of some hundredths is no drift, and must not become one where it is warm.
+    /// A thermometer's noise of some hundredths is no drift. It must not cause corrections at a warm place.
     #[test]
     fn a_temperature_that_hardly_moved_is_left_out_and_said() {
         let mut recordings = drifting(0.5);
@@ -286,7 +288,7 @@ mod tests {
             let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
             let text = serde_json::to_vec(&calibration.in_file()).unwrap();
             let read = Calibration::from_json(&text).unwrap();
-            // No file keeps what only a fit knows.
+            // Files do not store values that only the fit knows.
             let mut kept = calibration.clone();
             kept.quality.free_coefficients = None;
             assert_eq!(read, kept);
@@ -317,7 +319,7 @@ mod tests {
         }
     }
 
-    /// Noise that creep could learn is shrunk away without the drift.
+    /// Without the drift, creep could only learn noise, which the ridge shrinks away.
     #[test]
     fn an_automatic_ridge_is_chosen_for_the_channels_by_themselves() {
         let recordings = set(drifting(30.0));

@@ -1,8 +1,8 @@
-//! The score of a network, a kernel, a hybrid: everything that is fitted is fitted again without the part that is asked.
+//! Cross-validated scores of networks, kernels and hybrids: all fitted parts are fitted again without the left-out part.
 //!
-//! Guarantees: what is left out is seen by nothing, be it the conventional calibration and its look-back, the linear stage
-//! and its ridge, standardisation, landmarks, strengths, early stopping, or how much of the second stage is added; only the
-//! full scales, which belong to the sensor, stay. So a score is that of fits to the other parts from scratch.
+//! Guarantees: no fitted value has seen the left-out part: neither conventional calibration and look-back, linear stage and
+//! ridge, standardisation, landmarks, ridge strengths, early stopping, nor the share of the second stage. Only the full
+//! scales, which belong to the sensor, are kept.
 
 use std::borrow::Borrow;
 use std::ops::Range;
@@ -25,12 +25,12 @@ use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
-/// Fits that are made side by side; a network keeps one core busy.
+/// Number of fits that run at the same time; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
-/// How much quicker two networks at once are than one after the other.
+/// Speed-up of two networks at the same time over one after the other.
 const GAIN_OF_TWO: f64 = 1.8;
 
-/// About how many times as long as the fit itself its cross-validation takes: none where there is none.
+/// Returns the approximate time of the cross-validation as a multiple of the time of the fit; zero without cross-validation.
 pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     let samples = MOST_FITS as f64 - 1.0; // of each fit four fifths
     match settings.regressor.learner() {
@@ -40,7 +40,7 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     }
 }
 
-/// About how much work the cross-validation is, in the steps that the fit itself counts.
+/// Returns the approximate work of the cross-validation, in the steps that the fit counts.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
     let training = data.entries.iter().filter(|entry| entry.role == Role::Train);
     let steps = match settings.regressor.learner() {
@@ -53,7 +53,7 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// How much of a network's answers is added to its linear stage, per axis, as these parts ask for; all of it where nothing
+/// Returns the share of a network's output that is added to its linear stage, per axis, chosen on these parts; 1 if nothing
 /// was left out or held out.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
@@ -64,7 +64,7 @@ pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     (0..n_axes).map(share).collect()
 }
 
-/// For each part and axis the share of what is added, chosen by the parts of the other folds where shares are chosen at all.
+/// Returns the share of the second stage for each part and axis, chosen on the parts of the other folds if shares are chosen.
 pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
     let of_folds: Vec<Vec<f64>> = (0..n.min(MOST_FITS))
@@ -80,7 +80,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// The squared errors of parts; with shares that are chosen by them, each fold's by the parts of the others.
+/// Returns the squared errors of the parts. With chosen shares, those of each fold are chosen on the other folds.
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
@@ -92,7 +92,8 @@ pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     }
 }
 
-/// What fits without each part leave over of it, `steps` being told to `progress`; `None` where it was stopped, or where too little is left to fit.
+/// Returns the residuals of each part by fits without this part, and reports `steps` to `progress`; `None` if the work was
+/// stopped, or if too few samples remain for a fit.
 pub(crate) fn cross_validated(
     data: &Dataset,
     calibration: &Calibration,
@@ -127,7 +128,7 @@ pub(crate) fn cross_validated(
                             return Ok(scored);
                         }
                         let mut heard = 0.0;
-                        // Nobody listens any more where another fold has failed.
+                        // Progress is not reported after another fold has failed.
                         let mut tell = |done: f64| {
                             let _ = sender.send(done - heard);
                             heard = done;
@@ -156,7 +157,7 @@ pub(crate) fn cross_validated(
         ended.collect::<Result<Vec<_>, AnalysisError>>()
     });
     let scored = match scored {
-        // A network that was stopped half way is no fit.
+        // A network whose training was stopped is not scored.
         _ if progress.is_cancelled() => return None,
         Ok(scored) => scored,
         Err(error) => {
@@ -178,8 +179,8 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings with some parts left out. A recording of which only some is left out is cut into several, each
-/// with a history of its own.
+/// Returns the training recordings with some parts left out. A recording of which only a part is left out is cut into several,
+/// each with its own history.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {
@@ -207,7 +208,7 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
 }
 
 impl Fold {
-    /// What `settings` mean for the fold.
+    /// Returns the settings for the fold.
     fn settings(&self, settings: &FitSettings, calibration: &Calibration) -> FitSettings {
         let full_scale = calibration.full_scale.iter();
         let n_train = self.set.n_samples(Role::Train);
@@ -223,7 +224,7 @@ impl Fold {
         }
     }
 
-    /// What the fit to the training recordings makes of the others: each with its part, and every `step`-th sample.
+    /// Returns the scores of a fit to the training recordings on the other recordings: each part with every `step`-th sample.
     fn score(
         self,
         settings: FitSettings,
@@ -231,7 +232,7 @@ impl Fold {
         progress: &Progress,
         on_epoch: &mut dyn FnMut(EpochReport),
     ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
-        // What is counted is the training of the whole.
+        // Progress counts the training of all folds.
         let progress = &progress.part();
         let request = Request::fit(self.set, settings);
         let data = Datasets::default().get(&request.key(), progress)?;
@@ -268,7 +269,7 @@ mod tests {
     use crate::recording::RecordingSet;
     use crate::recording::{Axis, Recording, Source};
 
-    /// Recordings of a bent and noisy gauge beside a straight one, with two axes.
+    /// Recordings with a nonlinear, noisy gauge and a linear one, with two axes.
     fn recordings(lengths: &[usize]) -> Vec<Arc<Recording>> {
         let of_length = |(at, &n): (usize, &usize)| {
             let mut random = Random::new(11, &[at as u64]);
@@ -332,7 +333,7 @@ mod tests {
         train_and_score(&request, &Progress::default(), &mut |_| {}).unwrap()
     }
 
-    /// The plain way: each recording in the test role, everything fitted from scratch to the others.
+    /// The simple way: each recording in the test role, all parts fitted again to the others.
     #[test]
     fn scores_are_those_of_fits_from_scratch_without_the_part() {
         let recordings = recordings(&[60, 50, 70, 40, 55]);
@@ -398,7 +399,7 @@ mod tests {
         assert!(scored.calibration.why_not_left_out().is_some());
     }
 
-    /// A second stage that is right by half on average: half of it is taken, by each fold as the others say.
+    /// The second stage is half right on average, so each fold chooses the share one half on the other folds.
     #[test]
     fn the_share_that_scores_a_part_is_chosen_by_the_others() {
         let part = |r: f64, g: f64| {

@@ -24,7 +24,7 @@ pub enum AnalysisError {
     )]
     TooLarge { recording: String, sample: usize, value: f64 },
     #[error(
-        "the training recordings repeat no programme, or only one, so there are no few trajectories (C) beside the many"
+        "the training recordings have no groups of load programmes, or only one, so pattern C (one programme) cannot be compared"
     )]
     OneProgramme,
     #[error("{given} full scales are given for {axes} axes")]

@@ -27,7 +27,7 @@ use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
-use crate::recording::{Axis, GaugeRange, Identity, RecordingSet, Role};
+use crate::recording::{Axis, Identity, RecordingSet, Role, ValidRange};
 use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};
 use crate::scoring::Series;
@@ -55,8 +55,8 @@ pub struct ReportRequest {
     pub limits: Limits,
     /// Settings of loops and metrology figures.
     pub measuring: MetrologySettings,
-    /// Valid range of the gauges, if the user entered it.
-    pub gauge_range: Option<GaugeRange>,
+    /// Limits of the sensor's channels that the user entered.
+    pub range: ValidRange,
 }
 
 impl ReportRequest {
@@ -68,7 +68,7 @@ impl ReportRequest {
             notes: String::new(),
             limits: Limits::default(),
             measuring: MetrologySettings::default(),
-            gauge_range: None,
+            range: ValidRange::default(),
         }
     }
 }
@@ -113,7 +113,7 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     };
     let check = match analysis.fitted {
         true => {
-            let data = CheckData::of(request, asked.gauge_range.clone(), None);
+            let data = CheckData::of(request, asked.range.clone(), None);
             sufficiency(&data, &progress.part()).map_err(|error| sentence(&error.to_string()))
         }
         false => Err(not_fitted.to_owned()),
@@ -396,7 +396,8 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// The loops of an axis; where a lag makes much of their width, also their width by rate and the loops without the lag.
+    /// Returns the loops of an axis. If a lag explains much of their width, also the width by rate and the loops without the
+    /// lag.
     fn loops(&mut self, axis: Axis) -> Result<Result<Vec<Figure<'static>>, String>, AnalysisError> {
         let mut figures = Vec::new();
         for lag_removed in [false, true] {
@@ -442,8 +443,8 @@ fn sentence(text: &str) -> String {
 
 fn name(output: Output) -> &'static str {
     match output {
-        Output::Conventional => "Conv.",
-        Output::Compensated => "Comp.",
+        Output::Conventional => "Uncompensated",
+        Output::Compensated => "Compensated",
     }
 }
 

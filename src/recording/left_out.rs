@@ -14,6 +14,19 @@ pub struct ValidRange {
     /// Rated load of each axis (N, N·m); `None` where the user entered none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rated: Vec<Option<f64>>,
+    /// Share by which a load may exceed the rated one; `None` for [`RATED_TOLERANCE`](Self::RATED_TOLERANCE).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub overload_tolerance: Option<f64>,
+}
+
+impl ValidRange {
+    /// Default tolerance of overload. References are no more accurate, and ratings are round numbers.
+    pub const RATED_TOLERANCE: f64 = 0.02;
+
+    /// Returns the magnitude of a load above which it counts as overload.
+    pub fn overload_above(&self, rated: f64) -> f64 {
+        rated * (1.0 + self.overload_tolerance.unwrap_or(Self::RATED_TOLERANCE))
+    }
 }
 
 /// Minimum and maximum reading of the gauges, in the logger's unit.

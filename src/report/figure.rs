@@ -1,4 +1,4 @@
-//! Figures as plain data, and as pictures.
+//! Figures as plain data, and as images.
 
 mod cloud;
 pub mod color;

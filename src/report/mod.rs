@@ -1,7 +1,7 @@
-//! What is shown, as plain data: a [`Table`] or a [`Figure`](figure::Figure) is described once, and window, command line,
-//! report, clipboard and files draw from it.
+//! Results as plain data: a [`Table`] or a [`Figure`](figure::Figure) is defined once, and shown by window, command line,
+//! report, clipboard and files.
 //!
-//! Guarantees: knows nothing of windows, command lines or files.
+//! Guarantees: this module does not depend on windows, command lines or files.
 
 pub mod figure;
 pub(crate) mod table;

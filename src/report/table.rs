@@ -1,6 +1,6 @@
-//! A table as plain data, and how it becomes text.
+//! Tables as plain data, and their conversion to text.
 //!
-//! Guarantees: every row has a cell for each column; a number is there in full beside the text that is shown of it.
+//! Guarantees: every row has a cell for each column; a cell holds its number in full beside the rounded text.
 
 use std::io;
 
@@ -11,20 +11,20 @@ use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 use crate::shown::printable;
 
-/// Numbers, or the reasons why there are none, in rows and columns.
+/// Numbers, or the reasons for missing ones, in rows and columns.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// What it is of; may be empty.
+    /// Title; may be empty.
     pub title: String,
-    /// From left to right.
+    /// Columns from left to right.
     pub columns: Vec<Column>,
-    /// Each with one cell per column.
+    /// Rows with one cell per column.
     pub rows: Vec<Vec<Cell>>,
-    /// What stands below it; may be empty.
+    /// Note below the table; may be empty.
     pub note: String,
 }
 
-/// How the cells of a column stand.
+/// Alignment of the cells of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Align {
     /// Words.
@@ -39,59 +39,59 @@ pub enum Align {
 /// The head of a column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Column {
-    /// The name of the table that it was in before [`Table::beside`], with what that is of.
+    /// Name and explanation of the original table, if the column comes from [`Table::beside`].
     pub group: Option<(String, String)>,
-    /// Short.
+    /// Short name.
     pub name: String,
-    /// Of its numbers; empty where each row has its own.
+    /// Unit of its numbers; empty if each row has its own unit.
     pub unit: &'static str,
-    /// How its cells stand.
+    /// Alignment of its cells.
     pub align: Align,
-    /// What it means; may be empty.
+    /// Explanation; may be empty.
     pub about: String,
-    /// The load that its numbers are of.
+    /// Load that the numbers describe.
     pub trace: Option<Trace>,
 }
 
 impl Column {
-    /// A column of words.
+    /// Returns a column of words.
     pub fn words(name: impl Into<String>) -> Self {
         let name = name.into();
         Self { name, ..Self::default() }
     }
 
-    /// A column of numbers.
+    /// Returns a column of numbers.
     pub fn numbers(name: impl Into<String>) -> Self {
         Self { align: Align::Right, ..Self::words(name) }
     }
 
-    /// A column of numbers about one load.
+    /// Returns a column of numbers about one load.
     pub fn of(trace: Trace, unit: &'static str) -> Self {
         let head = Self { trace: Some(trace), ..Self::numbers(trace.label()) };
         head.unit(unit).about(trace.explanation())
     }
 
-    /// The same column with this unit.
+    /// Returns the column with this unit.
     pub fn unit(self, unit: &'static str) -> Self {
         Self { unit, ..self }
     }
 
-    /// The same column with what it means.
+    /// Returns the column with this explanation.
     pub fn about(self, about: impl Into<String>) -> Self {
         Self { about: about.into(), ..self }
     }
 
-    /// A column of loads.
+    /// Returns a column of loads of this axis.
     pub fn load(axis: Axis) -> Self {
         Self::numbers(axis.symbol()).unit(axis.unit())
     }
 
-    /// A column of [changes](Cell::change) between the columns to its left.
+    /// Returns a column of [changes](Cell::change) between the two columns to its left.
     pub fn change() -> Self {
-        Self::numbers("change").about("From Conv. to Comp.")
+        Self::numbers("change").about("From Uncompensated to Compensated")
     }
 
-    /// Group, name and unit.
+    /// Returns group, name and unit.
     pub fn title(&self) -> String {
         let group =
             (self.group.as_ref()).map_or_else(String::new, |(group, _)| format!("{group} "));
@@ -102,27 +102,27 @@ impl Column {
     }
 }
 
-/// What a cell is.
+/// Kind and value of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// Words.
+    /// A text.
     Words,
-    /// A number, in full.
+    /// A number in full precision.
     Number(f64),
-    /// No number; what the cell is about is the reason.
+    /// A missing number; the explanation of the cell holds the reason.
     Missing,
-    /// A part of the cell to its left.
+    /// Continuation of the cell to its left.
     Continued,
 }
 
-/// What stands in one row and column.
+/// A cell of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cell {
-    /// As it is shown: a rounded number, or a word or two that stand for the reason.
+    /// Text as shown: a rounded number, or one or two words for the reason.
     pub text: String,
-    /// What it is.
+    /// Kind and value.
     pub value: Value,
-    /// Where it comes from, or why there is none; may be empty.
+    /// Explanation of a value, or reason for a missing one; may be empty.
     pub about: String,
 }
 
@@ -132,74 +132,74 @@ impl Cell {
         Self { text, value, about }
     }
 
-    /// Words.
+    /// Returns a cell with a text.
     pub fn words(text: impl Into<String>) -> Self {
         Self::new(Value::Words, text, "")
     }
 
-    /// A number, shown as `text`.
+    /// Returns a cell with a number that is shown as `text`.
     pub fn number(value: f64, text: impl Into<String>) -> Self {
         Self::new(Value::Number(value), text, "")
     }
 
-    /// A number where there is one, shown with this many significant digits, else a dash.
+    /// Returns a cell with a number, shown with these significant digits; a dash for `None`.
     pub fn digits(value: Option<f64>, digits: usize) -> Self {
         value.map_or_else(Self::none, |value| Self::number(value, significant(value, digits)))
     }
 
-    /// A whole number.
+    /// Returns a cell with a whole number.
     pub fn whole(number: usize) -> Self {
         Self::number(number as f64, number.to_string())
     }
 
-    /// By how many percent `to` is above `from`; a dash where that says nothing.
+    /// Returns a cell with the change from `from` to `to` in percent; a dash if it is meaningless.
     pub fn change(from: f64, to: f64) -> Self {
         let change = percent_change(from, to);
         change.map_or_else(Self::none, |change| Self::number(change, format!("{change:+.1} %")))
     }
 
-    /// No number, for this reason; `word` stands for it where there is no room.
+    /// Returns a cell for a missing number with its reason; `word` is shown if there is little space.
     pub fn missing(word: impl Into<String>, reason: impl Into<String>) -> Self {
         Self::new(Value::Missing, word, reason)
     }
 
-    /// What is known, or a dash with the reason why nothing is.
+    /// Returns the cell, or a dash with this reason if there is none.
     pub fn known(cell: Option<Self>, reason: impl Into<String>) -> Self {
         cell.unwrap_or_else(|| Self::missing("–", reason))
     }
 
-    /// No number, and nothing to say about it.
+    /// Returns an empty cell without a reason.
     pub fn none() -> Self {
         Self::missing("–", "")
     }
 
-    /// A part of the cell to its left.
+    /// Returns a continuation of the cell to its left.
     pub fn continued() -> Self {
         Self::new(Value::Continued, "", "")
     }
 
-    /// The same cell with what there is to know about it.
+    /// Returns the cell with this explanation.
     pub fn about(self, about: impl Into<String>) -> Self {
         let about = about.into();
         Self { about, ..self }
     }
 
-    /// Why there is no number, where a sentence says so.
+    /// Returns the reason for a missing number, if it is a sentence.
     pub fn reason(&self) -> Option<&str> {
         (self.value == Value::Missing && !self.about.is_empty()).then_some(&self.about)
     }
 }
 
-/// A table in the making: a row for each of these, and the columns so far.
+/// Builder of a table: its rows, and the columns so far.
 pub struct Rows<R> {
     of: Vec<R>,
     table: Table,
-    /// What the next column has in a row, whatever it would make of it.
+    /// Cells that replace the next column in some rows.
     instead: Vec<Option<Cell>>,
 }
 
 impl<R> Rows<R> {
-    /// Adds a column: its head, and what it makes of a row.
+    /// Adds a column: its head, and the function that returns the cell of a row.
     pub fn column(mut self, head: Column, cell: impl Fn(&R) -> Cell) -> Self {
         self.table.columns.push(head);
         let rows = self.table.rows.iter_mut().zip(&self.of).zip(&mut self.instead);
@@ -212,7 +212,7 @@ impl<R> Rows<R> {
         self
     }
 
-    /// Adds a column for each of these.
+    /// Adds a column for each item.
     pub fn columns<C>(
         self,
         of: impl IntoIterator<Item = C>,
@@ -227,7 +227,7 @@ impl<R> Rows<R> {
         self.column(Column::words(name), |row| Cell::words(text(row)))
     }
 
-    /// Adds a column of numbers with this many significant digits; a dash stands where there is none.
+    /// Adds a column of numbers with these significant digits; a missing number is a dash.
     pub fn digits(
         self,
         name: impl Into<String>,
@@ -237,7 +237,7 @@ impl<R> Rows<R> {
         self.column(Column::numbers(name), |row| Cell::digits(value(row), digits))
     }
 
-    /// Says what the last column means.
+    /// Sets the explanation of the last column.
     pub fn about(mut self, about: impl Into<String>) -> Self {
         if let Some(last) = self.table.columns.last_mut() {
             last.about = about.into();
@@ -245,30 +245,30 @@ impl<R> Rows<R> {
         self
     }
 
-    /// Lets one cell take the place of all further columns in the rows for which there is one.
+    /// Replaces all further columns by one cell, in the rows for which `cell` returns one.
     pub fn instead(mut self, cell: impl Fn(&R) -> Option<Cell>) -> Self {
         self.instead = self.of.iter().map(cell).collect();
         self
     }
 
-    /// The table; title and note may be empty.
+    /// Returns the table; title and note may be empty.
     pub fn table(self, title: impl Into<String>, note: impl Into<String>) -> Table {
         Table { title: title.into(), note: note.into(), ..self.table }
     }
 }
 
 impl Table {
-    /// Begins a table with a row for each of these.
+    /// Begins a table with one row per item.
     pub fn of<R>(rows: impl IntoIterator<Item = R>) -> Rows<R> {
         let of: Vec<R> = rows.into_iter().collect();
         let table = Self { rows: vec![Vec::new(); of.len()], ..Self::default() };
         Rows { instead: vec![None; of.len()], of, table }
     }
 
-    /// A cell for whoever hears it alone: its column, its row, what it says, and in which unit; why there is no number.
+    /// Returns the text of a cell for screen readers: column, row, value and unit, or the reason for a missing number.
     pub fn spoken(&self, row: usize, column: usize) -> String {
         let cell = &self.rows[row][column];
-        // A row is named by the words that it begins with; what is empty stands above, once for several rows.
+        // A row is named by its first words. An empty cell repeats the cell above.
         let is_named = |at: &usize| matches!(self.rows[row][*at].value, Value::Words);
         let name = |at: usize| {
             let mut texts = self.rows[..=row].iter().rev().map(|row| row[at].text.as_str());
@@ -300,7 +300,7 @@ impl Table {
         parts.join(" ")
     }
 
-    /// Tables whose first columns are the same, under their names, beside each other.
+    /// Joins tables with the same first column side by side, under their names.
     pub fn beside(title: &str, tables: impl IntoIterator<Item = (String, Self)>) -> Self {
         let mut all = Self { title: title.to_owned(), ..Self::default() };
         for (name, table) in tables {
@@ -319,7 +319,7 @@ impl Table {
         all
     }
 
-    /// The loads and errors with so many decimals, where somebody compares them with others' rather than reads them.
+    /// Shows loads and errors with this number of decimals, for comparison with other tables.
     pub fn with_decimals(mut self, decimals: usize) -> Self {
         for (at, column) in self.columns.iter().enumerate() {
             let cells = self.rows.iter_mut().map(|row| &mut row[at]);
@@ -332,8 +332,8 @@ impl Table {
         self
     }
 
-    /// The places of the rows in the order of one column: numbers by size, words by letter, and what is missing last; rows that
-    /// are alike stay as they were.
+    /// Returns the indices of the rows sorted by one column: numbers by size, words alphabetically, missing values last. The
+    /// sort is stable.
     pub fn order(&self, column: usize, descending: bool) -> Vec<usize> {
         let cell = |row: &usize| &self.rows[*row][column];
         let is_missing = |row: &usize| match cell(row).value {
@@ -354,15 +354,15 @@ impl Table {
         order
     }
 
-    /// The same rows in this order.
+    /// Returns the table with its rows in this order.
     pub fn in_order(mut self, order: &[usize]) -> Self {
         let rows = order.iter().map(|at| std::mem::take(&mut self.rows[*at]));
         self.rows = rows.collect();
         self
     }
 
-    /// In columns as wide as their widest cell, for a terminal, with what one would act upon escaped; a reason that has no
-    /// room in its row stands below it.
+    /// Returns the table as aligned text for a terminal, with control characters escaped. Long reasons are printed below
+    /// their row.
     pub fn text(&self) -> String {
         let width = |text: &str| text.chars().count();
         let titles: Vec<String> = self.columns.iter().map(Column::title).collect();
@@ -399,7 +399,7 @@ impl Table {
         lines.map(|line| format!("{line}\n")).collect()
     }
 
-    /// The heads, then the rows: numbers in full, reasons in whole sentences.
+    /// Returns the heads, then the rows: numbers in full, reasons as sentences.
     fn records(&self) -> Vec<Vec<String>> {
         let mut records = vec![self.columns.iter().map(Column::title).collect()];
         for row in &self.rows {
@@ -417,7 +417,7 @@ impl Table {
         records
     }
 
-    /// Tab-separated, for the clipboard; what would end a cell or a line in one is a blank.
+    /// Returns tab-separated text for the clipboard; tabs and line ends in a cell become blanks.
     pub fn tab_separated(&self) -> String {
         let lines: Vec<String> = self
             .records()
@@ -431,10 +431,10 @@ impl Table {
         lines.join("\n")
     }
 
-    /// Writes it as comma-separated text. Numbers are written so that reading them gives the same value.
+    /// Writes the table as comma-separated text. Numbers read back to the same value.
     ///
     /// # Errors
-    /// Whatever `out` fails with.
+    /// The I/O errors of `out`.
     pub fn write_csv(&self, out: &mut dyn io::Write) -> io::Result<()> {
         let mut csv = CsvWriter::new(out);
         for record in self.records() {
@@ -478,8 +478,8 @@ mod tests {
     #[test]
     fn a_cell_says_where_it_stands_and_why_there_is_no_number() {
         let mut table = table();
-        assert_eq!(table.spoken(0, 1), "Conv. Fx 0.667 N");
-        assert_eq!(table.spoken(0, 2), "Comp. Fx 1 cycle: only one cycle");
+        assert_eq!(table.spoken(0, 1), "Uncompensated Fx 0.667 N");
+        assert_eq!(table.spoken(0, 2), "Compensated Fx 1 cycle: only one cycle");
         let errors = [Cell::words("Fx [N]"), Cell::digits(Some(0.36), 3)];
         let below = [Cell::words(""), Cell::change(2.0, 1.0)];
         let columns = ["Axis", "RMSE"].map(Column::words);
@@ -496,11 +496,11 @@ mod tests {
     #[test]
     fn text_is_aligned_and_tells_every_reason() {
         let expected = "Errors\n\
-            \x20 Axis  Conv. [N]  Comp. [N]\n\
+            \x20 Axis  Uncompensated [N]  Compensated [N]\n\
             \x20 Fx        0.667  only one cycle\n\
             \x20 Fy    Fy is never loaded\n\
             \x20 Fz     constant       12.5\n\
-            \x20   Conv.: no load\n\
+            \x20   Uncompensated: no load\n\
             Of one recording.\n";
         assert_eq!(table().text(), expected);
     }
@@ -524,8 +524,13 @@ mod tests {
         let tables = ["Train", "Test"].map(|name| (name.to_owned(), table()));
         let both = Table::beside("RMSE", tables);
         let titles: Vec<String> = both.columns.iter().map(Column::title).collect();
-        let expected =
-            ["Axis", "Train Conv. [N]", "Train Comp. [N]", "Test Conv. [N]", "Test Comp. [N]"];
+        let expected = [
+            "Axis",
+            "Train Uncompensated [N]",
+            "Train Compensated [N]",
+            "Test Uncompensated [N]",
+            "Test Compensated [N]",
+        ];
         assert_eq!(titles, expected);
         assert!(both.rows.iter().all(|row| row.len() == 5));
         let (_, about) = both.columns[4].group.as_ref().unwrap();

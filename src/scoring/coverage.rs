@@ -152,18 +152,6 @@ impl LoadCases {
         self.loads.len() / self.tolerances.len().max(1)
     }
 
-    /// Returns one load of each case.
-    pub fn loads(&self) -> impl Iterator<Item = &[f64]> {
-        self.loads.chunks_exact(self.tolerances.len().max(1))
-    }
-
-    /// Returns the case nearest to a load; `None` without a case.
-    pub fn nearest(&self, load: &[f64]) -> Option<usize> {
-        let cases = self.loads().map(|own| self.distance(load, own)).enumerate();
-        let nearest = cases.min_by(|a, b| a.1.total_cmp(&b.1));
-        nearest.map(|(at, _)| at)
-    }
-
     /// Returns the largest difference on an axis, relative to its tolerance.
     fn distance(&self, one: &[f64], other: &[f64]) -> f64 {
         let axes = one.iter().zip(other).zip(&self.tolerances);
@@ -216,8 +204,6 @@ mod tests {
         loads.extend([[a + 0.3, b], [a - 3.0, b - 3.0]]);
         let cases = of(loads.concat(), vec![0.0; 2]).cases;
         assert_eq!(cases.len(), 20, "two of them are nearer than what may be noise");
-        assert_eq!(cases.nearest(&pose(3)), cases.nearest(&loads[43]));
-        assert_ne!(cases.nearest(&pose(3)), cases.nearest(&pose(4)));
     }
 
     fn entry(role: Role, loads: Vec<f64>) -> Entry {

@@ -27,9 +27,6 @@ const DROPOUT_SHARE: f64 = 0.05;
 /// Smallest range of a channel with a signal, relative to its usual step.
 const SIGNAL: f64 = 20.0;
 
-/// Share by which a load may exceed the rated one. References are no more accurate, and ratings are round numbers.
-const RATED_TOLERANCE: f64 = 0.02;
-
 /// Faults of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
@@ -203,9 +200,9 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     unclipped.truncate(recording.n_gauges());
     let n_axes = recording.axes().len();
     for (axis, rated) in range.rated.iter().enumerate().take(n_axes) {
-        let Some(rated) = rated else { continue };
+        let Some(most) = rated.map(|rated| range.overload_above(rated)) else { continue };
         let loads = recording.loads()[axis..].iter().step_by(n_axes);
-        let is_over = loads.map(|load| load.abs() > rated * (1.0 + RATED_TOLERANCE));
+        let is_over = loads.map(|load| load.abs() > most);
         push_runs(is_over, FaultKind::Overload, Channel::Load(axis), &mut found);
     }
     if unclipped.iter().all(|own| *own == (None, None)) {
@@ -341,6 +338,7 @@ mod tests {
         let range = ValidRange {
             gauges: Some(GaugeRange::All((-12.0, 12.0))),
             rated: vec![Some(19.0), None],
+            overload_tolerance: Some(0.0),
         };
         let recording = recording(gauges.clone(), loads.clone());
         let found = faults(&recording, &range);

@@ -187,7 +187,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
     vec![
         action(
             "Undo",
-            "Undoes the last change of a setting, role, split, tare, note, applied calibration or of the open recordings",
+            "Undoes the last change of a setting, role, split, tare, note, applied calibration or list of recordings",
             ctrl(Key::Z),
             Do::Undo.into(),
         )
@@ -201,7 +201,7 @@ pub fn time(can: CanGo) -> Vec<Action> {
     vec![
         action(
             "Show all of the time",
-            "Shows the traces from the first sample to the last",
+            "Shows the traces from the first to the last sample",
             alone(Key::Home),
             Command::Time(TimeMove::Fit),
         ),
@@ -269,7 +269,7 @@ pub fn time(can: CanGo) -> Vec<Action> {
         ),
         action(
             "Put cursor B at the sample shown",
-            "Puts cursor B there; mean, deviation and range between A and B are shown",
+            "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range between A and B",
             alone(Key::B),
             Command::Time(TimeMove::PutCursor(1)),
         ),
@@ -349,7 +349,7 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     vec![
         action(
             "Find the best model",
-            "Tries models for two minutes and proposes one; the pane Models lists all of them",
+            "Tries models and proposes one; the pane Models lists all of them",
             None,
             Do::FindBest(limit).into(),
         )

@@ -63,9 +63,9 @@ impl View {
                     Some(_) => "matrix × features + ",
                     None => "",
                 };
-                let text = format!("Comp. = {linear}{}", learned.describe());
+                let text = format!("Compensated = {linear}{}", learned.describe());
                 ui.colored_label(Trace::Compensated.color(ui.visuals()), text).on_hover_text(
-                    "Too large to show as a matrix; the .json export holds everything",
+                    "Too large to show as a matrix; the .json export holds all of its numbers",
                 );
                 ui.add_space(6.0);
             }

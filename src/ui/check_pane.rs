@@ -1,4 +1,4 @@
-//! Whether the data carry the model: the verdict with its reasons, what the loads reach, and which to record next.
+//! Pane of the data check: verdict, findings, range of the loads, and the loads to record next.
 
 use egui::RichText;
 
@@ -18,24 +18,24 @@ use crate::ui::table;
 
 /// Height of the figure.
 const FIGURE_HEIGHT: f32 = 260.0;
-/// Its width.
+/// Width of the figure.
 const FIGURE_WIDTH: f32 = 380.0;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "check",
     title: "Check",
-    explanation: "What the recordings say of the rig and of the model, and which loads to record next",
+    explanation: "Whether the recordings determine the model, faults of the rig, and which loads to record next",
 });
 
-/// What is chosen.
+/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
-    /// Whether only what a hanging mass makes is proposed.
+    /// True if only loads of a hanging mass are proposed.
     hangs: bool,
     mass_kg: f64,
     arm_m: f64,
-    /// Of the zeros and of the sensitivities.
+    /// Visible range of the figure of zeros, and of the figure of sensitivities.
     zooms: [Zoom; 2],
 }
 
@@ -52,7 +52,7 @@ impl PaneView for View {
             self.hangs.then(|| HangingMass { masses: vec![self.mass_kg], arms: vec![self.arm_m] });
         let project = cx.engine.project();
         if !project.recordings.entries().is_empty() {
-            cx.ask(CheckData::of(&cx.engine.request(), project.gauge_range.clone(), hanging));
+            cx.ask(CheckData::of(&cx.engine.request(), project.valid_range(), hanging));
         }
     }
 }
@@ -65,12 +65,12 @@ impl View {
         ui.horizontal_wrapped(|ui| {
             let hangs = ui.checkbox(&mut self.hangs, "Hanging mass");
             hangs.on_hover_text(
-                "Propose only loads that a mass makes, the sensor turned any way: F = m g n, M = r × F",
+                "Proposes only loads of a hanging mass, with the sensor in any orientation: F = m g n, M = r × F",
             );
             ui.add_enabled_ui(self.hangs, |ui| {
                 let fields = [
-                    (&mut self.mass_kg, " kg", 0.05, "The mass that hangs on the sensor"),
-                    (&mut self.arm_m, " m", 0.005, "How far from the sensor's origin it can hang, along any of its axes"),
+                    (&mut self.mass_kg, " kg", 0.05, "Mass that hangs on the sensor"),
+                    (&mut self.arm_m, " m", 0.005, "Largest distance of the mass from the sensor's origin, along each axis"),
                 ];
                 for (value, unit, speed, about) in fields {
                     let field = egui::DragValue::new(value).range(0.001..=10_000.0).speed(speed).suffix(unit);
@@ -85,7 +85,7 @@ impl View {
             ui.warn(problem);
         }
         let Some(found) = found else {
-            ui.weak("Nothing to check yet.");
+            ui.weak("No recordings to check.");
             return;
         };
         let width = ui.available_width();
@@ -103,7 +103,7 @@ impl View {
         });
     }
 
-    /// Zeros and sensitivities of the gauges over the recordings.
+    /// Draws the zeros and the sensitivities of the gauges over the recordings.
     fn figures(&mut self, ui: &mut egui::Ui, found: &Sufficiency, out: &mut Vec<Command>) {
         let figures = found.rig.figures();
         for (at, (drawing, zoom)) in figures.iter().zip(&mut self.zooms).enumerate() {
@@ -119,7 +119,7 @@ impl View {
     }
 }
 
-/// The verdict, its reasons, and what is known of rank and condition.
+/// Draws the verdict, its reasons, the rank and the condition number.
 fn verdict(ui: &mut egui::Ui, found: &Sufficiency, is_current: bool) {
     let words = RichText::new(found.verdict.words()).strong();
     let words = match found.verdict {

@@ -1,4 +1,4 @@
-//! What panes, menus and keys ask for: something that the engine does, or that only the window can do.
+//! Commands of panes, menus and keys: an action of the engine, or an action of the window.
 
 use std::path::PathBuf;
 
@@ -7,28 +7,28 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
 use crate::features::Setting;
 
-/// What a pane is called and what is in it; there is one of each.
+/// Description of a pane: its names and its explanation.
 #[derive(Debug)]
 pub struct Kind {
-    /// What it is called in files.
+    /// Name of the pane in files.
     pub key: &'static str,
-    /// What stands on its tab.
+    /// Title on the tab.
     pub title: &'static str,
-    /// What is in it.
+    /// Explanation in one sentence, without a full stop.
     pub explanation: &'static str,
 }
 
-/// A part of the window that can be moved, closed and brought back.
+/// A part of the window that can be moved, closed and opened again. There is one pane of each kind.
 #[derive(Clone, Copy, Debug)]
 pub struct Pane(pub &'static Kind);
 
 impl Pane {
-    /// What stands on its tab.
+    /// Returns the title on the tab.
     pub fn title(self) -> &'static str {
         self.0.title
     }
 
-    /// What is in it.
+    /// Returns the explanation.
     pub fn explanation(self) -> &'static str {
         self.0.explanation
     }
@@ -42,40 +42,44 @@ impl PartialEq for Pane {
 
 impl Eq for Pane {}
 
-/// A change of a pane's place or size that needs no mouse.
+/// A change of a pane's place or size by key or menu.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaneMove {
-    /// Along the left edge of the window.
+    /// To the left edge of the window.
     Left,
-    /// Along the right edge of the window.
+    /// To the right edge of the window.
     Right,
-    /// Along the upper edge of the window.
+    /// To the upper edge of the window.
     Top,
-    /// Along the lower edge of the window.
+    /// To the lower edge of the window.
     Bottom,
-    /// Among the tabs of the next group.
+    /// To the tabs of the next group.
     NextTabs,
-    /// More of the width.
+    /// Enlarges the width.
     Wider,
-    /// Less of the width.
+    /// Reduces the width.
     Narrower,
-    /// More of the height.
+    /// Enlarges the height.
     Taller,
-    /// Less of the height.
+    /// Reduces the height.
     Lower,
 }
 
 impl PaneMove {
-    const EDGE: &'static str = "Along this edge of the window, beside all the others";
-    const SIZE: &'static str = "Its neighbours give or take the room";
+    const EDGE: &'static str = "Moves the pane to this edge of the window, beside all other panes";
+    const SIZE: &'static str = "Changes the size of the pane; its neighbours shrink or grow";
 
-    /// All of them, with what menus call them after the pane's name, and what becomes of the pane.
+    /// All moves, each with the rest of its menu label and its explanation.
     pub const ALL: [(Self, &'static str, &'static str); 9] = [
         (Self::Left, "to the left", Self::EDGE),
         (Self::Right, "to the right", Self::EDGE),
         (Self::Top, "to the top", Self::EDGE),
-        (Self::Bottom, "to the foot", Self::EDGE),
-        (Self::NextTabs, "to the next tabs", "Among the tabs of the next group of panes"),
+        (Self::Bottom, "to the bottom", Self::EDGE),
+        (
+            Self::NextTabs,
+            "to the next tabs",
+            "Moves the pane to the tabs of the next group of panes",
+        ),
         (Self::Wider, "wider", Self::SIZE),
         (Self::Narrower, "narrower", Self::SIZE),
         (Self::Taller, "taller", Self::SIZE),
@@ -87,19 +91,19 @@ impl PaneMove {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Workspace {
-    /// Recordings, their roles and the sensor.
+    /// Recordings, their roles and the sensor's identity.
     Import,
     /// Settings, traces and errors.
     Calibrate,
-    /// Loops, the traces that they come from, and the metrology figures.
+    /// Loops, the traces beside them, and the metrology figures.
     Loops,
-    /// The error for every pair of thresholds.
+    /// The map of errors over both thresholds.
     Thresholds,
-    /// The models that were tried.
+    /// The list of the models that were tried.
     Models,
-    /// The data check, and a log that is still written.
+    /// The data check, and a log file that is still being written.
     Check,
-    /// The matrices and the files that they are written to.
+    /// The calibration matrices and the export.
     Export,
 }
 
@@ -112,131 +116,127 @@ impl Workspace {
             "Recordings with their roles, groups and faults; the sensor; notes",
         ),
         (Self::Calibrate, "Calibrate", "Settings beside the traces, with the errors under them"),
-        (
-            Self::Loops,
-            "Loops",
-            "Hysteresis loops, the traces that they come from, metrology figures",
-        ),
+        (Self::Loops, "Loops", "Hysteresis loops, their traces, metrology figures"),
         (
             Self::Thresholds,
             "Thresholds",
-            "The sliders beside the traces, and the error for every pair",
+            "The threshold sliders, the traces, and the map of errors over both thresholds",
         ),
         (Self::Models, "Models", "Finds the best model and compares the models that were tried"),
         (
             Self::Check,
             "Check",
-            "Whether the recordings determine the model; a log that is still written",
+            "Whether the recordings determine the model; a log file that is still being written",
         ),
-        (Self::Export, "Export", "The calibration matrices and the files that they are written to"),
+        (Self::Export, "Export", "The calibration matrices, and their export to files"),
     ];
 }
 
-/// A change of the part of time that is shown, or of the sample that is looked at.
+/// A change of the visible time or of the present sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeMove {
-    /// Show all of the time axis.
+    /// Shows the whole time axis.
     Fit,
-    /// The part of time that was shown before.
+    /// Shows the previous interval of time.
     Back,
-    /// The part of time that was shown after.
+    /// Shows the next interval of time.
     Forward,
-    /// So many times as much of the time axis.
+    /// Multiplies the visible time by this factor.
     Zoom(f64),
-    /// Earlier or later, in shares of what is on screen.
+    /// Moves the visible time by this share of itself; negative is earlier.
     Move(f64),
-    /// Go through time, or stop.
+    /// Plays through time, or stops.
     TogglePlay,
-    /// One sample forward (1) or back (-1).
+    /// Goes one sample forward (1) or back (-1).
     Step(i8),
-    /// Put cursor A (0) or B (1) at the sample under the pointer, or where it plays.
+    /// Puts cursor A (0) or B (1) at the sample under the pointer, or at the playing position.
     PutCursor(usize),
-    /// Show or hide the table of the cursors.
+    /// Shows or hides the table of the cursors.
     ToggleTable,
 }
 
-/// Where a picture of the screen goes.
+/// Destination of an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ImageTo {
     /// The clipboard.
     Clipboard,
-    /// A file that is asked for.
+    /// A file that the user chooses.
     File,
-    /// This file.
+    /// The file at this path.
     Path(PathBuf),
 }
 
-/// What is asked for.
+/// A command of the user.
 #[derive(Clone, Debug)]
 pub enum Command {
-    /// What the engine does.
+    /// An action of the engine.
     Do(Action),
-    /// Bring this pane to the front, in a workspace that has it.
+    /// Brings a pane to the front, in a workspace that contains the pane.
     ShowPane(Pane),
-    /// Take this pane away.
+    /// Closes a pane.
     ClosePane(Pane),
-    /// Give this pane another place or size.
+    /// Changes the place or size of a pane.
     MovePane(Pane, PaneMove),
-    /// Open this pane in the workspace of now.
+    /// Opens a pane in the present workspace.
     OpenPane(Pane),
-    /// Show this workspace.
+    /// Shows a workspace.
     Show(Workspace),
-    /// Give the workspace of now its first arrangement.
+    /// Restores the default arrangement of the present workspace.
     ResetWorkspace,
-    /// Let this pane fill the window, or show all of the workspace again.
+    /// Maximises a pane, or shows all panes again.
     ToggleMaximized(Option<Pane>),
-    /// Fill the screen with large panes and no menus, or end that.
+    /// Starts or ends presenter mode: full screen, larger text and no menus.
     TogglePresenter,
-    /// Show what can be done, to search in.
+    /// Opens the command palette.
     ShowPalette,
-    /// Show the control of this setting, and give it the focus.
+    /// Shows the control of a setting and gives it the focus.
     FindSetting(Setting),
-    /// Show or hide the help.
+    /// Shows or hides the help.
     ToggleHelp,
-    /// Show what the program is.
+    /// Shows the About page.
     ShowAbout,
-    /// Show or hide the list of all notices.
+    /// Shows or hides the list of all notices.
     ToggleNotices,
-    /// Show or end the tour.
+    /// Starts or ends the tour.
     Tour(bool),
-    /// Change what part of time is shown.
+    /// Changes the visible time or the present sample.
     Time(TimeMove),
-    /// Everything larger (1), smaller (-1), or as at first (0).
+    /// Enlarges (1), shrinks (-1) or resets (0) text and controls.
     TextScale(i8),
-    /// Make a picture of the whole window.
+    /// Takes an image of the whole window.
     ImageOfAll(ImageTo),
-    /// Make a picture of a part of the window.
+    /// Takes an image of a part of the window.
     Image(egui::Rect, ImageTo),
-    /// Tare this recording between the cursors.
+    /// Tares a recording between the cursors.
     TareBetweenCursors(usize),
-    /// Ask which files to open.
+    /// Asks which files to open.
     ChooseFiles,
-    /// Ask which file to import.
+    /// Asks which file to import.
     ChooseImport,
-    /// Ask which file to follow.
+    /// Asks which file to follow.
     ChooseFollowed,
-    /// Ask in which folder the session's files are now.
+    /// Asks for the folder that now holds the files of the session.
     ChooseLost,
-    /// Ask where to write the calibration.
+    /// Asks where to write the calibration.
     ChooseExport,
-    /// Ask where to write a report.
+    /// Asks where to write the report.
     ChooseReport,
-    /// Ask where to write the traces that are on screen.
+    /// Asks where to write the traces on screen.
     ChooseTraces,
-    /// Save the session where it was saved before, or ask where.
+    /// Saves the session to its file; asks for one if it has none.
     SaveSession,
-    /// Ask where to save the session.
+    /// Asks where to save the session.
     SaveSessionAs,
-    /// Ask where to write this.
+    /// Asks where to write this content.
     ChooseFileFor(FileContent),
-    /// There was no dialog to ask with: let a path be typed.
+    /// Lets the user type a path, because the machine has no file dialog.
     TypePathFor(FileContent),
-    /// The path was typed, or not.
+    /// The path that the user typed, or `None` if the user cancelled.
     PathTyped(Option<PathBuf>),
 }
 
 impl Command {
-    /// Says something.
+    /// Returns the command that shows a notice.
     pub fn tell(level: Level, text: impl Into<String>) -> Self {
         Action::Tell(Notice::new(level, text)).into()
     }

@@ -15,7 +15,7 @@ use crate::ui::command::Command;
 /// Receiver of the answers: it takes commands and wakes the window.
 #[derive(Clone)]
 pub struct Reply {
-    /// Takes the command of an answer.
+    /// Channel for the command of an answer.
     pub commands: Sender<Command>,
     /// Wakes the window.
     pub notify: Notify,

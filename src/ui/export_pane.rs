@@ -1,4 +1,4 @@
-//! One card a format: what its files hold, what they leave out, and writing several at once.
+//! Pane of the exports: one card for each format with its contents, and buttons that write several files at once.
 
 use std::path::{Path, PathBuf};
 
@@ -10,24 +10,24 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::pane::{Cx, PaneView};
 
-/// Room for the two buttons behind the path (points).
+/// Width of the two buttons behind the path (points).
 const BUTTONS: f32 = 118.0;
-/// Characters of the result that have room beside the button.
+/// Number of characters of the result that fit beside the button.
 const RESULT_CHARS: usize = 160;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "export",
     title: "Export",
     explanation: "Writes the calibration as data, or as code that a robot runs",
 });
 
-/// What is typed and ticked.
+/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
-    /// The path to export to.
+    /// Path of the export.
     path: String,
-    /// Endings of the formats that are written beside it.
+    /// Endings of the further formats to write.
     also: Vec<&'static str>,
 }
 
@@ -49,7 +49,7 @@ impl PaneView for View {
             ui.warn(caution);
         }
         let footprint = Footprint::of(calibration);
-        let about = "A history rate in the settings, a smaller t_th, or play in place of a look-back takes less memory";
+        let about = "To need less memory, set a history rate or a smaller t_th, or replace the look-back by play";
         let text = format!("On a controller: {footprint}");
         let label = if footprint.is_large() { ui.warn(text) } else { ui.weak(text) };
         label.on_hover_text(about);
@@ -59,7 +59,7 @@ impl PaneView for View {
                 ui.separator();
                 let mut chosen = self.also.contains(&ending);
                 let name = egui::RichText::new(format!("{} (.{ending})", target.name)).strong();
-                let about = "Written beside the file above, under the same name with this ending";
+                let about = "Also writes this format, to the same path with this ending";
                 if ui.tick(&mut chosen, name, about) {
                     self.also.retain(|own| *own != ending);
                     self.also.extend(chosen.then_some(ending));
@@ -67,7 +67,7 @@ impl PaneView for View {
                 ui.label(format!("Holds {}", target.holds));
                 match (target.leaves_out)(calibration) {
                     "nothing" => {}
-                    left_out => drop(ui.weak(format!("Leaves out {left_out}"))),
+                    left_out => drop(ui.weak(format!("Does not contain {left_out}"))),
                 }
                 if let Some(caution) = (target.caution)(calibration) {
                     ui.warn(caution);
@@ -85,7 +85,7 @@ impl View {
                 .hint_text(format!("path ending in one of {}", target_endings()))
                 .desired_width((ui.available_width() - BUTTONS).clamp(40.0, 400.0));
             let field = ui.add(field).labelled_by(label.id).on_hover_text(
-                "Where the calibration is written; its ending says as what, Enter writes it",
+                "Path of the exported calibration; its ending chooses the format. Enter writes the file",
             );
             let entered = ui.entered(&field);
             ui.add_enabled_ui(engine.analysis().is_some(), |ui| {
@@ -105,7 +105,7 @@ impl View {
         });
     }
 
-    /// Returns the files to write: the typed one, then those of the ticked formats.
+    /// Returns the files to write: the typed path, then the same path with the ending of each ticked format.
     fn paths(&self) -> Vec<PathBuf> {
         let typed = PathBuf::from(self.path.trim());
         if typed.as_os_str().is_empty() {

@@ -1,23 +1,23 @@
-//! What a person's hand is at: a drag of a slider is one step of undo, and each tick is one of its own.
+//! Groups the user's input into steps of undo: a drag of a slider is one step, each tick of a check box is one step.
 
 use egui::Event;
 
-/// Counts gestures: a button or key from its press until it is let go, or the text that is typed into one field.
+/// Counts gestures. A gesture is a button or key from press to release, or the text typed into one field.
 #[derive(Debug, Default)]
 pub struct Hand {
     count: u64,
     going_on: bool,
-    /// The text field that is typed into.
+    /// The text field that has the focus.
     field: Option<egui::Id>,
 }
 
 impl Hand {
-    /// The number of the gesture that went on in the last frame, if there was one.
+    /// Returns the number of the gesture of the last frame, if there was one.
     pub fn gesture(&self) -> Option<u64> {
         self.going_on.then_some(self.count)
     }
 
-    /// Looks at the input of a frame that was drawn.
+    /// Follows the input of a frame that was drawn.
     pub fn follow(&mut self, context: &egui::Context) {
         let typing = context.text_edit_focused();
         let field = context.memory(|memory| memory.focused().filter(|_| typing));

@@ -1,4 +1,4 @@
-//! The guide, what can be pressed, and the equations behind it all.
+//! Help window: the guide, the shortcuts, and the equations.
 
 use egui::RichText;
 use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
@@ -14,7 +14,7 @@ use crate::ui::equation::laid_out;
 pub struct Help {
     open: bool,
     page: Page,
-    /// Which page of the guide.
+    /// Index of the page of the guide.
     guide: usize,
     about: About,
     laid_out: CommonMarkCache,
@@ -31,12 +31,12 @@ enum Page {
 
 const PAGES: [(Page, &str, &str); 4] = [
     (Page::Guide, "Guide", "What the program does, page by page"),
-    (Page::Shortcuts, "Shortcuts", "What can be pressed"),
-    (Page::Equations, "Equations", "The paper's, by their numbers"),
-    (Page::About, "About", "Version, what it was built from, and licences"),
+    (Page::Shortcuts, "Shortcuts", "Keys and mouse actions"),
+    (Page::Equations, "Equations", "The equations of the paper, by their numbers"),
+    (Page::About, "About", "Version, build and licences"),
 ];
 
-/// Where the guide finds its pictures.
+/// Prefix of the addresses of the guide's pictures.
 const IN_GUIDE: &str = "bytes://";
 const PICTURES: [(&str, &[u8]); 4] = [
     ("cost.png", include_bytes!("../../assets/guide/cost.png")),
@@ -44,7 +44,7 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-errors.png", include_bytes!("../../assets/guide/first-errors.png")),
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
-/// The pages that stand beside the README.
+/// Pages of the guide, with their titles.
 const GUIDE: [(&str, &str); 14] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
@@ -62,7 +62,7 @@ const GUIDE: [(&str, &str); 14] = [
     ("Glossary", include_str!("../../assets/guide/glossary.md")),
 ];
 
-/// The paper's equations by their numbers, then what the program adds to them.
+/// Equations of the paper by their numbers, then those of the program.
 const EQUATIONS: [(&str, &str, &str); 14] = [
     ("Eq. 1", "L = [F_x, F_y, F_z, M_x, M_y, M_z]^T", "the load: forces [N] and moments [N·m]"),
     ("Eq. 2", "S = [S_1, S_2, …, S_i]^T", "the gauges, at least six"),
@@ -72,7 +72,7 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Eq. 6, 7",
         "F_x^{k*} = a_{11} S_1^k + a_{12} S_2^k + … + a_{16} S_6^k",
-        "what the first row of C⁻¹ makes of sample k",
+        "the first axis of the load at sample k, by the first row of C⁻¹",
     ),
     (
         "Eq. 8",
@@ -82,49 +82,45 @@ const EQUATIONS: [(&str, &str, &str); 14] = [
     (
         "Eq. 9",
         "t_{past} = t_{current} − t_{interval}",
-        "going back from now, the first time at which the force differs by F_th (Fig. 2)",
+        "the time since the force last differed from the present force by F_th (Fig. 2)",
     ),
     (
         "Eq. 10",
         "F_{current} = f(S_{past}, S_{current})",
-        "the calibration sees both; f is linear, a network, or both",
+        "the calibration uses present and past gauges; f is linear, a network, or both",
     ),
-    (
-        "Eq. 11",
-        "F_{current} = f(S_{current}, S_{current})",
-        "where the force never differed by F_th",
-    ),
+    ("Eq. 11", "F_{current} = f(S_{current}, S_{current})", "if the force never differed by F_th"),
     (
         "Eq. 12",
         "S_{past} = S_{past} if t_{interval} ≤ t_{th}, else S_{current}",
-        "what is older than t_th does not count",
+        "a past sample older than t_th is not used",
     ),
     (
         "Trigger",
         "‖F(t_{current}) − F(t_{past})‖ ≥ F_{th}",
-        "on the conventional force, which a robot knows without a reference",
+        "differences are those of the conventional force, which a robot knows without a reference",
     ),
-    ("Conv.", "L = C^{-1} S + c", "least squares with an offset c, unless it is off"),
+    ("Uncompensated", "L = C^{-1} S + c", "least squares with an offset c, unless it is off"),
     (
-        "Comp.",
+        "Compensated",
         "L = C^{-1} [S, S_{past}, …]^T + c",
-        "least squares on the gauges and all that the features append",
+        "least squares on the gauges and the columns of all feature blocks",
     ),
 ];
 
 impl Help {
-    /// Opens or closes it.
+    /// Opens or closes the help.
     pub fn toggle(&mut self) {
         self.open = !self.open;
     }
 
-    /// Opens it at what the program is.
+    /// Opens the help at the About page.
     pub fn open_about(&mut self) {
         self.open = true;
         self.page = Page::About;
     }
 
-    /// Draws it while it is open.
+    /// Draws the help while it is open.
     pub fn show(&mut self, context: &egui::Context, actions: &dyn Fn() -> Vec<Action>) {
         if self.open {
             egui_extras::install_image_loaders(context);
@@ -181,7 +177,8 @@ impl Help {
     }
 }
 
-/// A page of the guide. Its code is drawn here: the viewer's own button to copy it has a glyph that no font of the window has.
+/// Draws a page of the guide. Code is drawn here, because the Markdown viewer's copy button needs a glyph that the window's
+/// fonts lack.
 fn guide_page(ui: &mut egui::Ui, laid_out: &mut CommonMarkCache, text: &str) {
     for (at, part) in text.split("\n```").enumerate() {
         ui.push_id(at, |ui| match at % 2 {
@@ -202,7 +199,7 @@ fn code_block(ui: &mut egui::Ui, code: &str) {
     let frame = egui::Frame::group(ui.style()).fill(ui.visuals().extreme_bg_color);
     frame.show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(code).monospace()).extend());
-        if ui.press_small("Copy", "These lines, to the clipboard") {
+        if ui.press_small("Copy", "Copies these lines to the clipboard") {
             ui.ctx().copy_text(code.to_owned());
         }
     });
@@ -214,14 +211,14 @@ fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
         .filter_map(|action| Some((ui.ctx().format_shortcut(&action.keys?), &*action.name)))
         .collect();
     let others = [
-        ("Tab, Shift+Tab", "the next or last control"),
+        ("Tab, Shift+Tab", "next or previous control"),
         ("Space, Enter", "presses the control that has the focus"),
         ("Arrows", "move a slider that has the focus, or a plot"),
-        ("+, −", "zoom a plot that has the focus; with Alt its values"),
+        ("+, −", "zoom a plot that has the focus; with Alt, its value axis"),
         ("Backspace", "shows all of a plot that has the focus"),
-        ("Shift+F10, Menu", "the plot that has the focus as a figure"),
+        ("Shift+F10, Menu", "menu of the plot that has the focus"),
         ("Ctrl+Tab", "the next tab of the panes under the pointer"),
-        ("Escape", "takes the cursors away, closes what floats"),
+        ("Escape", "removes the cursors, closes dialogs and lists"),
     ];
     let own = texts.iter().map(|(keys, name)| (&**keys, *name));
     egui::Grid::new("shortcuts").num_columns(2).striped(true).spacing([16.0, 6.0]).show(ui, |ui| {
@@ -233,7 +230,7 @@ fn shortcuts(ui: &mut egui::Ui, actions: &[Action]) {
     });
 }
 
-/// The blocks' names, formulas and explanations.
+/// Returns the names, formulas and explanations of the feature blocks.
 fn blocks() -> Vec<(&'static str, &'static str, String)> {
     let blocks = BLOCKS.iter();
     blocks.map(|block| (block.name(), block.formula(), block.setting().help())).collect()

@@ -1,6 +1,6 @@
-//! Saying what the columns of a file are: how its text is cut, what each column is, and at once what would be loaded.
+//! Import window: the text layout of a file, the role of each column, and a preview of the recordings.
 //!
-//! Guarantees: it edits a map and draws what inspecting the file by that map answers; it computes nothing.
+//! The window edits a column map and draws the answer of inspecting the file by that map. It computes nothing.
 
 mod columns;
 mod foot;
@@ -17,11 +17,12 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::status_line::busy;
 
-/// What stands in the window's text fields.
+/// Contents of the window's text fields.
 #[derive(Debug)]
 pub struct ImportFields {
     map_path: String,
-    /// Whether a key went into a text field before this frame: Escape has taken the focus away by then.
+    /// True if a text field had the keyboard before this frame. Escape has already taken the focus away when the frame is
+    /// drawn.
     is_typing: bool,
 }
 
@@ -41,7 +42,7 @@ pub fn import_window(
     let Some(importing) = &engine.importing else {
         return;
     };
-    // Whatever is open within the window or over it, or is being typed, ends first.
+    // Escape closes an open list or ends typing before it closes the import.
     let ends_by_key = !egui::Popup::is_any_open(context)
         && context.memory(|memory| memory.top_modal_layer().is_none())
         && !fields.is_typing
@@ -54,7 +55,7 @@ pub fn import_window(
         .id(egui::Id::unique("import"))
         .open(&mut open)
         .default_size(size)
-        // Its corner stays where it is, whatever comes and goes within.
+        // The corner stays in place when the contents change.
         .default_pos(screen.center() - 0.5 * size)
         .show(context, |ui| {
             if let Some(problem) = &importing.problem {
@@ -123,7 +124,7 @@ fn body(
     preview(ui, table);
 }
 
-/// What is to be decided. A line stays where it is when it is decided, so that nothing below it moves.
+/// Draws the questions that the user has to answer. An answered question stays in its place, so that nothing below moves.
 fn questions(
     ui: &mut egui::Ui,
     importing: &Importing,
@@ -138,19 +139,19 @@ fn questions(
         } else {
             ui.visuals().warn_fg_color
         };
-        let text = format!("To decide: {}", open.as_ref().unwrap_or(question));
+        let text = format!("Question: {}", open.as_ref().unwrap_or(question));
         let mut decided = is_answered || *said;
         let tick = egui::Checkbox::new(&mut decided, RichText::new(text).color(color));
         let tick = ui.add_enabled(!is_answered, tick);
         let explanation =
-            "Ticked by itself once the columns below say it, or by you: it is as you want it";
+            "Ticked once the columns below answer the question; tick it to accept the map as it is";
         if tick.on_hover_text(explanation).changed() {
             send(out, ImportCommand::Decide(at, decided));
         }
     }
 }
 
-/// Maps of before that are for files of this shape.
+/// Draws the remembered maps of files with the same columns.
 fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &mut Vec<Command>) {
     let shape = &importing.map.table.shape;
     let maps = engine.preferences.maps.iter().enumerate();
@@ -159,11 +160,14 @@ fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &m
         .map(|(at, _)| at)
         .collect();
     ui.horizontal_wrapped(|ui| {
-        if ui.press("Detect again", "Take what is found by looking at the file") {
+        if ui.press("Detect again", "Replaces the map by the one that is detected in the file") {
             send(out, ImportCommand::Begin);
         }
         for at in fitting {
-            if ui.press("As the last file of this shape", "Take the remembered map") {
+            if ui.press(
+                "As the last file of this shape",
+                "Takes the map of the last file with the same columns",
+            ) {
                 send(out, ImportCommand::TakeMap(at));
             }
         }
@@ -173,7 +177,7 @@ fn remembered(ui: &mut egui::Ui, engine: &Engine, importing: &Importing, out: &m
 fn preview(ui: &mut egui::Ui, table: &TableReport) {
     ui.horizontal(|ui| {
         ui.strong("First rows");
-        if ui.press_small("Copy rows", "As tab-separated text") {
+        if ui.press_small("Copy rows", "Copies the rows as tab-separated text") {
             let rows = table.preview.iter().map(|row| row.join("\t"));
             ui.copy_text(rows.collect::<Vec<_>>().join("\n"));
         }

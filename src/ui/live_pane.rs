@@ -94,7 +94,9 @@ fn words(followed: &Followed, axis: usize) -> String {
     let errors = of_axis.and_then(|(axis, traces)| {
         let [conventional, compensated] = traces.rms_errors?.map(|rms| significant(rms, 3));
         let unit = axis.unit();
-        Some(format!("; RMS error Conv. {conventional} {unit}, Comp. {compensated} {unit}"))
+        Some(format!(
+            "; RMS error Uncompensated {conventional} {unit}, Compensated {compensated} {unit}"
+        ))
     });
     let errors = errors.unwrap_or_default();
     format!("{rows} rows{broken}; newest: {}{errors}", followed.status)

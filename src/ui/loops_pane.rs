@@ -127,7 +127,7 @@ impl Default for LoopsPane {
     }
 }
 
-/// Says why loops cannot be shown.
+/// Draws the reason why there are no loops: the recordings have no times.
 fn no_times(ui: &mut egui::Ui) {
     ui.weak("No times: no loops and no dwells").on_hover_text(
         "The recordings are load cases, whose rows do not follow one another in time; dead band and dwells count again for recordings \
@@ -388,7 +388,7 @@ impl LoopsPane {
     }
 }
 
-/// Of the plot with its labels, beside the figures.
+/// Returns the size of the plot with its labels, beside the figures.
 fn plot_size(ui: &egui::Ui) -> egui::Vec2 {
     let room = ui.available_size() - egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
     room.max(egui::vec2(200.0, 160.0))
@@ -455,12 +455,12 @@ fn trace_of(output: Output) -> Trace {
     }
 }
 
-/// Red, green, blue.
+/// Returns red, green and blue.
 fn rgb(color: egui::Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }
 
-/// Colours of the light theme, which printed figures use.
+/// Returns the colours of the light theme, which printed figures use.
 fn for_print() -> egui::Visuals {
     egui::Visuals::light()
 }

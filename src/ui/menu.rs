@@ -10,7 +10,7 @@ use crate::ui::controls::Controls as _;
 use crate::ui::panes;
 use crate::ui::workspace::Workspaces;
 
-/// Draws the menus, and beside them the workspaces.
+/// Draws the menus and the buttons of the workspaces.
 pub fn menu_bar(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -90,14 +90,14 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut V
         }
     })
     .response
-    .on_hover_text("To another place, or to another size; tabs can be dragged too");
+    .on_hover_text("Changes the place or size of a pane; tabs can also be dragged");
     ui.separator();
     items(ui, actions::pictures(), out);
     ui.separator();
     for (label, theme, explanation) in [
-        ("Dark", Theme::Dark, "Light on dark"),
-        ("Light", Theme::Light, "Dark on light, as figures for print are"),
-        ("Follow system", Theme::System, "Dark or light as the desktop is"),
+        ("Dark", Theme::Dark, "Light text on a dark background"),
+        ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
+        ("Follow system", Theme::System, "Dark or light, like the desktop"),
     ] {
         let radio = ui.radio(engine.preferences.theme == theme, label);
         if radio.on_hover_text(explanation).clicked() {

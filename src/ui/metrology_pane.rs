@@ -21,7 +21,7 @@ use crate::ui::table::Saving;
 pub const PANE: Pane = Pane(&Kind {
     key: "metrology",
     title: "Metrology",
-    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Conv. beside Comp.",
+    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Uncompensated beside Compensated",
 });
 
 /// View state of the pane.
@@ -78,7 +78,7 @@ impl MetrologyPane {
             ui.separator();
             let saving = Saving {
                 path: &mut self.path,
-                holds: "With units, % of full scale, places, reasons, definitions and sources",
+                holds: "All figures in units and in % of full scale, with definitions, sources and the reasons for missing figures",
                 enabled: table.is_some(),
             };
             let text = || {
@@ -93,7 +93,7 @@ impl MetrologyPane {
             ui.warn(problem);
         }
         let Some(table) = table else {
-            ui.weak("No table yet.");
+            ui.weak("No recordings to measure.");
             return;
         };
         let width = ui.available_width();
@@ -102,7 +102,7 @@ impl MetrologyPane {
                 table::show(ui, shown);
                 ui.add_space(8.0);
             }
-            // Sentences are read without scrolling, however wide the table is.
+            // The sentences stay readable without scrolling, even if the table is wide.
             ui.vertical(|ui| {
                 ui.set_max_width(width);
                 notes(ui, table);
@@ -117,7 +117,7 @@ impl MetrologyPane {
             (
                 TableOf::NotFitted,
                 "Not fitted",
-                "What nothing is fitted to: the test recordings, and those that are off",
+                "Measures the recordings that the fit does not use: test and off",
             ),
             (TableOf::Train, "Train", "Measures the training recordings"),
             (TableOf::All, "All", "Measures all recordings"),
@@ -143,7 +143,7 @@ impl MetrologyPane {
 /// A field for a share of full scale: label, explanation and value.
 type ShareField<'a> = (&'a str, &'a str, &'a mut f64);
 
-/// What counts as a reversal, as still, as zero, as loaded.
+/// Draws the fields that define a reversal, a dwell, a zero load and a loaded axis.
 fn definitions(
     ui: &mut egui::Ui,
     table: Option<&Metrology>,
@@ -164,7 +164,7 @@ fn definitions(
                     still_share,
                 ),
                 (
-                    "Zero within",
+                    "Zero up to",
                     "A load up to this share of full scale counts as zero",
                     zero_share,
                 ),
@@ -175,7 +175,7 @@ fn definitions(
                 ),
                 (
                     "Not loaded up to",
-                    "The other axes stay below this while one is loaded alone",
+                    "An axis is loaded alone if every other axis stays below this share of full scale",
                     alone_share,
                 ),
             ];
@@ -198,7 +198,7 @@ fn definitions(
             }
         });
     });
-    response.on_hover_text("What counts as a reversal, as a dwell, as zero, and as loaded");
+    response.on_hover_text("Definitions of a reversal, a dwell, a zero load and a loaded axis");
 }
 
 fn notes(ui: &mut egui::Ui, table: &Metrology) {

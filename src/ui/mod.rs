@@ -1,4 +1,5 @@
-//! The window: the only place that knows egui. One file a pane, and a list of them; [`Shell`] ties them to the engine.
+//! The window, the only module that uses egui. One file for each pane, and a list of the panes; [`Shell`] connects them to
+//! the engine.
 
 mod about;
 mod actions;

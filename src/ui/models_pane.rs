@@ -1,4 +1,4 @@
-//! Everything that was tried, in a list: search, sort, keep, and bring back.
+//! Pane with the list of the tried models: searches, sorts, keeps and applies them.
 
 use std::time::Duration;
 
@@ -15,30 +15,30 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table::{Saving, Sort};
 use crate::ui::{plots, table};
 
-/// Nobody waits longer than this (min).
+/// Largest time limit of a search (min).
 const MOST_MINUTES: f64 = 10_000.0;
-/// Share of the pane's width that the bars get.
+/// Share of the pane's width for the bars.
 const BARS_SHARE: f32 = 0.34;
-/// Characters of a name beside its bar.
+/// Maximum number of characters of a name beside its bar.
 const BAR_NAME_LENGTH: usize = 18;
-/// Characters of a name that have room.
+/// Maximum number of characters of a name in the list.
 const NAME_LENGTH: usize = 30;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "compare",
     title: "Models",
-    explanation: "Everything that was tried, and the best",
+    explanation: "Searches for the best model; list of all tried models with their errors",
 });
 
-/// What is chosen and typed.
+/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
-    /// Which errors are shown.
+    /// Samples whose errors are shown.
     errors_on: ScoreSet,
     minutes: f64,
     sort: Sort,
-    /// The path to save the table to.
+    /// Path of the saved table.
     path: String,
 }
 
@@ -66,7 +66,7 @@ impl PaneView for View {
             let whole = || whole(engine, &self.sort, self.errors_on);
             let saving = Saving {
                 path: &mut self.path,
-                holds: "Every row as it stands, with train, test and cross-validation",
+                holds: "Every row in the present order, with training, test and cross-validated errors",
                 enabled: !engine.models.rows.is_empty(),
             };
             let content = || Some(FileContent::Models(Box::new(whole())));
@@ -75,15 +75,15 @@ impl PaneView for View {
         ui.separator();
         if engine.models.rows.is_empty() {
             ui.weak(
-                "\"Find the best\" tries sensible models, cheap ones first, and proposes one; whatever is tried is listed here, and a \
-                 click on its name brings it back.",
+                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click \
+                 on a name applies its settings.",
             );
             return;
         }
         for said in &engine.models.said {
             ui.label(said);
         }
-        ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: made of other recordings");
+        ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: fitted to other recordings");
         let width = BARS_SHARE * ui.available_width();
         egui::Panel::right("model bars").default_size(width).show(ui, |ui| bars(ui, engine, out));
         egui::CentralPanel::no_frame().show(ui, |ui| {
@@ -93,10 +93,10 @@ impl PaneView for View {
 }
 
 impl View {
-    /// What tries models, and what ends it.
+    /// Draws the buttons that start and stop a search.
     fn trying(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         if engine.is_trying() {
-            if ui.press("Stop", "Models that are on the list stay") {
+            if ui.press("Stop", "Stops the search; the listed models stay") {
                 out.push(Action::StopTrying.into());
             }
         } else {
@@ -104,8 +104,8 @@ impl View {
             ui.add_enabled_ui(ready, |ui| {
                 if ui.press(
                     "Find the best",
-                    "Tries sensible models, cheap ones first; chooses their numbers from the training recordings, scores each \
-                     by nested cross-validation, and proposes the most accurate one and the smallest that is nearly as accurate",
+                    "Tries models, the fastest first. Chooses their parameters from the training recordings, scores each \
+                     by nested cross-validation, and proposes the most accurate model and the smallest that is nearly as accurate",
                 ) {
                     let limit = Duration::from_secs_f64(60.0 * self.minutes);
                     out.push(Action::FindBest(limit).into());
@@ -114,12 +114,12 @@ impl View {
                     .range(0.0..=MOST_MINUTES)
                     .speed(0.1)
                     .suffix(" min");
-                let about = "No model is begun after this time";
+                let about = "Time limit; no further model is started after it";
                 ui.explained_field("within", field, about);
                 if ui.press(
                     "Whole comparison of the paper",
-                    "Linear, network and hybrid, without and with the past, on all samples (A) and on every tenth (B): \
-                     Figures 9, 10, 12 and 13. Networks on all samples take minutes; what has a result that holds is not \
+                    "Linear, network and hybrid, without and with look-back, on all samples (A) and on every tenth (B): \
+                     Figures 9, 10, 12 and 13. Networks on all samples take minutes. Models that already have a result are not \
                      fitted again",
                 ) {
                     out.push(Action::ComparePaper.into());
@@ -129,10 +129,10 @@ impl View {
         let keep = ui.add_enabled(engine.can_keep(), egui::Button::new("Keep this model"));
         let keep = keep
             .on_hover_text(
-                "Puts the settings of now on the list, with their errors and with what was trained",
+                "Adds the present settings to the list, with their errors and the trained network or kernel",
             )
             .on_disabled_hover_text(
-                "What is shown is not fitted, or not trained, by the settings of now",
+                "The loads on screen are not yet fitted or trained with the present settings",
             );
         if keep.clicked() {
             out.push(Action::KeepModel.into());
@@ -153,7 +153,7 @@ impl View {
             }
             let name = ui.selectable_label(row.is_present(project), name);
             let name = name.on_hover_text(format!(
-                "{}\nA click takes its settings; undo takes them back",
+                "{}\nClick to apply its settings; undo restores the present ones",
                 row.name
             ));
             if name.clicked() {
@@ -175,7 +175,7 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.strong("Cross-validated error, % of uncompensated");
     let project = engine.project();
     let visuals = ui.visuals().clone();
-    // The first model stands at the top, as in the table.
+    // The first model is at the top, as in the table.
     let place = |at: usize| (models.len() - at) as f64;
     let name = |value: f64| {
         let at = (models.len() as f64 - value).round();
@@ -211,14 +211,14 @@ fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     plots::finish(&shown.response, "Cross-validated error of the models", None, out);
 }
 
-/// The list with all errors, in the order in which it stands.
+/// Returns the table with all errors, in the order on screen.
 fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
     let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
     let order = sort.order(&table(&[errors_on]));
     table(&ScoreSet::ALL).in_order(&order)
 }
 
-/// Whether a row is pinned, and what else becomes of it.
+/// Draws the check box that pins a row, and the menu of the row.
 fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let mut say = |change| out.push(Action::Model(row.id, change).into());
@@ -228,10 +228,10 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
         pin.widget_info(|| {
             egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
         });
-        if pin.on_hover_text("Pinned: it stays when others are tried").changed() {
+        if pin.on_hover_text("Pinned: the row stays when further models are tried").changed() {
             say(ModelChange::Pin(is_pinned));
         }
-        let about = "Takes its settings and what was trained for it; undo takes them back";
+        let about = "Applies its settings and its trained network or kernel; undo restores the present ones";
         if ui.press_small("Use", about) {
             out.push(Action::BringBack(row.id).into());
             return;
@@ -241,15 +241,15 @@ fn more(ui: &mut egui::Ui, row: &Row, out: &mut Vec<Command>) {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();
             let field = egui::TextEdit::singleline(&mut name).desired_width(180.0);
-            let field = ui.field("Name", field, "What it is called in this list");
+            let field = ui.field("Name", field, "Name of the model in this list");
             if field.changed() {
                 say(ModelChange::Name(name));
             }
-            if ui.press("Remove", "Takes it off this list") {
+            if ui.press("Remove", "Removes the model from this list") {
                 say(ModelChange::Remove);
                 ui.close();
             }
         });
-        response.on_hover_text("Name it, or take it off this list");
+        response.on_hover_text("Renames or removes this model");
     });
 }

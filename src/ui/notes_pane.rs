@@ -1,10 +1,10 @@
-//! Free text, kept with the session.
+//! Pane of free text that is saved with the session.
 
 use crate::engine::Edit;
 use crate::ui::command::{Kind, Pane};
 use crate::ui::pane::{Cx, PaneView};
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "notes",
     title: "Notes",

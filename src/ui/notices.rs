@@ -1,4 +1,4 @@
-//! What there is to say, above the status line: it comes for a while and covers nothing, and stands in a list until it is dismissed.
+//! Notices above the status line. Each is shown for a while, covers no pane, and stays in a list until it is dismissed.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -11,30 +11,29 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
-/// So many stand over the window, the newest ones.
+/// Maximum number of notices over the window.
 const MAX_SHOWN: usize = 3;
-/// While something runs, time goes by so many times slower for them: who waits looks elsewhere, and a
-/// machine that is busy answers late.
+/// Factor by which notices stay longer while work runs. The user may look elsewhere meanwhile, and a busy machine draws late.
 const SLOWER_WHILE_BUSY: u32 = 4;
-/// Characters of one that have room there; the list has all.
+/// Maximum number of characters of a notice over the window; the list shows all of its text.
 const MAX_CHARACTERS: usize = 240;
-/// A notice stands for so long (s) …
+/// Shortest time of a notice on screen (s).
 const LEAST_SECS: f32 = 3.0;
-/// … and a second longer for so many characters, as one reads them; never longer than this (s).
+/// Reading speed: number of characters that prolong a notice by one second.
 const CHARACTERS_A_SEC: f32 = 30.0;
 const MOST_SECS: f32 = 9.0;
 
-/// What is remembered of them between frames.
+/// View state of the notices.
 #[derive(Debug, Default)]
 pub struct Notices {
-    /// How long each has stood there, by its number, while nobody pointed at them.
+    /// Time that each notice was on screen without the pointer on it, by number of the notice.
     stood: BTreeMap<u64, Duration>,
-    /// When they were drawn last, and whether the pointer was over them.
+    /// Time of the last frame with notices, and whether the pointer was on one.
     drawn: Option<(Instant, bool)>,
     list: bool,
 }
 
-/// How long it stands over the window: as long as it takes to read; an error until it is dismissed.
+/// Returns the time that a notice stays on screen; `None` for an error, which stays until it is dismissed.
 fn lasts(notice: &Notice) -> Option<Duration> {
     let shown = notice.text.chars().count().min(MAX_CHARACTERS) as f32;
     let secs = (LEAST_SECS + shown / CHARACTERS_A_SEC).min(MOST_SECS);
@@ -42,12 +41,12 @@ fn lasts(notice: &Notice) -> Option<Duration> {
 }
 
 impl Notices {
-    /// Shows or hides the list of all.
+    /// Shows or hides the list of all notices.
     pub fn toggle_list(&mut self) {
         self.list = !self.list;
     }
 
-    /// Draws the new ones along the foot of the window, and the list where it was asked for.
+    /// Draws the new notices at the bottom of the window, and the list if it is open.
     pub fn show(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         let context = &ui.ctx().clone();
         let notices = &engine.notices;
@@ -91,7 +90,7 @@ impl Notices {
         self.list = open;
     }
 
-    /// Draws them; returns true if the pointer is over one.
+    /// Draws the new notices. Returns true if the pointer is on one.
     fn at_foot(
         &mut self,
         ui: &mut egui::Ui,
@@ -102,7 +101,7 @@ impl Notices {
         let panel = egui::Panel::bottom("notices").resizable(false).show(ui, |ui| {
             for (at, notice) in fresh.iter().take(MAX_SHOWN).rev() {
                 let row = ui.scope(|ui| one(ui, *at, notice, MAX_CHARACTERS, out));
-                // Its button says so too, to whoever has no mouse.
+                // The button also explains the notice, for users without a mouse.
                 let is_pressed = row.response.contains_pointer()
                     && ui.input(|input| input.pointer.primary_clicked());
                 if is_pressed && !row.inner {
@@ -114,7 +113,7 @@ impl Notices {
                     1 => "1 notice".to_owned(),
                     n => format!("All {n} notices"),
                 };
-                if ui.press_small(all, "The list of all, to read and to copy") {
+                if ui.press_small(all, "Lists all notices to read and copy") {
                     self.list = true;
                 }
                 dismiss_all(ui, out);
@@ -125,15 +124,15 @@ impl Notices {
 }
 
 fn dismiss_all(ui: &mut egui::Ui, out: &mut Vec<Command>) {
-    if ui.press("Dismiss all", "They were read; the list is empty then") {
+    if ui.press("Dismiss all", "Empties this list") {
         out.push(Action::DismissAll.into());
     }
 }
 
-/// All of them, newest first, with ways to copy and dismiss them.
+/// Draws the list of all notices, newest first, with buttons to copy and dismiss them.
 fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        if ui.press("Copy all", "Every notice, a line each") {
+        if ui.press("Copy all", "Copies all notices, one on each line") {
             let texts: Vec<_> = notices.iter().map(|notice| &*notice.text).collect();
             ui.copy_text(texts.join("\n"));
         }
@@ -146,7 +145,7 @@ fn list(ui: &mut egui::Ui, notices: &[Notice], out: &mut Vec<Command>) {
     });
 }
 
-/// Draws a notice; whether it was dismissed.
+/// Draws a notice. Returns true if it was dismissed.
 fn one(
     ui: &mut egui::Ui,
     at: usize,

@@ -174,7 +174,7 @@ mod tests {
         assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9);
     }
 
-    /// Red, green and blue differ by this much in all.
+    /// The sum of the differences in red, green and blue is at least 75.
     #[test]
     fn no_two_meanings_share_a_colour() {
         for is_dark in [true, false] {
@@ -183,10 +183,10 @@ mod tests {
                 ("warning", visuals.warn_fg_color),
                 ("error", visuals.error_fg_color),
                 ("look-back", look_back(&visuals)),
-                ("Conv.", Trace::Conventional.color(&visuals)),
-                ("Comp.", Trace::Compensated.color(&visuals)),
+                ("Uncompensated", Trace::Conventional.color(&visuals)),
+                ("Compensated", Trace::Compensated.color(&visuals)),
                 ("Factory", Trace::Factory.color(&visuals)),
-                ("Calc.", Trace::Calculated.color(&visuals)),
+                ("Reference", Trace::Calculated.color(&visuals)),
             ];
             for (at, (name, one)) in meanings.iter().enumerate() {
                 for (other_name, other) in &meanings[at + 1..] {

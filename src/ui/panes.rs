@@ -1,9 +1,9 @@
-//! The list of panes, in the order in which menus have them. A new one is a file and a line here.
+//! List of all panes, in the order of the menus. A new pane is one file and one line here.
 
 use crate::ui::command::Pane;
 use crate::ui::pane::PaneView;
 
-/// A pane with what makes its view.
+/// A pane with the function that creates its view.
 type Entry = (Pane, fn() -> Box<dyn PaneView>);
 
 const PANES: &[Entry] = &[
@@ -27,12 +27,12 @@ fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {
     Box::<V>::default()
 }
 
-/// All of them.
+/// Returns all panes.
 pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
     PANES.iter().map(|(pane, _)| *pane)
 }
 
-/// The one that files call so.
+/// Returns the pane with this name in files.
 pub fn named(key: &str) -> Option<Pane> {
     all().find(|pane| pane.0.key == key)
 }
@@ -47,7 +47,7 @@ impl Default for Views {
 }
 
 impl Views {
-    /// The view of this pane.
+    /// Returns the view of this pane.
     pub fn of(&mut self, pane: Pane) -> Option<&mut dyn PaneView> {
         let found = self.0.iter_mut().find(|(own, _)| *own == pane)?;
         Some(&mut *found.1)

@@ -13,14 +13,14 @@ use crate::ui::context_menu::context_menu;
 use crate::ui::controls::Controls as _;
 use crate::ui::dialogs::Reply;
 
-/// A menu that was pressed is still on screen in the frame after.
+/// Number of frames to wait before an image is taken. A menu stays on screen for one frame after its item was pressed.
 const FRAMES_TO_WAIT: u32 = 2;
 
-/// Images that were asked for.
+/// Requested images.
 #[derive(Debug, Default)]
 pub struct Images(Vec<(u32, Rect, ImageTo)>);
 
-/// Adds a menu with the ways to take a plot's picture along, and a ring while it has the keyboard's focus; `print` makes what an SVG of it holds.
+/// Adds a menu to copy or save a plot, and a ring while the plot has the focus. `print` returns the figure of the SVG file.
 pub fn menu<'a>(
     response: &egui::Response,
     part: Rect,
@@ -33,8 +33,8 @@ pub fn menu<'a>(
     }
     context_menu(response, |ui| {
         let ways = [
-            ("Copy plot", "To the clipboard, as it is on screen", ImageTo::Clipboard),
-            ("Save as PNG…", "As it is on screen", ImageTo::File),
+            ("Copy plot", "Copies the plot to the clipboard, as on screen", ImageTo::Clipboard),
+            ("Save as PNG…", "Saves the plot as on screen", ImageTo::File),
         ];
         let [first, _] = ways.map(|(label, explanation, to)| {
             let button = ui.button(label).on_hover_text(explanation);
@@ -45,7 +45,10 @@ pub fn menu<'a>(
             button
         });
         if let Some(print) = print
-            && ui.press("Save as SVG…", "The lines themselves, dark on light, for print")
+            && ui.press(
+                "Save as SVG…",
+                "Saves the lines as vectors on a white background, for print",
+            )
         {
             ui.close();
             out.push(Command::ChooseFileFor(svg(&print())));
@@ -54,18 +57,18 @@ pub fn menu<'a>(
     });
 }
 
-/// A figure as an SVG file.
+/// Returns a figure as an SVG file.
 pub fn svg(print: &Figure<'_>) -> FileContent {
     FileContent::Bytes(print.svg(STANDS_ALONE).into_bytes().into())
 }
 
 impl Images {
-    /// Asks for one.
+    /// Requests an image.
     pub fn ask(&mut self, part: Rect, to: ImageTo) {
         self.0.push((FRAMES_TO_WAIT, part, to));
     }
 
-    /// Takes those whose time has come; their answers come after the frame was painted.
+    /// Requests screenshots for the images whose wait is over, and handles the screenshots that have arrived.
     pub fn take(&mut self, context: &egui::Context, reply: &Reply) {
         if self.0.is_empty() {
             return;
@@ -83,7 +86,7 @@ impl Images {
                 match to {
                     ImageTo::Clipboard => {
                         clipboard.copy_image(picture);
-                        let said = "The plot is in the clipboard";
+                        let said = "The plot was copied to the clipboard";
                         reply.send(Command::tell(Level::Info, said));
                     }
                     ImageTo::File | ImageTo::Path(_) => {
@@ -102,7 +105,7 @@ impl Images {
     }
 }
 
-/// The part of the screen.
+/// Returns a part of the screen.
 fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
     let [width, height] = screen.size;
     let inside = |value: f32, most: usize| ((value * scale).max(0.0) as usize).min(most);
@@ -114,7 +117,7 @@ fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
     ColorImage::new(size, pixels)
 }
 
-/// A picture as a PNG file.
+/// Returns an image as a PNG file.
 fn encoded(picture: &ColorImage) -> Result<Arc<[u8]>, image::ImageError> {
     let pixels = picture.pixels.iter();
     let pixels: Vec<u8> = pixels.flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()]).collect();

@@ -1,4 +1,4 @@
-//! What all plots share: marks at round numbers, zoom by wheel and drag, and lines in many pieces.
+//! Parts that all plots share: grid lines at round numbers, zoom by wheel and drag, and lines of many pieces.
 
 use std::sync::Arc;
 
@@ -19,28 +19,29 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::{palette, picture};
 
-/// The plot hands its grid the width of this many points as `base_step_size`; set so that both agree.
+/// Width in points that becomes the `base_step_size` of the grid.
 pub const GRID_BASE_POINTS: f64 = 8.0;
-/// Lines of the grid so far apart would be as strong as text; nearer ones are fainter, and all are fainter than what is measured.
+/// Distance of grid lines at which they would be as strong as text (points). Closer lines are fainter, and all are fainter
+/// than data.
 const GRID_FULL_POINTS: f32 = 900.0;
-/// How far one notch of the wheel zooms.
+/// Zoom per point that the wheel scrolls.
 const ZOOM_PER_POINT: f64 = 0.004;
-/// Labels are at least this far apart, across and up.
+/// Minimum distance of labels, horizontally and vertically (points).
 const MIN_STEP_POINTS: (f64, f64) = (64.0, 26.0);
-/// And where three of them would not have room otherwise.
+/// Minimum distance of labels if three labels would not fit otherwise (points).
 const CLOSEST_POINTS: (f64, f64) = (40.0, 12.0);
-/// Size of what a scale is of.
+/// Font size of axis labels (points).
 const LABEL_SIZE: f32 = 11.0;
-/// Size of the numbers at a scale.
+/// Font size of the numbers on an axis (points).
 const TICK_SIZE: f32 = 10.0;
-/// A key moves a plot by this share of what it shows.
+/// Share of the visible range by which an arrow key moves a plot.
 const KEY_SHARE: f64 = 0.1;
-/// A key zooms by this factor.
+/// Factor by which a key zooms a plot.
 const KEY_ZOOM: f64 = 0.8;
-/// Room for the labels of the value axis.
+/// Width of the labels of the value axis (points).
 pub const VALUE_AXIS_WIDTH: f32 = 52.0;
 
-/// Grid lines at least `least_points` apart on screen, or `closest_points` where fewer than three had room otherwise.
+/// Returns grid lines at least `least_points` apart on screen, or `closest_points` if fewer than three would fit otherwise.
 pub fn grid(input: GridInput, least_points: f64, closest_points: f64) -> Vec<GridMark> {
     let point = input.base_step_size / GRID_BASE_POINTS;
     let (least, closest) = (point * least_points, point * closest_points);
@@ -49,20 +50,20 @@ pub fn grid(input: GridInput, least_points: f64, closest_points: f64) -> Vec<Gri
     marks.collect()
 }
 
-/// As many decimals as the step needs.
+/// Returns the number at a grid line, with the decimals that the step needs.
 pub fn tick_label(mark: GridMark) -> String {
     tick_text(mark.value, mark.step_size)
 }
 
-/// Gives a plot its scales: what they are of, with its unit, and round numbers, three of them however small the plot is. The scale
-/// across is left away without a label.
+/// Adds axes to a plot: labels with units, and round numbers, at least three even on a small plot. Without the label
+/// `across`, the horizontal axis is omitted.
 pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
     let hints = |hints: AxisHints<'a>, label: &str| {
         hints
             .label(egui::RichText::new(label).size(LABEL_SIZE))
             .formatter(|mark, _| tick_label(mark))
             .tick_label_font(egui::FontId::proportional(TICK_SIZE))
-            // They are as far apart as the grid, or nearer only where three would not have room otherwise.
+            // Labels have the distance of the grid, or a smaller one if three labels would not fit otherwise.
             .label_spacing(egui::Rangef::new(0.0, 1.0))
     };
     plot.show_axes([across.is_some(), true])
@@ -74,7 +75,7 @@ pub fn scales<'a>(plot: Plot<'a>, across: Option<&str>, up: &str) -> Plot<'a> {
         .y_grid_spacer(|input| grid(input, MIN_STEP_POINTS.1, CLOSEST_POINTS.1))
 }
 
-/// A plot that shows all of it and leaves press and drag to whoever draws it.
+/// Returns a plot that always shows all of its data and leaves press and drag to the caller.
 pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
     Plot::new(id)
         .width(width)
@@ -87,7 +88,7 @@ pub fn still<'a>(id: impl AsIdSalt, [width, height]: [f32; 2]) -> Plot<'a> {
         .show_y(false)
 }
 
-/// A plot whose part on screen is set from without, and which a drag moves.
+/// Returns a plot whose visible range is set by the caller and moved by dragging.
 pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
     plot.height(height)
         .allow_scroll(false)
@@ -99,11 +100,11 @@ pub fn moving(plot: Plot<'_>, height: f32) -> Plot<'_> {
         .set_margin_fraction(egui::Vec2::ZERO)
 }
 
-/// The part of a plot that was chosen by hand; `None` shows all.
+/// Visible range that the user chose; `None` shows all.
 pub type Zoom = Option<Frame>;
 
-/// Draws a plot whose scales are what is on screen; changes `zoom` as the wheel, a drag or a double click say. `print` is what
-/// an SVG of it holds.
+/// Draws a plot that moves and zooms. Changes `zoom` by wheel, drag or double click. `print` returns the figure of the SVG
+/// file.
 pub fn plot(
     ui: &mut egui::Ui,
     id: &str,
@@ -160,7 +161,7 @@ pub fn plot(
     Drawn { response: response.response, transform: response.transform }
 }
 
-/// Draws the lines of a figure, and what it marks, on a plot that shows all of it.
+/// Draws the lines and marks of a figure on a plot that shows all of it.
 pub fn draw<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>, visuals: &egui::Visuals) {
     let (across, up) = (figure.across.range, figure.up.range);
     plot.set_plot_bounds(PlotBounds::from_min_max([across.0, up.0], [across.1, up.1]));
@@ -177,33 +178,33 @@ fn lines<'a>(plot: &mut PlotUi<'a>, figure: &'a Figure<'_>) {
     }
 }
 
-/// A plot on screen, for whoever draws over it or asks what was pointed at.
+/// A plot on screen, for callers that draw over it or look up the pointer.
 pub struct Drawn {
-    /// What was done to it.
+    /// Input of the user on the plot.
     pub response: egui::Response,
     transform: PlotTransform,
 }
 
 impl Drawn {
-    /// Where a point of its scales is on screen.
+    /// Returns the place on screen of a point of the data.
     pub fn place(&self, [x, y]: [f64; 2]) -> egui::Pos2 {
         self.transform.position_from_point(&PlotPoint::new(x, y))
     }
 
-    /// Draws over it, and not beside it.
+    /// Returns a painter that is clipped to the plot.
     pub fn painter(&self, ui: &egui::Ui) -> egui::Painter {
         ui.painter_at(self.response.rect)
     }
 }
 
-/// Densities as textures, kept from frame to frame.
+/// Densities as textures, kept between frames.
 #[derive(Clone, Default)]
 struct Clouds {
     of: Vec<Cloud>,
     textures: Vec<(Frame, TextureHandle)>,
 }
 
-/// The textures of these densities: made anew where these are others than in the frame before.
+/// Returns the textures of these densities. They are made again only if the densities changed since the last frame.
 fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     let key = ui.scope_id().with(("clouds", id));
     let kept: Clouds = ui.data(|data| data.get_temp(key)).unwrap_or_default();
@@ -215,7 +216,7 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     }
     let most = ui.input(|input| input.max_texture_side);
     let widest = clouds.iter().flat_map(|cloud| cloud.density.cells).max();
-    // A pixel has two cells across and up; a texture has a limit.
+    // A pixel has two cells in each direction; a texture has a maximum size.
     let cells_per_pixel = widest.unwrap_or(0).div_ceil(most.max(1)).max(2);
     let textures = CloudPicture::of(clouds, cells_per_pixel).into_iter().map(|picture| {
         let image = ColorImage::from_rgba_unmultiplied(picture.size, &picture.rgba);
@@ -228,7 +229,7 @@ fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     made
 }
 
-/// Names a plot for whoever cannot see it, and adds the menu of its picture; `print` makes what an SVG of it holds.
+/// Names a plot for screen readers and adds the menu that copies or saves it. `print` returns the figure of the SVG file.
 pub fn finish<'a>(
     plot: &egui::Response,
     name: &str,
@@ -239,7 +240,7 @@ pub fn finish<'a>(
     picture::menu(plot, with_labels(plot.rect), print, out);
 }
 
-/// What a plot says to whoever cannot see it: its value where it is looked at.
+/// Sets the text of a plot for screen readers: its value at the present sample.
 pub fn say(plot: &egui::Response, value: impl FnOnce() -> String) {
     if plot.ctx.has_accesskit_node(plot.id) {
         let value = value();
@@ -247,7 +248,7 @@ pub fn say(plot: &egui::Response, value: impl FnOnce() -> String) {
     }
 }
 
-/// The part of a scale that is on screen.
+/// Returns the visible range of an axis as text.
 pub fn range((from, to): (f64, f64), label: &str) -> String {
     format!("{label}: {} to {}", significant(from, 4), significant(to, 4))
 }
@@ -257,7 +258,7 @@ fn coordinates(drawing: &Figure<'_>, point: &PlotPoint) -> String {
     format!("{}: {x}   {}: {y}", drawing.across.label, drawing.up.label)
 }
 
-/// A plot's part of the window: its labels stand beside it.
+/// Returns the part of the window that a plot and its labels cover.
 fn with_labels(plot: egui::Rect) -> egui::Rect {
     let mut part = plot.expand(4.0);
     part.min.x -= VALUE_AXIS_WIDTH + 18.0;
@@ -265,17 +266,17 @@ fn with_labels(plot: egui::Rect) -> egui::Rect {
     part
 }
 
-/// What keys ask of the plot that has the focus.
+/// Request of the keys to the plot that has the focus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Asked {
-    /// To show all again.
+    /// Show all data.
     All,
-    /// To show from here (lower left) to there (upper right).
+    /// Show the range from the lower left to the upper right corner.
     Part([f64; 2], [f64; 2]),
 }
 
-/// Listens to the keys of a plot that has the focus: arrows move, plus and minus zoom across (and up where `both`), with Alt
-/// up alone, and Backspace shows all.
+/// Returns the request of the keys to the plot that has the focus. Arrows move; plus and minus zoom horizontally (also
+/// vertically if `both`, only vertically with Alt); Backspace shows all.
 pub fn keys(
     ui: &egui::Ui,
     response: &egui::Response,
@@ -322,18 +323,18 @@ pub fn keys(
     ((min, max) != (shown.min(), shown.max())).then_some(Asked::Part(min, max))
 }
 
-/// Whether a plot has the focus: a key that would press a button means something else there.
+/// Returns true if a plot has the focus. A key that would press a button then moves or zooms the plot.
 pub fn have_focus(context: &egui::Context) -> bool {
     let last = context.data(|data| data.get_temp::<egui::Id>(focused_id()));
     last.is_some() && last == context.memory(|memory| memory.focused())
 }
 
-/// Under this, the plot that last had the focus is remembered.
+/// Id under which the last plot with the focus is stored.
 fn focused_id() -> egui::Id {
     egui::Id::unique("the plot that has the focus")
 }
 
-/// Returns the place under the pointer, and by what factor the wheel stretches what lies around it.
+/// Returns the place under the pointer and the zoom factor of the wheel.
 pub fn wheel_zoom(ui: &egui::Ui, response: &PlotResponse<()>) -> Option<([f64; 2], f64)> {
     let at = response.transform.value_from_position(response.response.hover_pos()?);
     let wheel = f64::from(ui.input(|input| input.smooth_scroll_delta.y));
@@ -366,7 +367,7 @@ fn follow_gestures(ui: &egui::Ui, response: &PlotResponse<()>, set: PlotBounds, 
     }
 }
 
-/// Whether a line goes from left to right with several points to a pixel.
+/// Returns true if a line goes from left to right with several points for each pixel.
 fn is_dense(points: &[Pos2], pixel: f32) -> bool {
     const POINTS_PER_PIXEL: f32 = 1.5;
     const LEAST_POINTS: usize = 16;
@@ -379,9 +380,9 @@ fn is_dense(points: &[Pos2], pixel: f32) -> bool {
     })
 }
 
-/// What a line covers that goes from left to right with several points to a pixel, up and down in each: from the lowest to the
-/// highest. The line itself, corner by corner, would be several times as many triangles. `None` for a line that mostly goes on from
-/// pixel to pixel: where it is steep, its width would be missing.
+/// Returns the area that a dense line covers: in each pixel from its lowest to its highest point. The line itself would need
+/// several times more triangles. `None` for a line without several points in most pixels, because its width would be missing
+/// where it is steep.
 fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     let mut bars: Vec<(f32, f32, f32)> = Vec::new();
     let same_pixel = |a: &Pos2, b: &Pos2| (a.x / pixel).floor() == (b.x / pixel).floor();
@@ -402,7 +403,7 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     if up_and_down.sum::<f32>() < 2.0 * on.sum::<f32>() {
         return None;
     }
-    // Half of the line, and beyond it the pixel in which it fades.
+    // Half the width of the line, and one pixel in which it fades.
     let half = 0.5 * (stroke.width - pixel).max(0.0);
     let mut mesh = Mesh::default();
     mesh.reserve_vertices(4 * bars.len());
@@ -427,13 +428,13 @@ fn strip(points: &[Pos2], stroke: Stroke, pixel: f32) -> Option<Mesh> {
     Some(mesh)
 }
 
-/// A dashed line as far as it can be seen: where a plot is zoomed into, most of it lies outside, a million screens long, and each
-/// dash is a shape.
+/// Returns the visible dashes of a dashed line. In a zoomed plot most of the line is outside the screen, and each dash is a
+/// shape.
 fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) -> Vec<Shape> {
     let period = dash + gap;
     let seen = frame.expand(period + stroke.width);
     let mut shapes = Vec::new();
-    // A part that is seen, and where in it the first dash begins: as if the line before it were there.
+    // A visible part of the line, and the offset of its first dash, as if the hidden part before it were drawn too.
     let (mut part, mut offset): (Vec<Pos2>, f32) = (Vec::new(), 0.0);
     let mut end = |part: &mut Vec<Pos2>, offset| {
         if part.len() > 1 {
@@ -464,9 +465,9 @@ fn dashes(points: &[Pos2], stroke: Stroke, [dash, gap]: [f32; 2], frame: &Rect) 
     shapes
 }
 
-/// The part of a line that lies in a rectangle (Liang and Barsky 1984).
+/// Returns the part of a line inside a rectangle (Liang and Barsky 1984).
 fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
-    // Its ends may be so far away that single precision would miss the rectangle.
+    // The ends may be too far away for single precision.
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
         let [at, end, low, high] =
@@ -494,7 +495,7 @@ fn within(rect: Rect, [from, to]: [Pos2; 2]) -> Option<[Pos2; 2]> {
     (enters <= leaves).then_some([from, to])
 }
 
-/// All pieces of a line as one item: a plot with thousands of items is slow.
+/// All pieces of a line as one plot item, because a plot with thousands of items is slow.
 struct Pieces<'a> {
     base: PlotItemBase,
     line: &'a Line<'a>,
@@ -512,7 +513,7 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// What is drawn of a piece of a line.
+/// Returns the shapes of a piece of a line.
 pub fn piece_shapes(
     piece: &[[f64; 2]],
     (stroke, dash): (Stroke, Option<[f32; 2]>),
@@ -614,11 +615,11 @@ mod tests {
         let seen = [pos2(10.0, 10.0), pos2(400.0, 200.0), pos2(90.0, 250.0)];
         let all = Shape::dashed_line(&seen, stroke, dash[0], dash[1]);
         assert_eq!(dashes(&seen, stroke, dash, &frame), all);
-        // Zoomed into a thousand million times.
+        // A zoom of 10⁹.
         let far = [pos2(-1e9, 0.0), pos2(1e9, 200.0), pos2(3.0, 1e12), pos2(-4.0, -1e12)];
         let own = dashes(&far, stroke, dash, &frame);
         assert!((20..200).contains(&own.len()), "{}", own.len());
-        // Where a line comes in, its dashes stand as if they had been counted from its beginning.
+        // The dashes of the visible part stand as if counted from the beginning of the line.
         let long = [pos2(-1000.0, 50.0), pos2(2000.0, 50.0)];
         let whole = Shape::dashed_line(&long, stroke, dash[0], dash[1]);
         let own = dashes(&long, stroke, dash, &frame);

@@ -1,4 +1,4 @@
-//! The recordings: what each is for, how long it is, how well it is calibrated.
+//! Pane of the recordings: role, length and error of each.
 
 mod faults;
 mod row;
@@ -15,7 +15,9 @@ use crate::min_max::MinMax;
 use crate::questions;
 use crate::questions::RecordingResult;
 use crate::questions::check::faulty::FindFaults;
-use crate::recording::{Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare};
+use crate::recording::{
+    Axis, Day, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange,
+};
 use crate::report;
 use crate::report::{Cell, Table};
 use crate::scoring::metrics::Group;
@@ -27,26 +29,26 @@ use crate::ui::numbers::{elided, significant};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 
-/// In a narrower list samples and rates are left out.
+/// Width of the list below which samples and rates are omitted (points).
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "recordings",
     title: "Recordings",
-    explanation: "What was measured, and what each recording is for",
+    explanation: "The open recordings with their roles, groups, lengths and errors",
 });
 
-/// What is typed.
+/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
-    /// The path to open.
+    /// Path to open.
     open: String,
-    /// The share of a split that trains (%).
+    /// Share of each recording that a split uses for training (%).
     split_percent: f64,
-    /// The recording whose group is being said, and what is typed.
+    /// Index of the recording whose group is edited, and the text of the field.
     group: (usize, String),
-    /// The recording whose date is being said, and what is typed.
+    /// Index of the recording whose date is edited, and the text of the field.
     day: (usize, String),
 }
 
@@ -112,7 +114,7 @@ fn path_field(ui: &mut egui::Ui, fields: &mut View, out: &mut Vec<Command>) {
         );
         let entered =
             ui.entered(&response);
-        let pressed = ui.press("Load", "Read what the path names");
+        let pressed = ui.press("Load", "Opens the file or folder at this path");
         let path = fields.open.trim();
         if (entered || pressed) && !path.is_empty() {
             out.push(Action::Open(vec![path.into()]).into());
@@ -129,7 +131,7 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
             .range(1.0..=99.0)
             .max_decimals(1)
             .suffix(" %");
-        ui.field("Train/test split: train on the first", field, "The share of each recording's time that trains");
+        ui.field("Train/test split: train on the first", field, "Share of each recording's time that is used for training");
         if ui.press(
             "Split",
             "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split",
@@ -140,7 +142,7 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
             ui.copy_text(as_table(engine).tab_separated());
         }
         if engine.project().split.is_some()
-            && ui.press("Undo split", "Puts the recordings together again") {
+            && ui.press("Undo split", "Joins the segments of each recording again") {
                 out.push(Edit::Unsplit.into());
             }
     });
@@ -150,7 +152,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
     let axes = engine.project().axes();
     let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
     let unit = axes.first().map_or("", |axis| axis.unit());
-    // Where there is little room the name, whose hover tells both, needs it more.
+    // In a narrow list the name gets the width; its hover text has the number of samples and the rate.
     let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
     let counts = [Column::exact(54.0).clip(true), Column::exact(50.0), Column::exact(34.0)];
     let mut builder = TableBuilder::new(ui)
@@ -163,7 +165,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
         builder = builder.column(count);
     }
     builder
-        .columns(Column::exact(44.0), 2)
+        .columns(Column::exact(54.0), 2)
         .column(Column::exact(18.0))
         .header(18.0, |row| header(row, counted, unit))
         .body(|body| {
@@ -200,7 +202,7 @@ fn table(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Vec<Co
         });
 }
 
-/// The list as a table, with the errors of every axis.
+/// Returns the list as a table, with the errors of every axis.
 fn as_table(engine: &Engine) -> Table {
     let axes = engine.project().axes();
     let errors = [Trace::Conventional, Trace::Compensated].into_iter().enumerate();
@@ -231,19 +233,20 @@ fn as_table(engine: &Engine) -> Table {
 }
 
 fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
-    let rmse = format!("RMSE over the force axes (without any: the moments) [{unit}]");
+    let rmse =
+        format!("RMSE over the force axes, or over the moment axes if there is no force [{unit}]");
     let titles = [
-        ("Role", "What the recording is for; press to change"),
+        ("Role", "Role of the recording: train, test or off; press to change"),
         (
             "Name",
-            "Press to put it on screen; the right button or Shift+F10 tares it or sets its group",
+            "Press to show the recording; right click or Shift+F10 tares it or sets its group",
         ),
         (
             "Group",
             "Recordings of one group repeat a programme, a day or a mounting, and are left out together; press to change",
         ),
-        ("Samples", "After decimation"),
-        ("Hz", "One over the median time step"),
+        ("Samples", "Number of samples after decimation"),
+        ("Hz", "Sample rate: one over the median time step"),
     ];
     let n = if counted { 5 } else { 2 };
     for (title, explanation) in titles.into_iter().take(n) {
@@ -251,9 +254,9 @@ fn header(mut header: TableRow<'_, '_>, counted: bool, unit: &str) {
             ui.strong(title).on_hover_text(explanation);
         });
     }
-    for trace in [Trace::Conventional, Trace::Compensated] {
+    for (trace, head) in [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")] {
         header.col(|ui| {
-            ui.colored_label(trace.color(ui.visuals()), trace.label())
+            ui.colored_label(trace.color(ui.visuals()), head)
                 .on_hover_text(format!("{}: {rmse}", trace.explanation()));
         });
     }

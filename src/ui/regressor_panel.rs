@@ -1,4 +1,4 @@
-//! Which regressor, how strong its ridge, and the training of what takes long.
+//! Controls of the regressor, the ridge, and the training of networks and kernels.
 
 use egui::ComboBox;
 use egui_plot::{Legend, Line, LineStyle, Plot, PlotPoints};
@@ -18,7 +18,7 @@ use crate::ui::numbers::{duration, significant};
 use crate::ui::setting::{found, number, switch};
 use crate::ui::{palette, plots};
 
-/// Draws the choice of the regressor and, where it learns, its training.
+/// Draws the choice of the regressor and, for a network or kernel, its training.
 pub fn regressor(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -43,7 +43,7 @@ pub fn regressor(
     }
 }
 
-/// The settings of this regressor.
+/// Returns the settings of this regressor.
 pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     let own: &[Setting] = match settings.regressor.learner() {
         Some(Learner::Network) => &[EPOCHS, SEED, CONSTANT_RATE, EARLY_STOPPING, CROSS_VALIDATE],
@@ -53,7 +53,7 @@ pub fn in_use(settings: &FitSettings) -> Vec<Setting> {
     [&[RIDGE], own].concat()
 }
 
-/// Draws how strong the ridge is, or how its strength is chosen.
+/// Draws the choice of the ridge strength.
 pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
     let (mut auto, mut by_block) = match *ridge {
         RidgeChoice::Strength(_) => (false, false),
@@ -75,7 +75,7 @@ pub fn ridge(ui: &mut egui::Ui, ridge: &mut RidgeChoice) {
         let switch = ui.tick(
             &mut by_block,
             "by block",
-            "A strength of its own for each block and axis; blocks that do not help are left away. Takes longer",
+            "Chooses a strength for each block and axis, and omits blocks that do not help. Takes longer",
         );
         is_changed |= switch;
     }
@@ -117,7 +117,7 @@ fn training(
         if let Some(running) = engine.training() {
             let stop = egui::Button::new("Stop training");
             let stop = ui.add_enabled(!running.progress.is_cancelled(), stop);
-            if stop.on_hover_text("Keeps the best so far").clicked() {
+            if stop.on_hover_text("Stops and keeps the best network so far").clicked() {
                 out.push(Action::StopTraining.into());
             }
             ui.label(match trained.and_then(|trained| trained.step) {
@@ -146,19 +146,19 @@ fn training(
             if ui.press_if(
                 !fits || lacks_score,
                 label,
-                "In the background, on the training recordings with the settings of now; it can be stopped at any time",
+                "In the background, on the training recordings with the present settings; can be stopped at any time",
             ) {
                 out.push(Action::Train.into());
             }
             let (color, text) = match (fits, trained.and_then(|trained| trained.calibration.as_ref())) {
-                (true, _) => (ui.visuals().weak_text_color(), "Comp. is what was trained."),
+                (true, _) => (ui.visuals().weak_text_color(), "Compensated is the trained model."),
                 (false, Some(_)) => (
                     ui.visuals().warn_fg_color,
-                    "What was trained belongs to other settings or recordings; until it is trained again, Comp. is the linear fit.",
+                    "The trained model belongs to other settings or recordings. Until it is trained again, Compensated is the linear fit.",
                 ),
                 (false, None) => (
                     ui.visuals().warn_fg_color,
-                    "Until it is trained, Comp. is the linear fit.",
+                    "Not trained yet: Compensated is the linear fit.",
                 ),
             };
             ui.colored_label(color, text);
@@ -169,7 +169,7 @@ fn training(
     }
 }
 
-/// What the button says where the network is cross-validated: how long that takes, as far as the last training tells.
+/// Returns the label of the button that also cross-validates the network, with the time estimated from the last training.
 fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     let cost = 1.0 + cross_validation_cost(settings);
     let cost = match last {
@@ -182,7 +182,7 @@ fn cost_text(settings: &FitSettings, last: Option<&EpochReport>) -> String {
     format!("Train and cross-validate the network (about {cost})")
 }
 
-/// Loss over epochs, on a logarithmic scale.
+/// Draws the loss over the epochs, on a logarithmic scale.
 fn loss_curve(ui: &mut egui::Ui, epochs: &[EpochReport], out: &mut Vec<Command>) {
     let curve = |loss: &dyn Fn(&EpochReport) -> Option<f64>| -> PlotPoints<'_> {
         epochs

@@ -1,4 +1,4 @@
-//! A form for the sensor's identity, which goes into every export and into the report.
+//! Pane with a form for the sensor's identity, which every export and the report contain.
 
 use crate::engine::{Edit, Engine};
 use crate::recording::Item;
@@ -11,14 +11,14 @@ const LABEL: f32 = 160.0;
 /// Width of the fields (points).
 const FIELD: f32 = 230.0;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "sensor",
     title: "Sensor",
-    explanation: "Which sensor it is, when and against what it was calibrated: for exports and the report",
+    explanation: "Identity of the sensor, date and reference of its calibration: for exports and the report",
 });
 
-/// Nothing of its own.
+/// The pane has no view state.
 #[derive(Debug, Default)]
 pub struct View;
 
@@ -28,7 +28,7 @@ impl PaneView for View {
     }
 }
 
-/// Draws a field for each item.
+/// Draws a field for each item of the identity.
 fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let identity = &engine.project().identity;
     let mut edited = identity.clone();

@@ -1,4 +1,4 @@
-//! A field for a number, as its setting says, and finding it.
+//! Controls of numeric and on/off settings, and the search for a control.
 
 use egui::emath::Numeric;
 use egui::{Align, DragValue, Id, Response};
@@ -6,7 +6,7 @@ use egui::{Align, DragValue, Id, Response};
 use crate::features::Setting;
 use crate::ui::controls::Controls as _;
 
-/// Draws the label and the field.
+/// Draws the label and the field of a number.
 pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
     let (min, max) = setting.range.ends();
     let mut field = DragValue::new(value).range(min..=max).speed(setting.step);
@@ -16,29 +16,29 @@ pub fn number<N: Numeric>(ui: &mut egui::Ui, setting: &Setting, value: &mut N) {
     found(setting, &ui.field(setting.label, field, setting.help()));
 }
 
-/// Draws a switch.
+/// Draws an on/off switch.
 pub fn switch(ui: &mut egui::Ui, setting: &Setting, on: &mut bool) {
     let switch = ui.checkbox(on, setting.label);
     found(setting, &switch.on_hover_text(setting.help()));
 }
 
-/// A control has the focus after so many frames, or is not on screen.
+/// Number of frames after which the search for a control ends, because the control is not on screen.
 const FRAMES_TO_FIND: u32 = 8;
 
-/// A setting whose control is looked for, and for how many frames yet.
+/// Setting whose control is searched, and number of frames left.
 type Sought = (Setting, u32);
 
 fn sought_id() -> Id {
     Id::unique("the setting that is looked for")
 }
 
-/// Brings the control of this setting on screen, and gives it the focus, when it is drawn.
+/// Scrolls to the control of this setting and gives it the focus, as soon as the control is drawn.
 pub fn seek(context: &egui::Context, setting: Setting) {
     context.data_mut(|data| data.insert_temp::<Sought>(sought_id(), (setting, FRAMES_TO_FIND)));
     context.request_repaint();
 }
 
-/// Says which control is that of a setting.
+/// Registers a control as that of a setting.
 pub fn found(setting: &Setting, control: &Response) {
     let id = sought_id();
     let sought: Option<Sought> = control.ctx.data(|data| data.get_temp(id));
@@ -49,7 +49,7 @@ pub fn found(setting: &Setting, control: &Response) {
         control.ctx.data_mut(|data| data.remove::<Sought>(id));
         return;
     }
-    // In the frame after the palette it would not get it yet.
+    // The palette holds the focus for one more frame after it closes.
     control.request_focus();
     control.scroll_to_me(Some(Align::Center));
     control.ctx.data_mut(|data| data.insert_temp::<Sought>(id, (*setting, frames - 1)));

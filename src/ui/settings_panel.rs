@@ -1,4 +1,4 @@
-//! Thresholds and the other choices of the fit. Edits go to a copy, which is sent when it differs.
+//! Pane of the thresholds and the other settings of the fit. Edits go to a copy, which is sent if it differs.
 
 use egui::{DragValue, Slider, SliderClamping};
 
@@ -16,20 +16,20 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::setting::{found, number, switch};
 use crate::ui::{blocks_panel, regressor_panel};
 
-/// The t_th slider reaches this far where recordings are longer; larger values can be typed.
+/// Upper end of the t_th slider for longer recordings (s); larger values can be typed.
 const LONGEST_SLIDER_SECS: f64 = 60.0;
 
-/// Settings that are in sight without the advanced ones.
+/// Settings that are visible without the advanced ones.
 pub const IN_SIGHT: [Setting; 2] = [F_TH, T_TH];
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "settings",
     title: "Settings",
-    explanation: "Thresholds, what else is appended to the gauges, and the regressor",
+    explanation: "Thresholds, features and regressor",
 });
 
-/// Nothing of its own.
+/// The pane has no view state.
 #[derive(Debug, Default)]
 pub struct View;
 
@@ -41,7 +41,7 @@ impl PaneView for View {
     }
 }
 
-/// The settings whose controls can be used now.
+/// Returns the settings whose controls are enabled.
 pub fn in_use(engine: &Engine) -> Vec<Setting> {
     let settings = &engine.project().settings;
     let mut all = vec![DECIMATION];
@@ -56,16 +56,16 @@ pub fn in_use(engine: &Engine) -> Vec<Setting> {
     all
 }
 
-/// Draws the choices of the fit: those of every day, then the advanced ones.
+/// Draws the main settings, then the advanced ones.
 fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.add_space(4.0);
-    // An applied calibration brings its own choices; only how samples are thinned out stays open.
+    // An applied calibration contains its settings; only decimation can still be changed.
     let mut settings = engine.project().settings.clone();
     let is_fitted = engine.project().applied.is_none();
     let is_static = engine.project().recordings.is_static();
     ui.add_enabled_ui(is_fitted, |ui| {
         if is_static {
-            let text = "No times: look-back and all else of the past are off";
+            let text = "Recordings without times: look-back and all other features with memory are off";
             ui.warn(text).on_hover_text(
                 "The recordings are load cases, whose rows do not follow one another in time; what is chosen here counts again \
                  for recordings over time",
@@ -105,7 +105,7 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.add_space(2.0);
 }
 
-/// Lists the advanced settings that are not at their defaults; a press leads to each.
+/// Lists the advanced settings that differ from their defaults; a press shows the control.
 fn changed(ui: &mut egui::Ui, settings: &FitSettings, out: &mut Vec<Command>) {
     let default = FitSettings::default();
     let features = &settings.features;
@@ -141,7 +141,7 @@ fn changed(ui: &mut egui::Ui, settings: &FitSettings, out: &mut Vec<Command>) {
         for (setting, text) in all {
             if ui.press_small(
                 text,
-                "An advanced setting that is not at its default; a press shows it",
+                "Advanced setting that differs from its default; press to show its control",
             ) {
                 out.push(Command::FindSetting(setting));
             }
@@ -151,7 +151,7 @@ fn changed(ui: &mut egui::Ui, settings: &FitSettings, out: &mut Vec<Command>) {
 
 fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
     let axes = engine.project().axes();
-    // Before anything is loaded nothing says that there is no force.
+    // Before recordings are loaded, the distance over the forces is assumed.
     let distance = match axes {
         [] => features.distance,
         axes => features.distance.effective(axes),
@@ -185,7 +185,7 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
                 )
             }
         };
-        if ui.press_if(used, label, "One look-back with the thresholds that the program begins with") {
+        if ui.press_if(used, label, "Sets one look-back with the default thresholds") {
             features.look_backs = vec![default];
         }
     });
@@ -193,7 +193,9 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         return;
     };
     ui.spacing_mut().slider_width = (ui.available_width() - 150.0).clamp(80.0, 400.0);
+    ui.weak("Force threshold");
     f_th_slider(ui, engine, distance, &mut first.f_th);
+    ui.weak("Maximum look-back time");
     let t_th = Slider::new(&mut first.t_th_secs, 0.0..=t_range(engine))
         .text(T_TH.label)
         .suffix(" s")
@@ -203,16 +205,21 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     explain(&t_th, egui::RectAlign::BOTTOM_START, &T_TH.help());
     found(&T_TH, &t_th);
     for value in [&mut first.f_th, &mut first.t_th_secs] {
-        // Typed values may exceed the slider, but neither be negative nor no number.
+        // Typed values may exceed the slider's range, but are neither negative nor NaN.
         *value = if value.is_finite() { value.max(0.0) } else { 0.0 };
     }
     let t_th_secs = first.t_th_secs;
     for other in others {
         other.t_th_secs = t_th_secs;
     }
+    if let Some(share) = engine.share_with_past() {
+        ui.weak(format!("Past sample found for {:.0} % of the samples", 100.0 * share)).on_hover_text(
+            "The other samples have none: their load differed by less than F_th within t_th. Their past gauges are set to the present ones",
+        );
+    }
 }
 
-/// Draws further F_th, and what F_th is measured over.
+/// Draws further F_th, and the choice of the distance that F_th applies to.
 fn more_look_backs(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings) {
     if features.look_backs.is_empty() {
         return;
@@ -237,7 +244,7 @@ fn more_look_backs(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSet
     }
 }
 
-/// Further F_th, each with a set of past gauges of its own.
+/// Draws the field of further F_th; each adds a set of past gauges.
 fn further_f_th(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSettings) {
     let ShownFTh { factor, unit } = ShownFTh::of(distance);
     let t_th_secs = features.look_backs[0].t_th_secs;
@@ -248,7 +255,7 @@ fn further_f_th(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSet
             "Further thresholds, with commas between them: each appends a set of past gauges of its own. Several see \
              loops of several sizes",
         );
-        let explanation = "Numbers above zero with commas between them; each is one more F_th (Eq. 9-12)";
+        let explanation = "Numbers above zero, separated by commas; each is one more F_th (Eq. 9-12)";
         if blocks_panel::list_field(ui, label.id, ("none", f64::MIN_POSITIVE), explanation, &mut values) {
             features.look_backs.truncate(1);
             features
@@ -282,7 +289,7 @@ fn f_th_slider(ui: &mut egui::Ui, engine: &Engine, distance: Distance, f_th: &mu
     }
 }
 
-/// Says what a slider does on the side on which no other slider stands, and nothing while it is moved.
+/// Shows the explanation of a slider on the side away from other sliders, and hides it while the slider moves.
 fn explain(slider: &egui::Response, side: egui::RectAlign, text: &str) {
     if slider.dragged() {
         return;
@@ -292,7 +299,7 @@ fn explain(slider: &egui::Response, side: egui::RectAlign, text: &str) {
     tooltip.show(|ui| ui.label(text));
 }
 
-/// Twice the largest force that occurs, rounded up: what two samples can differ by on one axis.
+/// Returns twice the largest force, rounded up: the largest possible difference of two samples on one axis.
 fn force_range(engine: &Engine) -> f64 {
     let largest = engine.analysis().map_or(0.0, |analysis| {
         let calibration = &analysis.calibration;
@@ -312,7 +319,7 @@ fn t_range(engine: &Engine) -> f64 {
     if longest > 0.0 { rounded_up(longest.min(LONGEST_SLIDER_SECS)) } else { LONGEST_SLIDER_SECS }
 }
 
-/// The next number of the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten.
+/// Returns the next number of the form 1, 2, 2.5, 3, 4, 5, 6 or 8 times a power of ten.
 fn rounded_up(value: f64) -> f64 {
     let power = 10_f64.powf(value.log10().floor());
     let steps = [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
@@ -336,7 +343,7 @@ fn decimation(ui: &mut egui::Ui, settings: &mut FitSettings) {
     });
 }
 
-/// What the effects of the auxiliary channels count from.
+/// Draws the reference values of the auxiliary channels, at which their effects are zero.
 fn auxiliary_references(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
     let explanation = "What the effect of this channel counts from: the gauges' matrix and the offset are those at this value, such \
                        as the temperature that a calibration is stated at. From data: its mean over the training recordings";
@@ -354,7 +361,7 @@ fn auxiliary_references(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSe
                 .speed(0.1)
                 .max_decimals(3)
                 .suffix(format!(" {}", printable(&channel.unit)));
-            let label = format!("{} counts from", printable(&channel.name));
+            let label = format!("{}: zero effect at", printable(&channel.name));
             let typed = ui.explained_field(label, field, explanation).changed();
             let mut from_data = entered.is_none() && !typed;
             let ticked = ui.tick(&mut from_data, "from data", explanation);
@@ -394,7 +401,7 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
                 let field = ui.field(
                     axis.label(),
                     field,
-                    "What errors in % FS are measured against, and the distance over all axes",
+                    "Full scale for errors in % FS and for the distance over all axes",
                 );
                 if field.changed() {
                     settings.full_scale.resize(calibration.axes.len(), None);
@@ -402,7 +409,7 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
                 }
                 let measure = egui::Button::new("Measure").small();
                 let measure = ui.add_enabled(entered.is_some(), measure);
-                if measure.on_hover_text("Forget the entered value").clicked() {
+                if measure.on_hover_text("Takes the value from the data again").clicked() {
                     settings.full_scale[at] = None;
                 }
                 ui.end_row();

@@ -1,4 +1,4 @@
-//! One frame after another: finished work in, what was asked for done, panes drawn.
+//! The frames of the window: takes finished work, executes commands, draws panes.
 
 mod questions;
 
@@ -29,22 +29,22 @@ use crate::ui::{
 };
 use questions::Questions;
 
-/// One step of the text's size.
+/// Change of the text size in one step.
 const TEXT_STEP: f32 = 0.1;
-/// How much larger everything is for a projector.
+/// Factor of all sizes in presenter mode.
 const PRESENTER_SCALE: f32 = 1.4;
 
-/// The window: the engine behind it, and what only the window remembers.
+/// The window: the engine, and the state that only the window has.
 pub struct Shell {
     engine: Engine,
     commands: VecDeque<Command>,
-    /// What dialogs and pictures of the screen answer.
+    /// Receiver of the answers of dialogs and screenshots.
     inbox: Receiver<Command>,
     reply: Reply,
     dialogs: Box<dyn Dialogs>,
     workspaces: Workspaces,
     views: Views,
-    /// The panes that were drawn last, with their places.
+    /// Panes of the last frame with their places.
     places: Vec<(Pane, egui::Rect)>,
     time: TimeView,
     hand: Hand,
@@ -55,20 +55,20 @@ pub struct Shell {
     help: Help,
     tour: Tour,
     pictures: Images,
-    /// Whether somebody came with files: then the tour on the built-in sensor is not what they want.
+    /// True if the program was started with files. Then the tour of the built-in sensor does not start.
     was_given_files: bool,
-    /// Whether the panes fill the screen, without menus.
+    /// True in presenter mode: full screen without menus.
     presents: bool,
-    /// Whether the window may close, whatever is not saved.
+    /// True once the window may close although something is not saved.
     closing: bool,
-    /// The title that the window has.
+    /// Present title of the window.
     title: String,
-    /// The preferences that the window looks like.
+    /// Preferences that the window was last drawn with.
     looks: Option<Preferences>,
 }
 
 impl Shell {
-    /// Searches for the best thresholds whenever recordings are opened.
+    /// Makes the window search for the best thresholds whenever recordings are opened.
     #[must_use]
     pub fn finding_thresholds(mut self) -> Self {
         self.engine.find_thresholds_after_opening();
@@ -114,7 +114,7 @@ impl Shell {
         }
     }
 
-    /// Takes over what was remembered of a person; begins the tour for one who has not had it.
+    /// Applies the stored preferences; starts the tour for users who have not seen it.
     pub fn with_preferences(mut self, preferences: Preferences) -> Self {
         if let Some(layout) = preferences.layout.as_ref().and_then(Workspaces::from_value) {
             self.workspaces = layout;
@@ -127,43 +127,43 @@ impl Shell {
         self
     }
 
-    /// Where to write down what is not saved, so that it survives a crash; offers what others left behind.
+    /// Sets the folder for unsaved work, which survives a crash there. Offers the work of crashed windows.
     pub fn with_recovery(mut self, folder: &Path) -> Self {
         self.engine.recover_in(folder);
         self
     }
 
-    /// What is to be remembered.
+    /// Returns the preferences to store.
     pub fn preferences(&self) -> Preferences {
         Preferences { layout: Some(self.workspaces.to_value()), ..self.engine.preferences.clone() }
     }
 
-    /// The engine behind the window.
+    /// Returns the engine.
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// The interval of time that the traces show; `None` where it is all of it.
+    /// Returns the interval of time that the traces show; `None` for the whole time.
     pub fn visible_time(&self) -> Option<(f64, f64)> {
         self.time.visible_time()
     }
 
-    /// The panes that are on screen.
+    /// Returns the panes on screen.
     pub fn on_screen(&self) -> Vec<Pane> {
         self.workspaces.on_screen()
     }
 
-    /// Whether anything runs or waits to run.
+    /// Returns true if work runs or waits to run.
     pub fn is_busy(&self) -> bool {
         !self.commands.is_empty() || self.engine.is_busy()
     }
 
-    /// Asks for something as a pane would.
+    /// Sends a command, like a pane does.
     pub fn send(&mut self, command: impl Into<Command>) {
         self.commands.push_back(command.into());
     }
 
-    /// The window closes as it should: nothing needs to be recovered.
+    /// Removes the stored unsaved work, because the window closes normally.
     pub fn end(&mut self) {
         self.engine.end();
     }
@@ -172,7 +172,7 @@ impl Shell {
     pub fn frame(&mut self, ui: &mut egui::Ui) {
         self.engine.gesture = None;
         self.engine.take();
-        // They were asked for in the frame before.
+        // The actions belong to the gesture of the frame before.
         self.engine.gesture = self.hand.gesture();
         self.commands.extend(self.inbox.try_iter());
         self.take_dropped_files(ui);
@@ -300,7 +300,7 @@ impl Shell {
             Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Interval(from, to))),
             None => self.engine.tell(
                 Level::Error,
-                "Put this recording on screen, then cursor A by a click in a trace and cursor B by Shift and a click",
+                "Show this recording, then set cursor A by a click in a trace and cursor B by Shift and a click",
             ),
         }
     }
@@ -315,7 +315,7 @@ impl Shell {
         }
     }
 
-    /// Keeps title, looks and panes true to the engine, asks before something is lost, and writes down what is not saved.
+    /// Updates title, theme and panes after the engine; asks before unsaved work is lost; stores unsaved work.
     fn follow_engine(&mut self, ui: &egui::Ui) {
         if self.looks.as_ref() != Some(&self.engine.preferences) {
             let larger = if self.presents { PRESENTER_SCALE } else { 1.0 };
@@ -342,7 +342,7 @@ impl Shell {
             self.send(Action::Close);
             ui.request_repaint();
         }
-        // It speaks of the built-in sensor.
+        // The tour is about the built-in sensor.
         let recordings = &self.engine.project().recordings;
         let has_own = !recordings.entries().is_empty() && !recordings.is_simulated();
         if has_own && self.tour.is_on() {
@@ -361,7 +361,7 @@ impl Shell {
         }
     }
 
-    /// Menus above, the status line below, the panes between, and what floats over them.
+    /// Draws menus at the top, the status line at the bottom, panes between them, and floating windows over them.
     fn draw(&mut self, ui: &mut egui::Ui, out: &mut Vec<Command>) {
         let can = self.can_go();
         self.palette.listen(ui.ctx());
@@ -402,7 +402,7 @@ impl Shell {
         });
         asked.into_iter().for_each(|ask| ask(&mut self.engine));
         let engine = &self.engine;
-        // Escape closes the help before an import.
+        // Escape closes the help before it closes an import.
         self.help.show(ui.ctx(), &|| actions::all(engine, can));
         import_window(ui.ctx(), engine, &mut self.import_fields, out);
         self.palette.show(ui.ctx(), engine, can, out);

@@ -1,4 +1,4 @@
-//! Opens the window, or says in one line why there is none.
+//! Opens the window, or prints in one line why it cannot open.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -14,12 +14,12 @@ use crate::ui::status_line;
 const WITHOUT_DISPLAY: &str =
     "without a display, use `loopscope fit`, `apply` or `demo` (see `loopscope --help`)";
 
-/// What winit says where one of the libraries that it finds at run time is not there.
+/// Parts of winit's messages about a library that is missing at run time.
 const LIBRARY_IS_MISSING: [&str; 3] = ["shared librar", "could not be loaded", "XKBNotFound"];
 
-/// What desktops and folders call the program.
+/// Name of the program for desktops and folders.
 const APP_ID: &str = "loopscope";
-/// Under this name earlier versions stored them among what the last window that closes writes anew.
+/// Key under which earlier versions stored the preferences, in storage that the last closed window overwrites.
 const STORED_BEFORE: &str = "preferences";
 
 struct Window {
@@ -81,8 +81,8 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
         }
         Ok(Box::new(Window { shell, preferences }))
     });
-    // The window system's libraries are found at run time, and one that is missing panics deep inside; one line says it
-    // better than a backtrace. What panics on our own threads is shown in the window and needs no line.
+    // A missing library of the window system panics inside winit; one line explains it better than a backtrace. Panics of our
+    // own threads are shown in the window.
     let panicked = Arc::new(Mutex::new(None));
     let seen = Arc::clone(&panicked);
     std::panic::set_hook(Box::new(move |info| {
@@ -106,7 +106,7 @@ pub fn open_window(files: Vec<PathBuf>) -> ExitCode {
     }
 }
 
-/// The program's picture; none if it cannot be read, which a test would show.
+/// Returns the icon of the program; empty if it cannot be read, which a test would show.
 fn icon() -> egui::IconData {
     let png = include_bytes!("../../assets/loopscope.png");
     let Ok(image) = image::load_from_memory_with_format(png, image::ImageFormat::Png) else {
@@ -117,7 +117,7 @@ fn icon() -> egui::IconData {
     egui::IconData { rgba: image.into_raw(), width, height }
 }
 
-/// What a machine lacks for a window to open at all.
+/// Returns the reason why this machine cannot open a window, if there is one.
 fn missing_display() -> Option<&'static str> {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_unix_desktop = cfg!(all(unix, not(target_os = "macos")));
@@ -127,7 +127,7 @@ fn missing_display() -> Option<&'static str> {
     )
 }
 
-/// In one line why there is no window, and what helps.
+/// Returns in one line why there is no window, and the remedy.
 fn with_way_out(why: &str) -> String {
     let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
     let is_missing = LIBRARY_IS_MISSING.iter().any(|words| why.contains(words));

@@ -1,4 +1,4 @@
-//! What runs, how far it is, and how long the last refit took.
+//! The status line: running work with its progress, and the time of the last refit.
 
 use std::time::Duration;
 
@@ -7,19 +7,19 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{duration, significant};
 
-/// Work that ends sooner is not worth a word.
+/// Work that ends sooner is not shown.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
-/// Draws the line at the foot of the window.
+/// Draws the status line.
 pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let running = engine.running();
         let refit = engine.refit();
         let refit = refit.filter(|refit| refit.since.elapsed() > WORTH_SAYING);
-        // First in the line, so that it stays in its place while bars come and go.
+        // The button is first in the line, so that it stays in place when progress bars appear.
         let runs = !running.is_empty() || refit.is_some();
         if runs
-            && ui.press("Cancel", "Ends what runs; what is loaded stays as it is") {
+            && ui.press("Cancel", "Ends the running work; loaded recordings stay") {
                 out.push(Action::Cancel.into());
             }
         for running in &running {
@@ -44,7 +44,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 1 => "1 notice".to_owned(),
                 n => format!("{n} notices"),
             };
-            if ui.press_small(all, "What was said since they were dismissed") {
+            if ui.press_small(all, "Lists all notices since the last dismissal") {
                 out.push(Command::ToggleNotices);
             }
         }
@@ -59,7 +59,7 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 .map_or_else(|| "none".to_owned(), |value| significant(value, 3));
             if let Some(each) = analysis.preview_of {
                 ui.warn(preview_of(each))
-                    .on_hover_text("What all samples give takes its place as soon as it is there");
+                    .on_hover_text("Replaced by the result of all samples as soon as it is computed");
                 return;
             }
             let verb = if analysis.fitted { "Refit" } else { "Applied" };
@@ -79,32 +79,31 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     });
 }
 
-/// What tells of progress is drawn again no oftener than this.
+/// Minimum time between two redraws that show progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
-/// Nor so often that drawing takes more of the processor than this share: what runs needs it, and without a graphics card a frame is
-/// long.
+/// Maximum share of the processor that redraws for progress may take. Without a graphics card a frame takes long.
 const DRAWING_SHARE: f32 = 0.05;
-/// But it goes on.
+/// Maximum time between two redraws that show progress (s).
 const LONGEST_INTERVAL: f32 = 1.0;
 
-/// How often what tells of progress is drawn again: whatever is drawn, all of the window is.
+/// Returns the time until the next redraw that shows progress. Every redraw draws the whole window.
 pub(super) fn progress_interval(context: &egui::Context) -> Duration {
     let frame_secs: f32 = context.data(|data| data.get_temp(frame_secs()).unwrap_or(0.0));
     let secs = (frame_secs / DRAWING_SHARE).clamp(0.0, LONGEST_INTERVAL);
     PROGRESS_INTERVAL.max(Duration::from_secs_f32(secs))
 }
 
-/// Remembers how long the frame before took.
+/// Stores the time that the last frame took.
 pub(super) fn note_frame(context: &egui::Context, secs: f32) {
     context.data_mut(|data| data.insert_temp(frame_secs(), secs));
 }
 
-/// Under this it is remembered.
+/// Id under which the time of a frame is stored.
 fn frame_secs() -> egui::Id {
     egui::Id::unique("how long a frame takes")
 }
 
-/// Draws that something runs, in a picture that changes no oftener than progress does.
+/// Draws a sign of running work, which moves only as often as progress is drawn.
 pub(super) fn busy(ui: &mut egui::Ui) {
     const DOTS: usize = 8;
     let size = ui.spacing().interact_size.y;
@@ -123,7 +122,7 @@ pub(super) fn busy(ui: &mut egui::Ui) {
     ui.request_repaint_after(progress_interval(ui.ctx()));
 }
 
-/// That what is shown is a preview.
+/// Returns the text that marks a preview.
 pub(super) fn preview_of(each: usize) -> String {
     format!("Preview: every {each}th sample")
 }

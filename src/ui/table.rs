@@ -1,4 +1,4 @@
-//! A table of the report in the window: what one points at explains itself.
+//! Draws tables of the report. The hover text of a cell explains its value.
 
 use egui::{Response, RichText, Role, WidgetInfo};
 
@@ -8,12 +8,12 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 
-/// Columns of numbers are at least this wide.
+/// Minimum width of columns of numbers (points).
 const NUMBER_WIDTH: f32 = 38.0;
-/// Words longer than this are shortened where room is short.
+/// Number of characters above which words are shortened in a narrow pane.
 const MAX_WORDS: usize = 34;
 
-/// Draws a table, its title in place of the first column's group.
+/// Draws a table; its title takes the place of the first column's group.
 pub fn show(ui: &mut egui::Ui, table: &Table) {
     egui::Grid::new(&table.title)
         .striped(true)
@@ -45,18 +45,18 @@ pub fn show(ui: &mut egui::Ui, table: &Table) {
     }
 }
 
-/// What copies a table and writes it as CSV.
+/// Buttons that copy a table and save it as CSV.
 pub struct Saving<'a> {
-    /// Where it is written.
+    /// Path of the CSV file.
     pub path: &'a mut String,
-    /// What the file holds.
+    /// Description of the file's contents.
     pub holds: &'a str,
-    /// Whether there is a table.
+    /// True if there is a table.
     pub enabled: bool,
 }
 
 impl Saving<'_> {
-    /// Draws the buttons; `text` makes what the clipboard gets, `content` what the file gets.
+    /// Draws the buttons. `text` returns the text for the clipboard, `content` the contents of the file.
     pub fn show(
         self,
         ui: &mut egui::Ui,
@@ -65,11 +65,11 @@ impl Saving<'_> {
         out: &mut Vec<Command>,
     ) {
         ui.add_enabled_ui(self.enabled, |ui| {
-            if ui.press("Copy table", "As tab-separated text") {
+            if ui.press("Copy table", "Copies the table as tab-separated text") {
                 ui.copy_text(text());
             }
             let field = egui::TextEdit::singleline(self.path).desired_width(120.0);
-            ui.field("CSV", field, "Where the table is written");
+            ui.field("CSV", field, "Path of the CSV file");
             let save = ui.press("Save", self.holds);
             let path = self.path.trim();
             if save
@@ -82,21 +82,21 @@ impl Saving<'_> {
     }
 }
 
-/// By which column the rows of a table stand.
+/// Order of the rows of a table.
 #[derive(Clone, Debug)]
 pub struct Sort {
-    /// The column's name; rows stand as they came where there is none of it.
+    /// Name of the column that the rows are sorted by. Without such a column the rows keep their order.
     column: String,
     descending: bool,
 }
 
 impl Sort {
-    /// By this column, the least first.
+    /// Returns the ascending order by this column.
     pub fn by(column: &str) -> Self {
         Self { column: column.to_owned(), descending: false }
     }
 
-    /// The places of the rows of this table.
+    /// Returns the indices of the rows in this order.
     pub fn order(&self, table: &Table) -> Vec<usize> {
         let mut columns = table.columns.iter();
         match columns.position(|column| column.name == self.column) {
@@ -106,7 +106,7 @@ impl Sort {
     }
 }
 
-/// Draws a table whose heads sort it; `lead` draws what stands before a row and in the place of its first `n_led` cells.
+/// Draws a table that is sorted by its heads. `lead` draws the beginning of each row, in place of the first `n_led` cells.
 pub fn show_sorted(
     ui: &mut egui::Ui,
     table: &Table,
@@ -134,7 +134,7 @@ pub fn show_sorted(
         });
 }
 
-/// The head of a column; a click sorts by it, another the other way round.
+/// Draws the head of a column. A click sorts by the column, a second click reverses the order.
 fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
     let title = column.title();
     if title.is_empty() {
@@ -148,7 +148,7 @@ fn head(ui: &mut egui::Ui, column: &Column, sort: &mut Sort) {
         (true, true) => " ↓",
     };
     let button = egui::Button::new(RichText::new(format!("{title}{arrow}")).strong()).frame(false);
-    let about = format!("{}\nA click sorts by it", column.about);
+    let about = format!("{}\nClick to sort by this column", column.about);
     if ui.add(button).on_hover_text(about.trim()).clicked() {
         let descending = is_own && !sort.descending;
         *sort = Sort { column: column.name.clone(), descending };
@@ -172,12 +172,12 @@ fn show_cell(ui: &mut egui::Ui, table: &Table, [row, at]: [usize; 2], is_narrow:
     }
 }
 
-/// What is heard of a cell in the place of the text that is seen: a number alone says nothing without the heads beside it.
+/// Sets the text of a cell for screen readers. A number alone would not name its row and column.
 pub fn say(cell: &Response, sentence: impl Fn() -> String) {
     cell.widget_info(|| WidgetInfo::labeled(Role::Label, cell.enabled(), sentence()));
 }
 
-/// The title, then each group over its first column.
+/// Draws the title, then each group over its first column.
 fn groups(ui: &mut egui::Ui, table: &Table) {
     ui.strong(&table.title);
     let mut before = None;
@@ -192,7 +192,7 @@ fn groups(ui: &mut egui::Ui, table: &Table) {
     ui.end_row();
 }
 
-/// What there is to know about a number, below which column it is of.
+/// Returns the hover text of a number: its explanation and that of its column.
 fn whole(column: &Column, about: &str) -> String {
     match about {
         "" => String::new(),
@@ -211,9 +211,9 @@ fn explained(ui: &mut egui::Ui, text: RichText, about: &str) -> Response {
     }
 }
 
-/// A button that copies tables, one after the other.
+/// Draws a button that copies tables, one after the other.
 pub fn copy_button(ui: &mut egui::Ui, tables: &[Table]) {
-    if ui.press_if(!tables.is_empty(), "Copy tables", "As tab-separated text") {
+    if ui.press_if(!tables.is_empty(), "Copy tables", "Copies the tables as tab-separated text") {
         let texts: Vec<String> = tables.iter().map(Table::tab_separated).collect();
         ui.copy_text(texts.join("\n\n"));
     }

@@ -1,4 +1,5 @@
-//! Choosing thresholds: the map, the curves through the present pair, what it touches, and what is suggested.
+//! Pane of the thresholds: the map of errors, the curves through the present pair, the look-back ages, and the proposed
+//! pairs.
 
 mod ages;
 mod curves;
@@ -23,25 +24,25 @@ use crate::ui::status_line::busy;
 
 pub use map::MapTexture;
 
-/// The share of the height that the ages of the past get beside the curves.
+/// Share of the height for the look-back ages.
 const AGES_SHARE: f32 = 0.26;
-/// In a lower pane the curves take it all.
+/// Height of the pane below which the look-back ages are omitted (points).
 const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "thresholds",
     title: "Thresholds",
-    explanation: "The map of F_th and t_th, and which pair to take",
+    explanation: "Map of the error over F_th and t_th, and the proposed pairs",
 });
 
-/// What is chosen and typed.
+/// View state of the pane.
 pub struct View {
-    /// Whose errors are shown, if it was chosen.
+    /// Axis or group of axes whose errors are shown, if the user chose one.
     measure: Option<Measure>,
-    /// Which errors are shown.
+    /// Samples whose errors are shown.
     on: ScoreSet,
-    /// The path to save the map to.
+    /// Path of the saved map.
     path: String,
     texture: MapTexture,
 }
@@ -122,47 +123,44 @@ impl View {
         out: &mut Vec<Command>,
     ) {
         ui.horizontal_wrapped(|ui| {
-        let label = ui.label("Errors of");
-        let button = egui::ComboBox::from_id_salt("measure")
-            .selected_text(measure_text(map, measure));
-        let items = map.scale.measures().into_iter();
-        let items = items.map(|one| (one, measure_text(map, one).into(), ""));
-        let mut chosen = measure;
-        choice(ui, button, &mut chosen, items)
-            .labelled_by(label.id)
-            .on_hover_text("Whose root mean squared error the map is coloured by, and the suggestion chosen by");
-        if chosen != measure {
-            self.measure = Some(chosen);
-        }
-        ui.separator();
-        for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
-            ui.select(&mut self.on, set, set.title(), set.explanation());
-        }
-        ui.separator();
-        let field = egui::TextEdit::singleline(&mut self.path)
-            .hint_text(format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS)))
-            .desired_width(130.0);
-        ui.field("Save as", field, "Its ending says as what it is saved");
-        let path = self.path.trim();
-        let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
-        let formats: String = formats.chain([".png: this pane as it is on screen".to_owned()]).collect();
-        if ui.press("Save", formats) && !path.is_empty() {
-            let path = std::path::PathBuf::from(path);
-            out.push(if ends_in_png(&path) {
-                Command::Image(pane, ImageTo::Path(path))
-            } else {
-                let content = FileContent::Thresholds(Arc::clone(map), measure);
-                Action::Save(content, path, Existing::Ask).into()
-            });
-        }
-        if !map.is_complete() {
-            ui.weak(format!(
-                "{} of {} rows",
-                map.n_rows_done(),
-                map.grid.f_ths().len()
-            ));
-        }
-    });
+            let label = ui.label("Errors of");
+            let button =
+                egui::ComboBox::from_id_salt("measure").selected_text(measure_text(map, measure));
+            let items = map.scale.measures().into_iter();
+            let items = items.map(|one| (one, measure_text(map, one).into(), ""));
+            let mut chosen = measure;
+            choice(ui, button, &mut chosen, items)
+                .labelled_by(label.id)
+                .on_hover_text("Axis or axes whose RMSE the map shows and the proposal minimises");
+            if chosen != measure {
+                self.measure = Some(chosen);
+            }
+            ui.separator();
+            for set in [ScoreSet::LeftOut, ScoreSet::Train, ScoreSet::Test] {
+                ui.select(&mut self.on, set, set.title(), set.explanation());
+            }
+            ui.separator();
+            let field = egui::TextEdit::singleline(&mut self.path)
+                .hint_text(format!("path ending in {} or .png", FileFormat::listed(MAP_FORMATS)))
+                .desired_width(130.0);
+            ui.field("Save as", field, "Path of the file; its ending chooses the format");
+            let path = self.path.trim();
+            let formats = MAP_FORMATS.iter().map(|own| format!(".{}: {}; ", own.ending, own.holds));
+            let formats: String =
+                formats.chain([".png: this pane as on screen".to_owned()]).collect();
+            if ui.press("Save", formats) && !path.is_empty() {
+                let path = std::path::PathBuf::from(path);
+                out.push(if ends_in_png(&path) {
+                    Command::Image(pane, ImageTo::Path(path))
+                } else {
+                    let content = FileContent::Thresholds(Arc::clone(map), measure);
+                    Action::Save(content, path, Existing::Ask).into()
+                });
+            }
+            if !map.is_complete() {
+                ui.weak(format!("{} of {} rows", map.n_rows_done(), map.grid.f_ths().len()));
+            }
+        });
     }
 }
 
@@ -171,7 +169,7 @@ fn ends_in_png(path: &Path) -> bool {
     ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png"))
 }
 
-/// Whether the first button is held on the plot; the second is for its menu.
+/// Returns true if the left button is pressed on the plot; the right button opens the menu.
 fn pressed(response: &egui::Response) -> bool {
     response.is_pointer_button_down_on() && response.ctx.input(|input| input.pointer.primary_down())
 }
@@ -180,13 +178,13 @@ fn measure_text(map: &ThresholdMap, measure: Measure) -> String {
     format!("{} [{}]", measure.label(&map.scale), measure.unit(&map.scale))
 }
 
-/// F_th as it is shown, with its unit.
+/// Returns F_th with its unit, as shown.
 fn f_th_text(distance: Distance, f_th: f64) -> String {
     let shown = ShownFTh::of(distance);
     format!("{} {}", significant(shown.factor * f_th, 3), shown.unit)
 }
 
-pub fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
+fn pair_text(distance: Distance, thresholds: Thresholds) -> String {
     let t_th = significant(thresholds.t_th_secs, 3);
     format!("{}, {t_th} s", f_th_text(distance, thresholds.f_th))
 }
@@ -216,7 +214,7 @@ fn suggestion(
         match found {
             Ok(_) if !is_complete => {
                 let (done, all) = (map.n_rows_done(), map.grid.f_ths().len());
-                ui.weak(format!("{done} of {all} rows of the map are there; the minimum is known with the last"))
+                ui.weak(format!("{done} of {all} rows of the map are computed; the minimum follows with the last row"))
             }
             Ok(found) => ui.label(suggestion_text(map, measure, &found)),
             Err(reason) => ui.weak(reason.to_string()),
@@ -238,11 +236,11 @@ fn suggestion(
                 let value = f_th_text(map.distance, value);
                 match study.hysteresis.n_reversals {
                     n if n >= FEWEST_REVERSALS => ui.label(format!("{value} over {n} reversals")),
-                    1 => ui.weak(format!("{value} from one reversal: a hint, no mean")),
-                    n => ui.weak(format!("{value} from {n} reversals only: a hint, not a measurement")),
+                    1 => ui.weak(format!("{value} from one reversal: one value is no mean")),
+                    n => ui.weak(format!("{value} from {n} reversals only: too few for a measurement")),
                 }
             }
-            None => ui.weak("the training recordings hold no full cycle of a load to measure it on"),
+            None => ui.weak("the training recordings contain no full load cycle to measure it"),
         };
         ui.separator();
         {
@@ -263,7 +261,8 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
     let Suggestion { thresholds, left_out, conventional, f_th_range, cross_validation, .. } = found;
     let open = |is_edge: bool| if is_edge { " or beyond" } else { "" };
     let unit = measure.unit(&map.scale);
-    let gain = if found.beats_conventional { "" } else { ", no better than Conv. beyond luck" };
+    let gain =
+        if found.beats_conventional { "" } else { ", not significantly better than Uncompensated" };
     let range = match (f_th_range.from, f_th_range.to) {
         (from, to) if from == to => "no other F_th is".to_owned(),
         (from, to) => format!(
@@ -275,7 +274,7 @@ fn suggestion_text(map: &ThresholdMap, measure: Measure, found: &Suggestion) -> 
         ),
     };
     format!(
-        "{}: {} {unit} (Conv. {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
+        "{}: {} {unit} (Uncompensated {}){gain}; {range} as good as the recordings can tell; cross-validation {cross_validation}",
         pair_text(map.distance, *thresholds),
         significant(*left_out, 4),
         significant(*conventional, 4),
@@ -290,7 +289,7 @@ fn blocks(ui: &mut egui::Ui, engine: &Engine, measure: Measure, out: &mut Vec<Co
             let label = format!("Choose {}", block.setting().label.to_lowercase());
             let button = egui::Button::new(label);
             let button = ui.add_enabled(!choosing, button).on_hover_text(
-                "By cross-validation over a grid, everything else as it is set; the shortest list within 1 % of the best",
+                "By cross-validation over a grid, with all other settings unchanged; proposes the shortest list within 1 % of the best",
             );
             if button.clicked() {
                 out.push(Action::ChooseBlock(block, Some(measure)).into());

@@ -1,4 +1,4 @@
-//! The part of time that is on screen and the sample that is looked at, which all panes share.
+//! The visible interval of time and the present sample, which all panes share.
 
 mod cursors;
 mod playing;
@@ -18,46 +18,45 @@ use crate::ui::palette::Trace;
 pub use cursors::Cursors;
 pub use playing::Playing;
 
-/// A zoom that stood for so long can be gone back to (s).
+/// Time after which a zoom is stored for "Zoom back" (s).
 const SETTLED_SECS: f32 = 0.4;
-/// A step by a key is at least this part of what is on screen: about one pixel.
+/// Number of key steps across the visible time. One step is about one pixel.
 const STEPS_ACROSS: usize = 800;
-/// So many zooms are remembered.
+/// Maximum number of stored zooms.
 const MAX_ZOOMS: usize = 50;
 
-/// What part of the traces is on screen.
+/// Visible part of the traces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Shown {
-    /// The interval of time; `None` shows all of it.
+    /// The interval of time; `None` shows the whole time.
     pub(super) time: Option<(f64, f64)>,
-    /// Value ranges that were chosen by hand.
+    /// Value ranges that the user chose.
     pub(super) values: BTreeMap<(Axis, Kind), (f64, f64)>,
 }
 
-/// Which of an axis' two panes.
+/// The two panes of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Kind {
     Load,
     Error,
 }
 
-/// What the panes of traces remember between frames.
+/// State of the trace panes.
 #[derive(Debug)]
 pub struct TimeView {
-    /// The time axis that the rest was chosen on.
+    /// Time axis to which the state belongs.
     on: Option<Arc<Vec<f64>>>,
     pub(super) shown: Shown,
-    /// What was shown before, and after.
+    /// Previous and next zooms.
     zooms: Undoer<Shown>,
-    /// The sample under the pointer, or where it plays, in the last frame.
-    /// What looks faulty in each recording, once it is known.
+    /// Samples that look faulty in each recording, once they are known.
     pub(super) faulty: Vec<Arc<FaultyRecording>>,
     pub(super) hovered: Option<usize>,
-    /// Whether the scales of values stay as they are.
+    /// True if the scales of values are locked.
     pub(super) locks_values: bool,
-    /// The pass in which the panes were drawn last.
+    /// Number of the pass in which the panes were last drawn.
     pub(super) drawn_in: u64,
-    /// The sample that is pointed at elsewhere.
+    /// Sample under the pointer in another pane.
     pub(super) pointed: Option<usize>,
     pub(super) hidden: Vec<Trace>,
     pub(super) columns: SharedColumns,
@@ -84,18 +83,18 @@ impl Default for TimeView {
     }
 }
 
-/// The columns that all panes draw in: they show the same time, and are as wide as each other.
+/// The columns that all panes draw in. All panes show the same time and have the same width.
 #[derive(Debug, Default)]
 pub(super) struct SharedColumns {
-    /// The time axis that they are of.
+    /// Time axis of the columns.
     times: Arc<Vec<f64>>,
-    /// What is shown of it, and in how many columns.
+    /// Interval of the axis, and number of columns.
     shown: ((f64, f64), usize),
     columns: Arc<Vec<Columns>>,
 }
 
 impl SharedColumns {
-    /// Those that were made last, if they are of the same, else new ones.
+    /// Returns the stored columns if they match, else new ones.
     pub(super) fn take(
         &mut self,
         (times, time, n): (&Arc<Vec<f64>>, (f64, f64), usize),
@@ -119,18 +118,19 @@ fn no_zooms() -> Undoer<Shown> {
 }
 
 impl TimeView {
-    /// The interval of time on screen; `None` where it is all of it.
+    /// Returns the visible interval of time; `None` for the whole time.
     pub fn visible_time(&self) -> Option<(f64, f64)> {
         self.shown.time
     }
 
-    /// The sample under the pointer in the traces, or where they play, while they are on screen.
+    /// Returns the sample under the pointer in the traces, or at the playing position; `None` if the traces are not on
+    /// screen.
     pub fn looked_at(&self, context: &egui::Context) -> Option<usize> {
         let is_drawn = context.cumulative_pass_nr() <= self.drawn_in + 1;
         self.hovered.filter(|_| is_drawn)
     }
 
-    /// Marks a sample in the traces that is pointed at elsewhere.
+    /// Marks a sample in the traces that is under the pointer in another pane.
     pub fn point_at(&mut self, sample: usize, context: &egui::Context) {
         self.pointed = Some(sample);
         if self.hovered != Some(sample) {
@@ -138,7 +138,7 @@ impl TimeView {
         }
     }
 
-    /// Shows these samples and little else.
+    /// Zooms to these samples with a small margin.
     pub fn show_samples(&mut self, samples: std::ops::Range<usize>) {
         let Some(times) = self.on.as_ref().filter(|times| samples.end <= times.len()) else {
             return;
@@ -148,7 +148,7 @@ impl TimeView {
         }
     }
 
-    /// Forgets what was chosen for other recordings.
+    /// Discards the state that belongs to other recordings.
     pub(super) fn follow(&mut self, traces: &TraceSet) {
         let same = self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times));
         if !same {
@@ -161,7 +161,7 @@ impl TimeView {
         }
     }
 
-    /// Does what somebody asks for.
+    /// Executes a command on the visible time or the present sample.
     pub fn apply(&mut self, time_move: TimeMove) {
         match time_move {
             TimeMove::Fit => self.fit(),
@@ -176,41 +176,41 @@ impl TimeView {
         }
     }
 
-    /// Keeps what is shown, so that it can be gone back to.
+    /// Stores the present zoom for "Zoom back".
     pub(super) fn keep_zoom(&mut self, time_secs: f64) {
         self.zooms.feed_state(time_secs, &self.shown);
     }
 
-    /// Shows everything.
+    /// Shows the whole time.
     pub(super) fn fit(&mut self) {
         self.shown = Shown::default();
     }
 
-    /// Whether something else was shown before.
+    /// Returns true if there is a previous zoom.
     pub fn can_go_back(&self) -> bool {
         self.zooms.has_undo(&self.shown)
     }
 
-    /// Whether something else was shown after.
+    /// Returns true if there is a next zoom.
     pub fn can_go_forward(&self) -> bool {
         self.zooms.has_redo(&self.shown)
     }
 
-    /// Shows what was shown before.
+    /// Returns to the previous zoom.
     fn go_back(&mut self) {
         if let Some(before) = self.zooms.undo(&self.shown) {
             self.shown = before.clone();
         }
     }
 
-    /// Shows what was shown after.
+    /// Returns to the next zoom.
     fn go_forward(&mut self) {
         if let Some(after) = self.zooms.redo(&self.shown) {
             self.shown = after.clone();
         }
     }
 
-    /// The span between the cursors, counted from the first sample of a recording that is on screen (s).
+    /// Returns the interval between the cursors, counted from the first sample of a recording on screen (s).
     pub fn span_in(&self, recording: usize, traces: &TraceSet) -> Option<(f64, f64)> {
         let (a, b) = self.cursors.both()?;
         let mut segments = traces.segments.iter();
@@ -220,7 +220,7 @@ impl TimeView {
         (to >= 0.0).then_some((from.max(0.0), to))
     }
 
-    /// Puts cursor A (0) or B (1) at the sample under the pointer, or where it plays.
+    /// Puts cursor A (0) or B (1) at the sample under the pointer, or at the playing position.
     fn put_cursor(&mut self, which: usize) {
         let times = self.on.as_ref();
         let time = self.hovered.and_then(|k| times?.get(k).copied());
@@ -229,13 +229,13 @@ impl TimeView {
         }
     }
 
-    /// All times, and the interval of them on screen.
+    /// Returns all times and the visible interval.
     fn on_screen(&self) -> Option<(&[f64], (f64, f64))> {
         let times = self.on.as_deref()?;
         Some((times, self.shown.time.unwrap_or_else(|| all_of(times))))
     }
 
-    /// Shows so many times as much of the time axis, about the sample shown or the middle.
+    /// Multiplies the visible time by this factor, around the present sample or the middle.
     fn zoom_time(&mut self, factor: f64) {
         let Some((times, (from, to))) = self.on_screen() else {
             return;
@@ -247,7 +247,7 @@ impl TimeView {
         self.shown.time = Some(within(times, zoomed));
     }
 
-    /// Shows what lies earlier or later, in shares of what is on screen.
+    /// Moves the visible time by this share of itself.
     fn move_time(&mut self, share: f64) {
         let Some((times, (from, to))) = self.on_screen() else {
             return;
@@ -256,7 +256,7 @@ impl TimeView {
         self.shown.time = Some(within(times, (from + by, to + by)));
     }
 
-    /// Goes one sample forward (1) or back (-1), or as many as fall on one pixel.
+    /// Goes one sample forward (1) or back (-1), or one pixel if samples are denser.
     fn step(&mut self, step: i8) {
         let Some((times, (from, to))) = self.on_screen() else {
             return;
@@ -272,7 +272,7 @@ impl TimeView {
         }
     }
 
-    /// Moves what is on screen where this time would not be.
+    /// Moves the visible time if this time would be outside.
     fn follow_time(&mut self, time: f64) {
         if let Some((from, to)) = self.shown.time
             && !(from..=to).contains(&time)
@@ -288,7 +288,7 @@ impl TimeView {
         !self.hidden.contains(&trace)
     }
 
-    /// Goes on playing; the sample that it is at. What is on screen follows.
+    /// Continues playing. Returns the present sample. The visible time follows.
     pub(super) fn play(&mut self, ui: &egui::Ui, traces: &TraceSet) -> Option<usize> {
         let start = traces.times.first().copied().unwrap_or(0.0);
         let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));
@@ -303,7 +303,7 @@ impl TimeView {
     }
 }
 
-/// From the first time to the last, with a margin.
+/// Returns the interval from the first to the last time, with a margin.
 pub fn all_of(times: &[f64]) -> (f64, f64) {
     let first = times.first().copied().unwrap_or(0.0);
     let last = times.last().copied().unwrap_or(first);
@@ -311,7 +311,7 @@ pub fn all_of(times: &[f64]) -> (f64, f64) {
     (first - margin, last + margin)
 }
 
-/// Keeps an interval of time on the recordings and wide enough to be drawn.
+/// Limits an interval of time to the recordings and to a minimum width.
 pub fn within(times: &[f64], (start, end): (f64, f64)) -> (f64, f64) {
     let first = times.first().copied().unwrap_or(0.0);
     let last = times.last().copied().unwrap_or(1.0);

@@ -1,5 +1,4 @@
-//! A first walk through the main job on the built-in sensor; it points at what it speaks of, stands aside, and can be skipped at any
-//! time.
+//! Tour of the main job on the built-in sensor. It points at the pane that it explains, and can be skipped at any time.
 
 use egui::{Rect, Vec2};
 
@@ -7,84 +6,84 @@ use crate::ui::command::{Command, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::{export_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
-/// A step: the pane that it speaks of, its title and its text.
+/// A step of the tour: its pane, title and text.
 type Step = (Pane, &'static str, &'static str);
 
 const STEPS: [Step; 6] = [
     (
         trace_panes::PANE,
-        "What this is",
-        "These recordings come from a simulated force/torque sensor, so that there is something to try. Each pane shows one axis: \
-         Calculated (Calc.) is the load that was really applied, Conventional (Conv.) what the usual calibration makes of the gauges, Compensated (Comp.) what it becomes with \
-         gauges from the past. Their errors are below.",
+        "What LoopScope does",
+        "These recordings come from a simulated force/torque sensor. Each pane shows one axis: Reference is the applied load, \
+         Uncompensated the load by the conventional calibration, Compensated the load that is compensated with past gauges. \
+         Their errors are below.",
     ),
     (
         trace_panes::PANE,
         "The past of a sample",
-        "Move the pointer over a trace. The green interval is t_th, the diamond the sample that the look-back found: the last one whose \
-         load differed by F_th. The small plot at the pointer shows how that distance grows going back. Space plays through time.",
+        "Move the pointer over a trace. The green interval is t_th. The diamond is the past sample: the last one whose \
+         load differed by F_th. The small plot at the pointer shows this distance over time. Space plays through time.",
     ),
     (
         settings_panel::PANE,
         "Thresholds",
-        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Comp. equals Conv. The tab Thresholds \
-         shows the error for every pair, and suggests one without touching the test recordings.",
+        "Move F_th and t_th: everything is fitted again while you move them. At 0 N, Compensated equals Uncompensated. The tab Thresholds \
+         shows the error for every pair, and proposes one without using the test recordings.",
     ),
     (
         loops_pane::PANE,
         "Loops",
-        "The error over the load: hysteresis as an area, before and after. Metrology gives the figures of \
-         a data sheet, and Models finds what to calibrate with.",
+        "The error over the load, uncompensated and compensated: hysteresis is the area of the loop. Metrology shows the figures of \
+         a data sheet, and Models finds the best model.",
     ),
     (
         recordings_panel::PANE,
         "Your own recordings",
-        "Drop files on the window, or File > Open; the tour ends with them. Give each a role: it trains, it tests, or it is off. A file \
-         whose columns have no names is asked about first.",
+        "Drop files on the window, or File > Open; the tour ends then. Choose a role for each recording: train, test or off. For a file \
+         whose columns have no names, the import window opens first.",
     ),
     (
         export_pane::PANE,
-        "Out again",
+        "Results",
         "Export the calibration here: .json for this program, .h, .rs or .py to run on a robot, and more. F1 shows all keys, \
          Ctrl+P finds any action.",
     ),
 ];
 
-/// Every step is as large, so that its buttons stay where they are.
+/// Size of each step. It is the same for all, so that the buttons stay in place.
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
-/// The ring around a pane stands so far outside of what is drawn in it.
+/// Distance of the ring around a pane from its contents (points).
 const RING: f32 = 5.0;
-/// How far it stays from the edges of the window; menus and the status line are there.
+/// Distance from the edges of the window, which leaves room for menus and status line (points).
 const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
-/// Where the tour is.
+/// State of the tour.
 #[derive(Debug, Default)]
 pub struct Tour {
     step: Option<usize>,
 }
 
 impl Tour {
-    /// Begins it.
+    /// Starts the tour.
     pub fn begin(&mut self) {
         self.step = Some(0);
     }
 
-    /// Ends it.
+    /// Ends the tour.
     pub fn end(&mut self) {
         self.step = None;
     }
 
-    /// Whether it is shown.
+    /// Returns true while the tour is shown.
     pub fn is_on(&self) -> bool {
         self.step.is_some()
     }
 
-    /// The pane that it speaks of.
+    /// Returns the pane that the present step explains.
     pub fn pane(&self) -> Pane {
         STEPS[self.step.unwrap_or(0).min(STEPS.len() - 1)].0
     }
 
-    /// Draws the step that it is at, beside the pane that it speaks of; `places` are those of the panes on screen.
+    /// Draws the present step beside its pane. `places` are the places of the panes on screen.
     pub fn show(
         &mut self,
         context: &egui::Context,
@@ -116,15 +115,18 @@ impl Tour {
                 ui.add(egui::Label::new(text).wrap());
                 ui.with_layout(egui::Layout::bottom_up(egui::Align::Min), |ui| {
                     ui.horizontal(|ui| {
-                        if ui.press_if(step > 0, "Back", "To the step before") {
+                        if ui.press_if(step > 0, "Back", "Shows the previous step") {
                             next = Some(step - 1);
                         }
                         if step + 1 < STEPS.len() {
-                            let button = ui.button("Next").on_hover_text("To the next step");
+                            let button = ui.button("Next").on_hover_text("Shows the next step");
                             if button.clicked() {
                                 next = Some(step + 1);
                             }
-                            if ui.press("Skip the tour", "The Help menu has it, for later") {
+                            if ui.press(
+                                "Skip the tour",
+                                "Ends the tour; the Help menu starts it again",
+                            ) {
                                 out.push(Command::Tour(false));
                             }
                         } else {
@@ -142,7 +144,7 @@ impl Tour {
     }
 }
 
-/// Where a step stands: in the corner of the window in which it hides least of what it speaks of.
+/// Returns the place of a step: the corner of the window in which it covers the least of its pane.
 fn beside(place: Option<Rect>, window: Rect) -> egui::Pos2 {
     let room = window.shrink2(EDGE);
     let (left, right) = (room.left(), (room.right() - SIZE.x - EDGE.x).max(room.left()));

@@ -1,13 +1,12 @@
-//! The middle of the window: per axis a pane with Calc., Conv. and Comp., and under it one with their errors.
+//! The trace panes: for each axis the reference, uncompensated and compensated load, and below them their errors.
 //!
-//! All panes share one interval of time, and the sample under the pointer.
+//! All panes share the visible time and the sample under the pointer.
 
 mod drawn;
 mod overlay;
 mod pane;
 
 use crate::engine::{Action, Edit, Engine};
-use crate::features::Thresholds;
 use crate::questions::check::faulty::FindFaults;
 use crate::questions::{AxisTraces, View as Shown};
 use crate::report::figure;
@@ -17,35 +16,31 @@ use crate::ui::controls::Controls as _;
 use crate::ui::numbers::elided;
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
-use crate::ui::thresholds_pane::pair_text;
 use crate::ui::time_view::TimeView;
 use drawn::DrawnLines;
 use pane::Place;
 
-/// Panes are at least this high; what does not fit is scrolled to.
+/// Minimum height of a pane (points); further panes are scrolled to.
 const MIN_CELL_HEIGHT: f32 = 116.0;
-/// Room for the time axis under the lowest pane.
+/// Height of the time axis under the lowest pane (points).
 const TIME_AXIS_HEIGHT: f32 = 34.0;
-/// Room above the uppermost pane: the number at the upper end of its scale stands a little above it.
+/// Room above the uppermost pane for the number at the upper end of its scale (points).
 const ABOVE: i8 = 4;
-/// A column of panes is at least this wide, if there is more than one.
+/// Minimum width of a column of panes, if there are several (points).
 const MIN_COLUMN_WIDTH: f32 = 260.0;
 
-/// Where fewer samples than this find a past sample, that is worth a word.
-const FEW_WITH_PAST: f64 = 0.5;
-
-/// Characters of a recording's name that have room in the row of choices, and in the list of them.
+/// Number of characters of a recording's name that fit into the row of choices and its list.
 const NAME_LENGTH: usize = 26;
 const LIST_NAME_LENGTH: usize = 60;
 
-/// Room for a piece of line and the name of its trace.
-const LEGEND_ENTRY_WIDTH: f32 = 110.0;
+/// Width of a piece of line and the name of its trace (points).
+const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
-/// The pane.
+/// Description of the pane.
 pub const PANE: Pane =
     Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
 
-/// What part of time is shown belongs to all panes; its own is what it drew last.
+/// View state of the pane: the lines that it drew last. The visible time belongs to all panes.
 #[derive(Debug, Default)]
 pub struct View {
     drawn: DrawnLines,
@@ -95,15 +90,14 @@ fn trace_panes(
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
-    let panes_top = ui.cursor().top();
     let mut hovered = None;
     egui::ScrollArea::vertical()
         .auto_shrink([false, false])
-        // The wheel zooms.
+        // The wheel zooms, so it does not scroll.
         .scroll_source(egui::scroll_area::ScrollSource { mouse_wheel: false, ..Default::default() })
         .show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
-            // What a scale is of stands a little to the left of its plot.
+            // The label of a scale stands a little to the left of its plot.
             let room = egui::Margin { left: 6, top: ABOVE, ..egui::Margin::ZERO };
             egui::Frame::NONE.inner_margin(room).show(ui, |ui| {
                 ui.columns(columns.len(), |uis| {
@@ -120,7 +114,6 @@ fn trace_panes(
                 });
             });
         });
-    no_past(ui, engine, panes_top, out);
     panes.cursors.show(ui, engine, traces);
     panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
@@ -134,13 +127,13 @@ fn trace_panes(
     panes.drawn_in = ui.ctx().cumulative_pass_nr();
     panes.hovered = hovered;
     if hovered != hovered_before {
-        // The panes drawn before the hovered one show the sample in the next frame.
+        // Panes drawn before the one under the pointer show the sample in the next frame.
         ui.request_repaint();
     }
 }
 
-/// Forces to the left, moments to the right, where there is room for both; else one column. Where these are too high for the
-/// room, three columns, x, y and z, if they are lower and there is the width.
+/// Returns the axes in columns: forces left and moments right if both fit, else one column. If these are too high, and three
+/// columns x, y and z are lower and fit, returns three columns.
 fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTraces>> {
     let (forces, moments): (Vec<_>, Vec<_>) =
         shown.iter().copied().partition(|axis| axis.axis.is_force());
@@ -191,20 +184,20 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         if let Some(factory) = &engine.project().factory {
 
             let path = factory.path.display();
-            if ui.press_small("×", format!("Compare no longer with {path}")) {
+            if ui.press_small("×", format!("Ends the comparison with {path}")) {
                 out.push(Edit::Compare(None).into());
             }
         }
         ui.separator();
         let fit = ui.button("Fit view").on_hover_text(
-            "Show all of it (or double-click in a pane). Wheel: zoom in time; drag: move; right drag: zoom into a box",
+            "Shows the whole time (or double-click in a pane). Wheel: zoom in time; drag: move; right drag: zoom into a box",
         );
         if fit.clicked() {
             panes.fit();
         }
         let lock = ui.selectable_label(panes.locks_values, "Lock y");
         let lock = lock.on_hover_text(
-            "Keeps the scales of loads and errors as they are, so that a change can be seen while a threshold moves",
+            "Keeps the scales of loads and errors, so that changes are visible while a threshold moves",
         );
         if lock.clicked() {
             panes.locks_values = !panes.locks_values;
@@ -212,7 +205,7 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
         }
         let table = ui.selectable_label(panes.cursors.has_table(), "Cursors");
         let table = table.on_hover_text(
-            "The table of what lies at cursor A, at B and between them. A click in a trace puts A, with Shift B; Escape takes both away",
+            "Table of the values at cursors A and B and between them. Click in a trace to set A, Shift+click to set B; Escape removes both",
         );
         if table.clicked() {
             panes.cursors.toggle_table();
@@ -222,46 +215,7 @@ fn choices(ui: &mut egui::Ui, engine: &Engine, panes: &mut TimeView, out: &mut V
     });
 }
 
-/// Says over the panes that the thresholds find no past sample for most samples, and offers others.
-fn no_past(ui: &egui::Ui, engine: &Engine, top: f32, out: &mut Vec<Command>) {
-    let share = engine.share_with_past().filter(|_| engine.is_current());
-    let Some(share) = share.filter(|share| *share < FEW_WITH_PAST) else {
-        return;
-    };
-    let (present, usual) = (engine.project().thresholds(), engine.default_thresholds());
-    // At zero it is asked for.
-    if present.f_th == 0.0 || present.t_th_secs == 0.0 || engine.project().applied.is_some() {
-        return;
-    }
-    let offered = Thresholds {
-        f_th: usual.f_th.min(present.f_th),
-        t_th_secs: usual.t_th_secs.max(present.t_th_secs),
-    };
-    let panes = ui.min_rect();
-    egui::Area::new(egui::Id::unique("no past sample"))
-        .order(egui::Order::Middle)
-        .constrain_to(panes)
-        .fixed_pos(egui::pos2(panes.center().x, top + 4.0))
-        .pivot(egui::Align2::CENTER_TOP)
-        .show(ui.ctx(), |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    ui.warn(format!(
-                        "No past sample is found for {:.0} % of the samples (grey): the look-back adds nothing there",
-                        100.0 * (1.0 - share)
-                    ));
-                    if offered != present {
-                        let distance = engine.project().settings.features.distance;
-                        if ui.press(format!("Take {}", pair_text(distance, offered)), "Thresholds that find one more often") {
-                            out.push(Edit::Thresholds(offered).into());
-                        }
-                    }
-                });
-            });
-        });
-}
-
-/// A short piece of line as the panes draw it where samples lie apart.
+/// Draws a short piece of line, as the panes draw a trace.
 fn line_sample(ui: &mut egui::Ui, trace: Trace) {
     let (place, _) = ui.allocate_exact_size(egui::vec2(22.0, 10.0), egui::Sense::hover());
     let ends = [place.left_center(), place.right_center()];
@@ -283,7 +237,7 @@ fn view_choice(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             .map_or_else(|| "–".to_owned(), |entry| entry.recording.name().to_owned()),
         Shown::All => "All, end to end".to_owned(),
     };
-    let explanation = "The recording that is drawn; all of them stand one after the other";
+    let explanation = "The recording on screen; All shows the recordings one after the other";
     let button = egui::ComboBox::from_label("on screen")
         .selected_text(elided(&name(engine.project().view), NAME_LENGTH))
         .width(180.0)

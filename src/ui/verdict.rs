@@ -1,4 +1,4 @@
-//! The strip under the menus: what compensation makes better and worse, and the way to a better model.
+//! The strip under the menus: improvement and deterioration by compensation, and the button that finds a better model.
 
 use std::time::Duration;
 
@@ -16,16 +16,16 @@ use crate::ui::numbers::significant;
 use crate::ui::pane::Cx;
 use crate::ui::{errors_pane, metrology_pane, palette};
 
-/// Number of axes up to which changes stand as numbers; of more axes only their direction has room.
+/// Maximum number of axes whose changes are shown as numbers; for more axes only the direction fits.
 const MANY_AXES: usize = 3;
 
-/// Draws the strip, and asks for what it shows.
+/// Draws the strip and asks for its figures.
 pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
     let engine = cx.engine;
     ui.horizontal_wrapped(|ui| {
         if !engine.is_trying() {
             let find = egui::RichText::new("Find the best model").strong();
-            let about = "Tries sensible models for two minutes and proposes the most accurate; the workspace Models shows them";
+            let about = "Tries models and proposes the most accurate; the workspace Models lists them";
             if ui.press(find, about) {
                 let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
                 cx.out.push(Action::FindBest(limit).into());
@@ -33,7 +33,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
             }
         }
         let Some(verdict) = verdict(engine) else { return };
-        let about = "Changes of the compensated load against the uncompensated one: down is better, and so is a minus. A press shows the figures";
+        let about = "Changes of the compensated load against the uncompensated one: down and minus mean better. Click to show the figures";
         ui.weak("Compensation:").on_hover_text(about);
         for figure in &verdict.figures {
             one(ui, figure, &verdict.axes, cx.out);
@@ -42,7 +42,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
             ui.weak("updating");
         }
     });
-    // While a slider moves, the verdict on the settings before stays.
+    // While a slider moves, the verdict on the previous settings stays.
     let of = TableOf::usual(&engine.project().recordings);
     let question = Question::Table(TableQuestion { of });
     if engine.gesture.is_none()
@@ -53,7 +53,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
     }
 }
 
-/// Returns the verdict on what is shown, as far as it is known.
+/// Returns the verdict on the loads on screen, as far as it is computed.
 fn verdict(engine: &Engine) -> Option<Verdict> {
     let (_, analysis) = engine.exact()?;
     let Some(Look::Table(metrology)) = engine.lane::<AskVerdict>().answer() else { return None };
@@ -89,7 +89,9 @@ fn one(ui: &mut egui::Ui, figure: &VerdictFigure, axes: &[Axis], out: &mut Vec<C
     }
     if lines.len() == 1 {
         job.append("–", 5.0, text(visuals.weak_text_color()));
-        lines.push("These recordings give no such figure; the Metrology pane says why".to_owned());
+        lines.push(
+            "Not available for these recordings; the Metrology pane gives the reason".to_owned(),
+        );
     }
     let button = ui.add(egui::Button::new(job).small());
     button.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &spoken));

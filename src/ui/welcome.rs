@@ -1,4 +1,4 @@
-//! What an empty window offers: files, the built-in sensor, and what was opened before.
+//! The choices of an empty window: open files, built-in sensor, recent files.
 
 use egui::{Button, RichText};
 
@@ -8,7 +8,7 @@ use crate::ui::command::Command;
 
 /// Size of a choice (points).
 const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
-/// Number of recent files that are offered.
+/// Maximum number of recent files shown.
 const RECENT: usize = 5;
 
 /// Draws the choices in the middle of the window.
@@ -25,7 +25,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             ),
             (
                 "Built-in sensor",
-                "A simulated six-axis sensor, to try everything on",
+                "A simulated six-axis sensor to try the program on",
                 Action::OpenBuiltIn(None).into(),
             ),
         ] {
@@ -38,7 +38,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         }
         let recent = actions::recent(engine);
         if recent.is_empty() {
-            ui.weak("Files that were opened before will stand here.");
+            ui.weak("Recently opened files will be listed here.");
         } else {
             ui.strong("Recent");
         }

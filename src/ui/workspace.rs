@@ -1,4 +1,4 @@
-//! Where the panes stand: for each workspace a tree of tabs, rows and columns that can be dragged about.
+//! The arrangement of the panes: for each workspace a tree of tabs, rows and columns that the user can drag.
 
 use std::collections::BTreeMap;
 
@@ -12,9 +12,9 @@ use crate::ui::appearance::focus_ring;
 use crate::ui::command::{Command, Pane, PaneMove, Workspace};
 use crate::ui::{panes, trace_panes};
 
-/// What a pane along an edge of the window gets of it.
+/// Share of the window for a pane that is moved to an edge.
 const EDGE_SHARE: f32 = 0.34;
-/// One step of a pane's size.
+/// Factor of one step of a pane's size.
 const RESIZE_STEP: f32 = 1.2;
 
 impl Serialize for Pane {
@@ -30,7 +30,7 @@ impl<'de> Deserialize<'de> for Pane {
     }
 }
 
-/// In the order in which menus have them.
+/// Returns the panes in the order of the menus.
 fn in_order(mut panes: Vec<Pane>) -> Vec<Pane> {
     panes.sort_by_key(|pane| panes::all().position(|own| own == *pane));
     panes
@@ -40,7 +40,7 @@ fn in_order(mut panes: Vec<Pane>) -> Vec<Pane> {
 #[derive(Serialize, Deserialize)]
 pub struct Workspaces {
     shown: Workspace,
-    /// Those of workspaces that were shown.
+    /// Arrangements of the workspaces that were shown.
     arrangements: BTreeMap<Workspace, Arrangement>,
     /// The pane that fills the window.
     #[serde(skip)]
@@ -59,19 +59,19 @@ impl Workspaces {
         Self { shown, arrangements, maximized: None }
     }
 
-    /// Reads what [`Self::to_value`] wrote; `None` where it cannot be used.
+    /// Reads the output of [`Self::to_value`]; `None` if it is not valid.
     pub fn from_value(value: &serde_json::Value) -> Option<Self> {
         let mut read: Self = serde_json::from_value(value.clone()).ok()?;
         read.show(read.shown);
         read.arrangements.values().all(Arrangement::is_sound).then_some(read)
     }
 
-    /// The arrangements as JSON.
+    /// Returns the arrangements as JSON.
     pub fn to_value(&self) -> serde_json::Value {
         serde_json::to_value(self).unwrap_or_default()
     }
 
-    /// The workspace on screen.
+    /// Returns the workspace on screen.
     pub fn shown(&self) -> Workspace {
         self.shown
     }
@@ -83,7 +83,7 @@ impl Workspaces {
         self.maximized = None;
     }
 
-    /// Gives the workspace on screen its first arrangement.
+    /// Restores the default arrangement of the workspace on screen.
     pub fn reset(&mut self) {
         self.arrangements.remove(&self.shown);
         self.show(self.shown);
@@ -93,22 +93,22 @@ impl Workspaces {
         &self.arrangements[&self.shown]
     }
 
-    /// The arrangement on screen.
+    /// Returns the arrangement on screen.
     pub fn own_mut(&mut self) -> &mut Arrangement {
         self.arrangements.entry(self.shown).or_insert_with(|| Arrangement::of(self.shown))
     }
 
-    /// Whether the workspace on screen has this pane.
+    /// Returns true if the workspace on screen contains this pane.
     pub fn is_open(&self, pane: Pane) -> bool {
         self.own().is_open(pane)
     }
 
-    /// The panes on screen: open, and in front of their tabs.
+    /// Returns the visible panes: open, and in front of their tabs.
     pub fn on_screen(&self) -> Vec<Pane> {
         self.maximized.map_or_else(|| self.own().on_screen(), |pane| vec![pane])
     }
 
-    /// Brings a pane to the front: here, or else in the first workspace that has it.
+    /// Brings a pane to the front: in this workspace, or else in the first that contains it.
     pub fn bring(&mut self, pane: Pane) {
         let has_it = |workspace: &Workspace| match self.arrangements.get(workspace) {
             Some(arrangement) => arrangement.is_open(pane),
@@ -123,7 +123,7 @@ impl Workspaces {
         self.own_mut().bring(pane);
     }
 
-    /// Lets a pane fill the window (without one, that under the focus or the largest); shows all panes again where one does.
+    /// Maximises a pane (if `None`, the one with the focus or the largest), or shows all panes again.
     pub fn toggle_maximized(&mut self, pane: Option<Pane>) {
         self.maximized = match self.maximized {
             Some(_) => None,
@@ -156,7 +156,7 @@ impl Workspaces {
             }
             None if own.tree.is_empty() => {
                 ui.centered_and_justified(|ui| {
-                    ui.label("Every pane of this workspace is closed; the View menu opens panes and resets the workspace");
+                    ui.label("All panes of this workspace are closed. Open panes or reset the workspace in the View menu");
                 });
             }
             None => own.tree.ui(&mut drawing, ui),
@@ -169,13 +169,13 @@ impl Workspaces {
 #[serde(transparent)]
 pub struct Arrangement {
     tree: Tree<Pane>,
-    /// The pane that is to have the keyboard's focus.
+    /// The pane that gets the keyboard focus.
     #[serde(skip)]
     focus: Option<Pane>,
 }
 
 impl Arrangement {
-    /// The first arrangement of a workspace.
+    /// Returns the default arrangement of a workspace.
     pub fn of(workspace: Workspace) -> Self {
         use crate::ui::{
             calibration_pane::PANE as CALIBRATION, check_pane::PANE as CHECK,
@@ -234,25 +234,25 @@ impl Arrangement {
         Self { tree: tree(root, tiles), focus: None }
     }
 
-    /// Whether it holds panes, each once.
+    /// Returns true if the tree contains panes, each once.
     fn is_sound(&self) -> bool {
         let panes = in_order(self.panes().map(|(_, pane)| pane).collect());
         panes.windows(2).all(|pair| pair[0] != pair[1]) && !panes.is_empty()
     }
 
-    /// The panes that are on screen: open, and in front among their tabs.
+    /// Returns the visible panes: open, and in front of their tabs.
     pub fn on_screen(&self) -> Vec<Pane> {
         let active = self.tree.active_tiles();
         let panes = active.iter().filter_map(|tile| self.tree.tiles.get_pane(tile));
         in_order(panes.copied().collect())
     }
 
-    /// Whether the pane is anywhere in the tree.
+    /// Returns true if the tree contains the pane.
     pub fn is_open(&self, pane: Pane) -> bool {
         self.tree.tiles.find_pane(&pane).is_some()
     }
 
-    /// Brings a pane to the front, or back.
+    /// Brings a pane to the front, or adds it again.
     pub fn bring(&mut self, pane: Pane) {
         if !self.is_open(pane) {
             let new = self.tree.tiles.insert_pane(pane);
@@ -271,7 +271,7 @@ impl Arrangement {
         self.focus = Some(pane);
     }
 
-    /// Gives a pane another place or size, and brings it to the front.
+    /// Changes the place or size of a pane, and brings it to the front.
     pub fn move_pane(&mut self, pane: Pane, to: PaneMove) {
         self.bring(pane);
         use LinearDir::{Horizontal, Vertical};
@@ -323,7 +323,7 @@ impl Arrangement {
         }
     }
 
-    /// The groups of tabs as they stand, from the left and the top.
+    /// Collects the groups of tabs, ordered from left to right and top to bottom.
     fn collect_tabs(&self, from: Option<TileId>, groups: &mut Vec<TileId>) {
         let Some(id) = from else { return };
         match self.tree.tiles.get_container(id) {
@@ -337,7 +337,7 @@ impl Arrangement {
         }
     }
 
-    /// Changes the share of the nearest of the pane's surroundings that stands in such a line.
+    /// Changes the share of the pane in its nearest row or column.
     fn resize(&mut self, pane: Pane, dir: LinearDir, factor: f32) {
         let mut child = self.tree.tiles.find_pane(&pane);
         while let Some(at) = child {
@@ -358,14 +358,14 @@ impl Arrangement {
         self.tree = tree(root, std::mem::take(&mut self.tree.tiles));
     }
 
-    /// Takes a pane out.
+    /// Removes a pane.
     pub fn close(&mut self, pane: Pane) {
         if let Some(tile) = self.tree.tiles.find_pane(&pane) {
             self.tree.remove_recursively(tile);
         }
     }
 
-    /// The tabs that a pane without a place goes to: those with the traces, else any.
+    /// Returns the tabs for a pane without a place: those with the traces, else any.
     fn home(&self) -> Option<TileId> {
         let tabs = || {
             self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
@@ -380,7 +380,7 @@ impl Arrangement {
         with_traces.or_else(any).map(|(id, _)| id)
     }
 
-    /// How many tabs of this group stand before a pane in the order of menus.
+    /// Returns the number of tabs of this group that precede a pane in the order of the menus.
     fn place_in(&self, home: TileId, pane: Pane) -> usize {
         let order = |pane: Pane| panes::all().position(|own| own == pane);
         let tabs = self.tree.tiles.get_container(home).map(Container::children_vec);
@@ -403,13 +403,13 @@ fn tree(root: TileId, tiles: Tiles<Pane>) -> Tree<Pane> {
 
 fn simplification() -> SimplificationOptions {
     SimplificationOptions {
-        // The tab is where a pane is dragged and closed.
+        // A pane is dragged and closed by its tab.
         all_panes_must_have_tabs: true,
         ..Default::default()
     }
 }
 
-/// Puts tiles together.
+/// Builds trees of tiles.
 struct Build<'a>(&'a mut Tiles<Pane>);
 
 impl Build<'_> {
@@ -434,14 +434,14 @@ impl Build<'_> {
 
 struct Drawing<'a> {
     draw: &'a mut dyn FnMut(&mut egui::Ui, &mut Vec<Command>, Pane),
-    /// The pane that is to have the focus.
+    /// The pane that gets the focus.
     focus: Option<Pane>,
     out: &'a mut Vec<Command>,
 }
 
 impl Behavior<Pane> for Drawing<'_> {
     fn pane_ui(&mut self, ui: &mut egui::Ui, _tile: TileId, pane: &mut Pane) -> UiResponse {
-        // The keyboard goes to a pane first, and by Tab to what is in it.
+        // The keyboard focus goes to a pane first, and by Tab to its controls.
         let id = egui::Id::unique(("pane", pane.0.key));
         let whole = ui.interact(ui.max_rect(), id, egui::Sense::focusable_noninteractive());
         whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title()));
@@ -462,7 +462,7 @@ impl Behavior<Pane> for Drawing<'_> {
         pane.title().into()
     }
 
-    /// Draws a tab; what closes it comes with the pointer, in a place that is kept for it.
+    /// Draws a tab. Its close button appears under the pointer, in a place that is kept free.
     fn tab_ui(
         &mut self,
         tiles: &mut Tiles<Pane>,
@@ -549,7 +549,7 @@ mod tests {
         in_order(workspace.panes().map(|(_, pane)| pane).collect())
     }
 
-    /// Everything in tabs beside the traces.
+    /// All panes in tabs beside the traces.
     fn full() -> Arrangement {
         let mut arrangement = Arrangement::of(Workspace::Calibrate);
         all().into_iter().for_each(|pane| arrangement.bring(pane));

@@ -1,4 +1,4 @@
-//! `apply`: a calibration file and recordings in, loads out.
+//! `apply`: computes the loads of recordings by a calibration file.
 
 use std::fs::{self, OpenOptions};
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -12,7 +12,7 @@ fn rmse(predicted: &[f64], truth: &[f64]) -> f64 {
     (errors.sum::<f64>() / truth.len() as f64).sqrt()
 }
 
-/// Fits the files of the workshop with `change`, leaving `c.json`; returns what `fit` reported.
+/// Fits the files of the workshop with the arguments `change`, which writes `c.json`. Returns the report of `fit`.
 fn calibrate(workshop: &Workshop, change: &[&str]) -> serde_json::Value {
     let arguments = [&ALL_FILES[..], &["--export", "c.json"], change].concat();
     fit(workshop.path(), &arguments)
@@ -75,7 +75,7 @@ fn several_files_go_into_a_directory_that_is_made() {
     }
 }
 
-/// A zero that has moved between two days: without taring it is in every load, with taring in none.
+/// The zero has changed between two days. Without a tare the change is in every load, with a tare in none.
 #[test]
 fn a_tared_calibration_says_so_and_reads_tared_recordings() {
     let workshop = Workshop::with_recordings();
@@ -109,7 +109,7 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
         assert!((before - after).abs() < 1e-5, "{before} became {after}");
     }
     let told = stderr(&apply("raw", "today.csv", &[]));
-    assert!(told.contains("not tared, and the calibration was made of gauges less"), "{told}");
+    assert!(told.contains("not tared, and the calibration was fitted to gauges minus"), "{told}");
 }
 
 /// The recording of a sensor whose first gauge has moved by 5.
@@ -125,7 +125,7 @@ fn shifted(text: String) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Today's gauges are shifted: with the calibration of gauges that were not tared a tare takes that off, in files and in rows as they come.
+/// Today's gauges are shifted. For a calibration of untared gauges, a tare removes the shift, in files and in live rows.
 #[test]
 fn a_tare_takes_off_a_shift_whether_or_not_the_calibration_was_tared() {
     let workshop = Workshop::with_recordings();
@@ -161,7 +161,7 @@ fn a_tare_takes_off_a_shift_whether_or_not_the_calibration_was_tared() {
     assert!(!loads(&answered).last().unwrap().1.is_nan());
 }
 
-/// A row that cannot be used keeps its time, and a sample that is beyond is said to come after a gap, too.
+/// An unusable row keeps its time. A sample beyond the tested range is also reported as after a gap.
 #[test]
 fn a_rejected_row_keeps_its_time_and_statuses_are_joined() {
     let workshop = Workshop::with_recordings();
@@ -174,7 +174,7 @@ fn a_rejected_row_keeps_its_time_and_statuses_are_joined() {
     assert!(last[1].ends_with(",beyond+after a gap"), "{}", last[1]);
 }
 
-/// Every sample, one after another, as a robot would get them: a file, standard input and a file that grows give the same.
+/// A file, standard input and a growing file give the same loads, sample by sample, as on a robot.
 #[test]
 fn samples_are_answered_as_they_come() {
     let workshop = Workshop::with_recordings();
@@ -216,7 +216,7 @@ fn samples_are_answered_as_they_come() {
     }
 }
 
-/// The answer to a row is there before the next row comes.
+/// Each row is answered before the next row is written.
 #[test]
 fn a_file_that_grows_is_followed() {
     let workshop = Workshop::with_recordings();
@@ -239,7 +239,7 @@ fn a_file_that_grows_is_followed() {
         let answered = next();
         assert_eq!(answered.split(',').next().unwrap().parse::<f64>(), time.parse(), "{k}");
     }
-    // Another file takes its place.
+    // The file is replaced.
     workshop.write("new.csv", [HEADER, &lines[0]].concat());
     fs::rename(workshop.file("new.csv"), workshop.file("log.csv")).unwrap();
     assert!(next().ends_with("filling"));
@@ -247,7 +247,7 @@ fn a_file_that_grows_is_followed() {
     program.wait().unwrap();
 }
 
-/// The answers to the same samples, however a device prints them; the time is by the rate where rows have none.
+/// All formats of devices give the same loads for the same samples. Rows without time use the given rate.
 #[test]
 fn rows_are_answered_as_devices_print_them() {
     let workshop = Workshop::with_recordings();
@@ -300,7 +300,7 @@ fn rows_are_answered_as_devices_print_them() {
     assert!(times.len() == 3 && times.is_sorted_by(|a, b| a < b), "{times:?}");
 }
 
-/// A bad value is named; a line asks for a tare or a reset; messages name the stream.
+/// A bad value is named, lines request a tare or a reset, and messages name the stream.
 #[test]
 fn rows_on_standard_input_are_an_instrument() {
     let workshop = Workshop::with_recordings();

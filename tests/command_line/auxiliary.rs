@@ -1,4 +1,4 @@
-//! Temperature beside the gauges, from the file to the load: read, fitted, said, refused where it is missing.
+//! Temperature as an auxiliary channel: read, fitted, reported, and required by `apply`.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::workshop::Workshop;
 
-/// A gauge whose zero and sensitivity drift with a temperature (°F in the file, written now and then), around `celsius`.
+/// A gauge whose zero and sensitivity drift with temperature (°F in the file, in some rows only), around `celsius`.
 fn write(workshop: &Workshop, name: &str, celsius: f64) {
     let mut text = "t [s],S1 [mV/V],S2 [mV/V],Fz [N],T_body [degF]\n".to_owned();
     for k in 0..600 {
@@ -24,7 +24,7 @@ fn write(workshop: &Workshop, name: &str, celsius: f64) {
     fs::write(workshop.path().join(name), text).unwrap();
 }
 
-/// What a job that goes well prints.
+/// Returns the output of a successful job.
 fn told(directory: &Path, arguments: &[&str]) -> String {
     String::from_utf8(succeed(directory, arguments).stdout).unwrap()
 }
@@ -83,7 +83,7 @@ fn without_an_auxiliary_column_the_reason_is_said() {
     assert!(said.contains("no column of the recordings is an auxiliary channel"), "{said}");
 }
 
-/// A logger whose thermometer says nothing from 6 s to 9 s.
+/// The logger records no temperature from 6 s to 9 s.
 #[test]
 fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
     let workshop = Workshop::new();
@@ -118,7 +118,7 @@ fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
         .map(|(row, _)| row)
         .collect();
     assert_eq!(held, (300..450).collect::<Vec<_>>());
-    // The same line by line: from one gap on, which is twenty rows here.
+    // The rows after one gap time, 20 rows here, have the status.
     let rows: Vec<&str> = loads.lines().collect();
     assert!(rows[200].ends_with(",ok") && rows[500].ends_with(",ok"), "{}", rows[200]);
 }

@@ -1,4 +1,4 @@
-//! `best`: what it tries, what it proposes, what it never looks at.
+//! `best`: its candidates, its proposal, and its independence of test recordings.
 
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ fn tried(report: &Value) -> &Vec<Value> {
     report["tried"].as_array().unwrap()
 }
 
-/// Everything but what a clock measured.
+/// Returns the report without measured times.
 fn without_times(report: &Value) -> Value {
     let mut report = report.clone();
     for own in report["tried"].as_array_mut().unwrap() {
@@ -35,7 +35,7 @@ fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
     assert_eq!(report["n_folds"], 3);
     let proposed: Vec<&Value> = all.iter().filter(|own| own["is_proposed"] == true).collect();
     let [proposed] = proposed[..] else { panic!("{all:?}") };
-    // Its gauges lag behind the force: something with a past does better.
+    // The gauges lag behind the force, so features with memory improve the fit.
     assert!(proposed["relative"].as_f64().unwrap() < 0.5, "{proposed}");
     assert!(proposed["refused"].is_null());
     let lowest = all.iter().filter(|own| own["refused"].is_null());
@@ -47,7 +47,7 @@ fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
     assert!(bytes(smallest) <= bytes(proposed));
     assert!(smallest["relative"].as_f64().unwrap() <= 1.05 * lowest);
 
-    // The same with other test recordings, and without any: only what is said of the test differs.
+    // With other test recordings, or without any, only the test errors differ.
     workshop.write("other.csv", recording(9.0, 60));
     let train = &ALL_FILES[..4];
     let without = best(&workshop, train);
@@ -57,7 +57,7 @@ fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
     assert_eq!(without_times(&other), without_times(&report));
     assert_ne!(other["tried"][0]["test_rmse"], report["tried"][0]["test_rmse"]);
 
-    // The arguments that are given fit just that model.
+    // The printed arguments of `fit` fit the same model.
     let arguments: Vec<&str> = report["fit"].as_str().unwrap().split(' ').collect();
     let fitted = fit(workshop.path(), &[&ALL_FILES[..], &arguments].concat());
     let calibration: Value = serde_json::from_str(&workshop.read("proposed.json")).unwrap();

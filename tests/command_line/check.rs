@@ -1,11 +1,11 @@
-//! `check`: whether the recordings carry the model, by exit code, in words and as JSON.
+//! `check`: whether the recordings determine the model, as exit code, text and JSON.
 
 use serde_json::Value;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// So many poses, one a second, each three times: one gauge that follows the force, and another that mostly feels something else.
+/// Poses, one per second, each three times: one gauge follows the force, the other one mainly something else.
 fn poses(n: usize) -> String {
     let row = |k: usize| {
         let pose = k % n;
@@ -89,7 +89,7 @@ fn axes_that_no_mass_reaches_are_said() {
     assert_eq!(unreached(&["--arm", "0.1"]), None);
 }
 
-/// The verdict counts what lies beyond the limits that are given.
+/// The verdict includes samples beyond the given limits.
 #[test]
 fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     let workshop = Workshop::with_recordings();
@@ -101,4 +101,26 @@ fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     };
     assert_eq!(faults("-1e6:1e6"), 0);
     assert!(faults("-1e-3:1e-3") > 0);
+}
+
+/// A calibration of the others would be another one, so `fit` refuses; a check reports it and goes on.
+#[test]
+fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("broken.csv", "nothing\n1;2\n");
+    workshop.write("bare.csv", "t,S1,S2\n0,1,3\n0.1,2,4\n");
+    let files = ["a.csv", "broken.csv", "b.csv", "bare.csv", "c.csv"];
+    let arguments = [&["check", "--json"], &files[..]].concat();
+    let output = run(workshop.path(), &arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["rig"]["runs"].as_array().unwrap().len(), 3);
+    let reasons = found["reasons"].as_array().unwrap().iter();
+    let mut unusable = reasons.filter(|own| own["id"] == "unusable");
+    let text = unusable.next().unwrap()["text"].as_str().unwrap();
+    assert!(text.contains("broken.csv") && text.contains("bare.csv"), "{text}");
+    assert!(unusable.next().is_none());
+    let refused = run(workshop.path(), &[&["fit", "--train"], &files[..]].concat());
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(refused.stdout.is_empty(), "no calibration of some of the files");
 }

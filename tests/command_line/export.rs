@@ -37,7 +37,7 @@ fn what_a_format_cannot_carry_is_said() {
     }
 }
 
-/// Each load is twice its own gauge: the gauges of a `.cal` are known by their order, whatever the recording calls them.
+/// Each load is twice its gauge. A `.cal` matches gauges by order, not by their names in the recording.
 #[test]
 fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     let workshop = Workshop::new();
@@ -56,7 +56,7 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     workshop.write("run.csv", "t [s],g1,g2,g3,g4,g5,g6\n0,1,2,3,4,5,6\n1,0,0,0,0,0,7\n");
     let told = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
     assert!(told.status.success());
-    for words in ["s.cal: such a file", "no compensation", "no offset"] {
+    for words in ["s.cal: a .cal file", "without compensation", "offset"] {
         assert!(stderr(&told).contains(words), "{}", stderr(&told));
     }
     let loads = Table::read(&workshop.file("run_loads.csv"));
@@ -67,7 +67,7 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     succeed(workshop.path(), &["apply", "s.cal", "run.csv", "--out", ".", "--force"]);
 }
 
-/// 10 Hz recordings: every format that holds text says which files it was made of, by what they hold.
+/// 10 Hz recordings: every format with text lists the recordings and their hashes.
 #[test]
 fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
     let workshop = Workshop::with_recordings();
@@ -99,7 +99,7 @@ fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
     assert!(workshop.read("k.h").contains(kept) && workshop.read("k.rs").contains(kept));
 }
 
-/// What only the matrix goes into is said before it is written; where nothing is lost, nothing is said.
+/// A warning is printed before a matrix alone is written, but only if parts are omitted.
 #[test]
 fn what_a_matrix_alone_leaves_out_is_warned_of() {
     let workshop = Workshop::with_recordings();
@@ -116,7 +116,7 @@ fn what_a_matrix_alone_leaves_out_is_warned_of() {
     assert!(workshop.file("d.inc").exists() && !told.contains("leaves out"), "{told}");
 }
 
-/// A key that somebody misspelt would silently be as if it were not there.
+/// Misspelt keys are reported, because they would have no effect.
 #[test]
 fn keys_that_mean_nothing_are_said() {
     let workshop = Workshop::with_recordings();
@@ -136,7 +136,7 @@ fn keys_that_mean_nothing_are_said() {
     assert!(told.contains(keys), "{told}");
 }
 
-/// What an older program wrote says nothing of rate and files.
+/// Files of older programs contain neither rate nor recordings.
 #[test]
 fn a_calibration_without_the_newest_facts_is_read() {
     let workshop = Workshop::with_recordings();
@@ -147,7 +147,7 @@ fn a_calibration_without_the_newest_facts_is_read() {
     succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", "."]);
 }
 
-/// Edited by hand: each is refused with its place, and nothing is written.
+/// Files with errors by hand: each is refused with the place of the error, and nothing is written.
 #[test]
 fn a_calibration_that_somebody_spoilt_is_not_applied() {
     let workshop = Workshop::with_recordings();
@@ -190,7 +190,7 @@ fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_by_force_alone
     assert!(forced.status.success() && workshop.file("c.json").exists());
 }
 
-/// At 1 kHz the whole history of 15 s takes more than 64 kB; at 20 Hz it does not, and nothing is changed.
+/// At 1 kHz the whole history of 15 s needs more than 64 kB; at 20 Hz it does not, and no rate is set.
 #[test]
 fn a_history_that_is_too_large_for_a_controller_is_kept_coarser() {
     let workshop = Workshop::new();

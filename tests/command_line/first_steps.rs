@@ -1,4 +1,4 @@
-//! The walks of the guide, as somebody types them from its page.
+//! The tutorials of the guide, with the commands of its page.
 
 use std::process::{Command, Output};
 
@@ -7,7 +7,7 @@ use crate::workshop::Workshop;
 
 const PAGE: &str = include_str!("../../assets/guide/first-steps.md");
 
-/// What stands in the blocks of code of a section, in this language, one after the other.
+/// Returns the code blocks of a section in this language, one after the other.
 fn code(section: &str, language: &str) -> String {
     let of_section = PAGE.split("\n## ").find(|own| own.starts_with(section));
     let blocks = of_section.unwrap().split("```").skip(1).step_by(2);
@@ -17,7 +17,7 @@ fn code(section: &str, language: &str) -> String {
     code
 }
 
-/// Types the commands of a section, with the program in the path.
+/// Runs the commands of a section, with the program in the path.
 #[track_caller]
 fn walk(workshop: &Workshop, section: &str) -> String {
     let program = std::path::Path::new(env!("CARGO_BIN_EXE_loopscope"));
@@ -39,7 +39,7 @@ fn walk(workshop: &Workshop, section: &str) -> String {
 fn own_files_become_a_calibration_by_the_commands_of_the_guide() {
     let workshop = Workshop::new();
     let said = walk(&workshop, "Your own files, on the command line");
-    assert!(said.contains("Enough: the data carry the model"), "{said}");
+    assert!(said.contains("Enough: the recordings determine the model"), "{said}");
     for file in ["sensor.json", "loads/test_path6_mount1_fast_loads.csv", "report.html"] {
         assert!(!workshop.read(file).is_empty(), "{file}");
     }

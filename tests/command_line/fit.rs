@@ -33,7 +33,7 @@ fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
     assert_eq!(samples(&["--train", ".", "--split", "0.5"]), (330.into(), 330.into()));
     let told = stderr(&run(workshop.path(), &["fit", "--train", "."]));
     assert!(told.contains("Test 2.csv, test.csv"), "{told}");
-    // A fit of `check` and of `metrology` follows the same rule; what is only read is read whole.
+    // `check` and `metrology` fit by the same rule; files that are only read are read completely.
     let json = |arguments: &[&str]| -> Value {
         serde_json::from_slice(&run(workshop.path(), arguments).stdout).unwrap()
     };
@@ -44,14 +44,14 @@ fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
     assert_eq!(json(&["inspect", "--json", "."]).as_array().unwrap().len(), 5);
 }
 
-/// Not every shell expands them.
+/// Some shells do not expand patterns.
 #[test]
 fn patterns_are_expanded() {
     let workshop = Workshop::with_recordings();
     let files = ["--train", "?.csv", "--test", "test*.csv"];
     assert_eq!(fit(workshop.path(), &files), fit(workshop.path(), &ALL_FILES));
     let none = run(workshop.path(), &["fit", "--train", "d*.csv"]);
-    assert!(stderr(&none).contains("d*.csv: no file is called like this"));
+    assert!(stderr(&none).contains("d*.csv: no file matches this name"));
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn a_folder_of_test_recordings_alone_is_not_trained_on() {
         let arguments: Vec<&str> = job.split(' ').chain(["in"]).collect();
         let output = run(workshop.path(), &arguments);
         assert_eq!(output.status.code(), Some(2), "{job}");
-        assert!(stderr(&output).contains("called test"), "{job}");
+        assert!(stderr(&output).contains("names test"), "{job}");
     }
 }
 
@@ -77,7 +77,7 @@ fn a_pause_in_a_file_starts_history_anew() {
     let thresholds = ["--f-th", "2", "--t-th", "1e6"];
     let of = |files: &[&str]| fit(workshop.path(), &[&["--train"], files, &thresholds].concat());
     assert_eq!(of(&["paused.csv"]), of(&["first.csv", "second.csv"]));
-    // Without the pause the second half has a past in the first: the same samples, another past.
+    // Without the pause, the second half continues the history of the first: same samples, different past samples.
     let joined = format!("{HEADER}{first}{}", rows(2.0, 120, 12.0));
     workshop.write("joined.csv", joined);
     let rmse = |file, calibration: &str| numbers(&of(&[file])[calibration]["train_rmse"])[0];
@@ -158,7 +158,7 @@ fn what_is_wrong_with_single_rows_is_told_with_its_line_and_stops_nothing() {
     assert_eq!(report["recordings"], 2);
 }
 
-/// A calibration that was fitted before and is given as the factory's has the conventional errors of its own fit.
+/// A calibration of the same fit, given as factory calibration, has the conventional errors of the fit.
 #[test]
 fn the_factory_calibration_is_scored_beside_the_fit() {
     let workshop = Workshop::with_recordings();
@@ -178,7 +178,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
     assert!(stderr(&told).contains("s.cal"), "{}", stderr(&told));
 }
 
-/// Cross-validation goes by what names tell, by a pattern, or by the column map, and says so.
+/// Groups come from names, a pattern, or the column map, and the output says which.
 #[test]
 fn recordings_of_a_group_are_left_out_together() {
     let workshop = Workshop::new();

@@ -1,4 +1,4 @@
-//! `inspect`, and reading by the maps that it writes.
+//! `inspect`, and reading by the column maps that it writes.
 
 use std::fs;
 
@@ -202,7 +202,7 @@ fn an_assumed_rhythm_of_bursts_is_told_and_stands_in_the_map() {
     let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);
     assert!(stderr(&fitted).contains("rows come in bursts"));
 
-    // The pauses are made recordings by the number that the map shows.
+    // The limit in the map turns the pauses into borders of recordings.
     let map = workshop.read("map.json");
     assert!(map.contains("\"gap_secs\": 2.0"), "{map}");
     workshop.write("map.json", map.replace("\"gap_secs\": 2.0", "\"gap_secs\": 0.3"));
@@ -250,7 +250,7 @@ fn several_files_stand_each_under_its_heading() {
     assert!(stderr(&refused).contains("--write-map needs a single file"));
 }
 
-/// A second clock that counts whole seconds does not run like a clock, and is no gauge either.
+/// A second clock that counts whole seconds is not taken as time, and not as a gauge.
 #[test]
 fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
     let workshop = Workshop::new();

@@ -1,4 +1,4 @@
-//! Tables without times: a mass hanging in many poses, each read more than once.
+//! Tables without times: a mass in many poses, each read several times.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use crate::workshop::Workshop;
 
 const N_POSES: usize = 20;
 
-/// Six gauges and six axes under 2 kg in 20 poses, taken three times one after the other; gauges are read with some noise.
+/// Six gauges and six axes under 2 kg in 20 poses, repeated three times, with noise on the gauges.
 fn poses(repeats: std::ops::Range<usize>) -> String {
     let mut text =
         String::from("pose,S1,S2,S3,S4,S5,S6,Fx [N],Fy [N],Fz [N],Mx [Nm],My [Nm],Mz [Nm]\n");
@@ -18,7 +18,7 @@ fn poses(repeats: std::ops::Range<usize>) -> String {
             let (a, b) = (0.9 * pose as f64, 0.37 * pose as f64 + 0.2);
             let force = [a.cos() * b.sin(), a.sin() * b.sin(), b.cos()].map(|x| 19.6133 * x);
             let [x, y, z] = force;
-            // Its centre moves along the arm from pose to pose.
+            // The centre of mass moves along the arm from pose to pose.
             let arm = [0.02, -0.01, 0.05 + 0.002 * (pose % 7) as f64];
             let moment =
                 [arm[1] * z - arm[2] * y, arm[2] * x - arm[0] * z, arm[0] * y - arm[1] * x];
@@ -61,13 +61,13 @@ fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
             assert!(error < 0.05, "{report}");
         }
     }
-    // No past is kept, so none is exported.
+    // Load cases have no history, so the export has none.
     let calibration: Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     assert_eq!(calibration["features"]["look_backs"], Value::Array(Vec::new()));
     assert_eq!(calibration["compensated"]["features"].as_array().unwrap().len(), 7);
 }
 
-/// Rows of one file or of three, sorted by pose or by repeat: the same load cases, the same scores.
+/// One file or three, sorted by pose or by repeat: the same load cases and scores.
 #[test]
 fn load_cases_are_the_same_in_whatever_order_and_file_they_stand() {
     let workshop = Workshop::new();
@@ -136,7 +136,7 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
     assert!(stderr(&sweep).contains("load cases without times"), "{}", stderr(&sweep));
 }
 
-/// A column that is a clock, or too many rows: then the time is asked for, as before.
+/// With a monotonic column, or too many rows, the program asks for the time.
 #[test]
 fn a_recording_whose_time_has_another_name_is_no_table_of_load_cases() {
     let workshop = Workshop::new();

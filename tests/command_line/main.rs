@@ -1,4 +1,4 @@
-//! The program as a person runs it: what each job says, writes and refuses.
+//! The command line as users run it: output, files and errors of each job.
 
 #[path = "../support/program.rs"]
 mod program;

@@ -52,7 +52,7 @@ fn make_calibrates_the_good_sensors_and_goes_on_after_one_that_fails() {
     let calibration: serde_json::Value =
         serde_json::from_str(&workshop.read("results/s3.json")).unwrap();
     assert_eq!(calibration["identity"]["serial"], "s3");
-    // The bad one is mended: the others are not run again.
+    // After the bad sensor is corrected, the others are not run again.
     let written = |name: &str| {
         fs::metadata(workshop.file(&format!("results/{name}.json"))).unwrap().modified().unwrap()
     };

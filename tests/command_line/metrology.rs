@@ -1,4 +1,4 @@
-//! `metrology`: the figures are those of an independent implementation, and each output says the same.
+//! `metrology`: its figures equal those of an independent implementation, in every output format.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// How far a figure may be from that of NumPy, relative to it.
+/// Largest relative difference from the NumPy figures.
 const TOLERANCE: f64 = 1e-6;
 
 #[track_caller]
@@ -156,7 +156,7 @@ fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() 
     );
     each_figure(&report, |row, figure| {
         let reason = figure["reason"].as_str().unwrap_or_default();
-        // Its load moves at one rate, at which a lag looks like hysteresis.
+        // Its load moves at one rate, at which a lag cannot be distinguished from hysteresis.
         let is_of_lag =
             ["time_lag", "hysteresis_without_lag"].contains(&row["id"].as_str().unwrap());
         let is_there = figure["reason"].is_null()

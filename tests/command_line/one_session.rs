@@ -1,4 +1,4 @@
-//! One session, looked at by the window, written as a report and measured by the command line: one number.
+//! Window, report and command line give the same figures for one session.
 
 use std::sync::Arc;
 use std::thread;

@@ -1,4 +1,4 @@
-//! Where results go: all of it is looked at before the first is written, and nothing is left half done.
+//! Output files: all are checked before the first is written, and none is left incomplete.
 
 use std::fs;
 use std::process::{Child, Command, Output, Stdio};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::program::{program, run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// The names of all that is in the folder.
+/// Returns the names of all files in the folder.
 fn names(workshop: &Workshop) -> Vec<String> {
     let entries = fs::read_dir(workshop.path()).unwrap();
     let mut names: Vec<String> =
@@ -16,7 +16,7 @@ fn names(workshop: &Workshop) -> Vec<String> {
     names
 }
 
-/// Is refused with these words, and leaves the folder as it was.
+/// Runs a job that must be refused with these words and must not change the folder.
 #[track_caller]
 fn refused(workshop: &Workshop, arguments: &str, words: &[&str]) {
     let before = names(workshop);
@@ -89,7 +89,7 @@ fn a_link_to_nothing_is_not_replaced_without_force() {
     assert!(link.is_symlink());
 }
 
-/// Waits for the end of a program that must not wait for anybody; longer than this it would wait for ever.
+/// Waits for the end of a program. A program that waits longer than this would wait forever.
 #[cfg(unix)]
 #[track_caller]
 fn in_time(mut child: Child) -> Output {
@@ -134,7 +134,7 @@ fn pipes_are_neither_waited_for_nor_replaced() {
     assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
 }
 
-/// A limit of half a kilobyte on files is as good as a disk that is full.
+/// A limit of half a kilobyte for files has the same effect as a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
@@ -152,7 +152,7 @@ fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "test.csv"]);
 }
 
-/// The second export does not fit any more, when the first is whole: neither is there, nor the old one gone.
+/// The second export fails after the first is complete: no new file appears, and the old one stays.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_export_that_fails_in_the_writing_leaves_none_of_the_others() {
@@ -172,7 +172,7 @@ fn an_export_that_fails_in_the_writing_leaves_none_of_the_others() {
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "old.csv", "test.csv"]);
 }
 
-/// What is compared with must be there before anything is written.
+/// The factory calibration is read before any file is written.
 #[test]
 fn a_factory_calibration_that_cannot_be_read_leaves_no_export() {
     let workshop = Workshop::with_recordings();
@@ -191,7 +191,7 @@ fn signal(child: &Child, name: &str) {
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
-/// The program, stopped in the midst of writing.
+/// Returns the program, stopped while it writes.
 #[cfg(target_os = "linux")]
 fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
     let mut child = program(workshop.path(), arguments)
@@ -245,7 +245,7 @@ fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_t
     assert_ne!(workshop.read("t.csv"), "old");
 }
 
-/// Whoever runs the tests may have arranged that programs do not hear of it, as `setsid … &` in a script does.
+/// Returns true if programs receive interrupts. A script with `setsid … &` may have disabled them for the tests.
 #[cfg(target_os = "linux")]
 fn interrupts_are_heard() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap();
@@ -255,7 +255,7 @@ fn interrupts_are_heard() -> bool {
     ignored & (hang_up | interrupt) == 0
 }
 
-/// The search for a model takes minutes on the built-in sensor; how soon it has found a first one depends on the machine.
+/// The search for a model takes minutes on the built-in sensor; the time to the first model depends on the machine.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_search_writes_what_it_has_found() {
@@ -280,7 +280,7 @@ fn an_interrupted_search_writes_what_it_has_found() {
         let is_found = table.contains("Proposed: ");
         if is_found {
             assert_eq!(output.status.code(), Some(130), "{told}");
-            assert!(told.contains("what was found so far follows"), "{told}");
+            assert!(told.contains("the results so far follow"), "{told}");
         }
         is_found
     });

@@ -1,16 +1,16 @@
-//! What is refused: one line on standard error that names the culprit, an exit code, nothing written.
+//! Refused arguments and files: one line on standard error with the cause, an exit code, and no output.
 
 use std::fs;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop, recording};
 
-/// The one line that a refused job says.
+/// Returns the line that a refused job prints.
 #[track_caller]
 fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
     let output = run(workshop.path(), arguments);
     let told = stderr(&output);
-    // What else was noticed stands in lines of its own.
+    // Notes and warnings are on separate lines.
     let is_note = |line: &&str| line.starts_with("loopscope: note: ");
     let told: Vec<&str> = told.lines().filter(|line| !is_note(line)).collect();
     let told = told.join("\n");
@@ -21,7 +21,7 @@ fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
     told
 }
 
-/// Each job is refused with a line that holds each of the words.
+/// Checks that each job is refused with a line that contains each of the words.
 #[track_caller]
 fn all_refused(workshop: &Workshop, job: &str, refusals: &[(&str, &[&str])]) {
     for (arguments, words) in refusals {
@@ -268,7 +268,7 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
     assert!(!workshop.file("new").exists());
 }
 
-/// The table is refused before any work, so nothing is printed either; `--json` alone asks for no file.
+/// The table is refused before any work, so nothing is printed. `--json` alone needs no file.
 #[test]
 fn tables_and_pictures_are_written_over_only_by_force() {
     let workshop = Workshop::with_recordings();

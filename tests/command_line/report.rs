@@ -27,7 +27,7 @@ fn a_report_tells_the_warnings_of_reading_and_is_not_written_over_a_recording() 
     assert!(workshop.read("r.html").contains("&quot;x&quot;"));
     let over = [&["report", "--force", "--out", "b.csv"], &ALL_FILES[..]].concat();
     let told = stderr(&run(workshop.path(), &over));
-    assert!(told.contains("which is read"), "{told}");
+    assert!(told.contains("replace the input"), "{told}");
 }
 
 #[test]

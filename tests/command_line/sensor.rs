@@ -189,7 +189,7 @@ fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_a
     assert!(stderr(&none).contains("the folder holds no recordings"), "{}", stderr(&none));
 }
 
-/// The name of the folder is a part of many words, and of the names of other files.
+/// The name of the folder is also a part of words and of names of other files.
 #[test]
 fn a_bad_file_is_said_to_be_in_the_folder_that_it_is_in() {
     let workshop = Workshop::with_recordings();

@@ -1,11 +1,11 @@
-//! Where the output goes may be gone, and so may the display.
+//! Closed output streams, and machines without a display.
 
 use std::process::Stdio;
 
 use crate::program::{program, run, stderr};
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// A stream that nobody reads any more.
+/// Returns a stream whose reader has closed.
 fn closed() -> Stdio {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);

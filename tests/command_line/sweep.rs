@@ -1,4 +1,4 @@
-//! `sweep`: its numbers are those of `fit`, its files say what it prints.
+//! `sweep`: its numbers equal those of `fit`, and its files equal its output.
 
 use serde_json::Value;
 

@@ -1,4 +1,4 @@
-//! `--traces`: what the panes show, as a table.
+//! `--traces`: the traces of the window as a table.
 
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
@@ -35,7 +35,7 @@ fn traces_have_the_errors_that_the_fit_reported() {
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
-/// 10 Hz for 15 s: from 3 s to 5 s are 21 samples of each file, whose past is that of the whole recording.
+/// 10 Hz for 15 s: the interval from 3 s to 5 s has 21 samples in each file, with past samples from the whole recording.
 #[test]
 fn a_range_of_time_is_a_part_of_the_same_rows() {
     let workshop = Workshop::with_recordings();
@@ -77,7 +77,7 @@ fn traces_that_cannot_be_are_refused_with_what_to_do() {
         (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be after the end"),
         (&["--traces", "t.csv", "--from", "900"], "choose other times"),
         (&["--traces", "t.csv", "--from", "nan"], "must not be after the end"),
-        (&["--traces", "a.csv", "--force"], "which is read"),
+        (&["--traces", "a.csv", "--force"], "replace the input"),
         (&["--traces", "gone/t.csv"], "no folder"),
         (&["--from", "3"], "--traces"),
     ] {

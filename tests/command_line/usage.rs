@@ -1,9 +1,9 @@
-//! Slips of whoever types a command: each is answered with how it is meant to be.
+//! Typing errors in commands: each error message suggests the correct form.
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// The code by which scripts know that the arguments were wrong.
+/// Exit code for wrong arguments.
 const USAGE: i32 = 2;
 
 #[test]
@@ -54,7 +54,7 @@ fn a_recording_that_is_given_as_a_column_map_is_told_from_one() {
     assert!(!told.contains("expected"), "{told}");
 }
 
-/// A terminal acts upon escapes, and a reader is led astray by marks that turn the direction of writing.
+/// Terminals interpret escape sequences, and marks that change the writing direction mislead readers.
 #[test]
 fn names_from_files_are_shown_by_their_codes() {
     let workshop = Workshop::new();

@@ -1,4 +1,4 @@
-//! A folder with recordings in it, gone when it is dropped.
+//! A folder with recordings, which is removed when dropped.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! C headers, compiled as strictly as C99 can be.
+//! C headers, compiled with the strictest C99 warnings.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub const STRICT: [&str; 8] = [
     "-Werror",
 ];
 
-/// What clang says of everything beside faults: of style, of older languages, of arrays, of comparisons that are meant.
+/// Warnings of clang that concern style, older languages, arrays or intended comparisons.
 const EVERYTHING: [&str; 10] = [
     "-Weverything",
     "-Wno-unknown-warning-option",
@@ -153,8 +153,8 @@ fn every_calibration_runs_in_c_as_it_does_here() {
     }
 }
 
-/// Whichever way the time is given: pauses mean the same, also those beyond what the clock counts, and those in which samples were
-/// rejected.
+/// All three forms of time give the same results for pauses, also for pauses beyond the clock's range and for rejected
+/// samples.
 #[test]
 fn the_three_clocks_make_the_same_of_the_same_pauses() {
     if !is_there("cc", &["--version"]) {
@@ -179,7 +179,7 @@ fn the_three_clocks_make_the_same_of_the_same_pauses() {
     }
 }
 
-/// `apply --tare` and an exported `tare` mean the same, whether or not the calibration was made of tared gauges.
+/// `apply --tare` and an exported `tare` give the same loads, for calibrations of tared and of untared gauges.
 #[test]
 fn a_tare_in_c_is_that_of_apply() {
     if !is_there("cc", &["--version"]) {
@@ -196,7 +196,7 @@ fn a_tare_in_c_is_that_of_apply() {
     }
 }
 
-/// Nobody knows how much time a step that is none took.
+/// The elapsed time of an invalid step is unknown.
 #[test]
 fn after_a_step_that_is_none_the_history_starts_anew() {
     if !is_there("cc", &["--version"]) {
@@ -216,13 +216,13 @@ fn after_a_step_that_is_none_the_history_starts_anew() {
         (printed.lines()).map(|line| line.rsplit(' ').next().unwrap().parse().unwrap()).collect();
     let restarted = (Status::RESTARTED.bits(), Status::FILLING.bits());
     assert_eq!(statuses[30..32], [Status::REJECTED_TIME.bits(), restarted.0 + restarted.1]);
-    // The step after it is none, too.
+    // The next step is invalid too.
     let rejected = Status::REJECTED_VALUE.bits();
     assert_eq!(statuses[50..52], [rejected, rejected]);
     assert_eq!(statuses[52], restarted.0 + restarted.1);
 }
 
-/// After taring at sample 100, what is printed is less by the loads of that sample.
+/// After taring at sample 100, all loads are reduced by the load of that sample.
 #[test]
 fn bias_takes_the_last_load_as_zero() {
     if !is_there("cc", &["--version"]) {
@@ -243,7 +243,7 @@ fn bias_takes_the_last_load_as_zero() {
     }
 }
 
-/// A sample that is no number, and single ones that are off the clock, have no load and leave no trace.
+/// Samples that are not numbers, and single samples with implausible times, have no load and no effect.
 #[test]
 fn bad_samples_are_rejected_in_c() {
     if !is_there("cc", &["--version"]) {
@@ -270,7 +270,7 @@ fn bad_samples_are_rejected_in_c() {
     assert_eq!(actual, expected);
 }
 
-/// What the comment says of the memory is what the compiler makes of it, at the rate that it names.
+/// The size in the comment equals the size that the compiler reports, at the stated sample rate.
 #[test]
 fn the_stated_memory_is_that_of_the_state() {
     if !is_there("cc", &["--version"]) {
@@ -305,7 +305,7 @@ fn names_from_files_stay_in_their_comments() {
     assert!(!text.contains('\u{202e}') && !text.contains('\u{1b}'));
 }
 
-/// Where the compiler for it is there: a Cortex-M4F needs what is said, and computes with no double.
+/// If the compiler is installed: on a Cortex-M4F the stated memory is sufficient, and no double arithmetic is used.
 #[test]
 fn a_controller_needs_what_is_said_and_no_double() {
     if !is_there("arm-none-eabi-gcc", &["--version"]) {

@@ -12,7 +12,7 @@ use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 use crate::support::{RECORDING, calibration, every_block, export};
 
-/// The offset is all that is lost of the conventional load.
+/// Only the offset of the conventional load is lost.
 #[test]
 fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
     let directory = tempfile::tempdir().unwrap();
@@ -35,7 +35,7 @@ fn a_written_file_reads_back_to_the_conventional_load_less_its_offset() {
     }
 }
 
-/// ATI's library has room for eight gauges.
+/// ATI's library allows eight gauges.
 #[test]
 fn up_to_eight_gauges_are_written_and_read_back() {
     let directory = tempfile::tempdir().unwrap();
@@ -75,7 +75,7 @@ fn up_to_eight_gauges_are_written_and_read_back() {
     assert!(told.contains("up to 8 gauges"), "{told}");
 }
 
-/// A file of another maker: millimetres, padding blanks, other elements.
+/// A file of another manufacturer: millimetres, padding blanks, other elements.
 fn foreign() -> String {
     let row = |name: &str, values: &str| {
         format!("<UserAxis Name=\"{name}\" values=\" {values} \" max=\"50\"/>\n")

@@ -1,4 +1,4 @@
-//! The complete calibration as a file: what its guide and its schema say is enough to compute with it, by a reader that shares no
+//! The complete calibration as a file. Its guide page and schema suffice to compute loads, as a reader shows that shares no
 //! code with the program.
 
 use std::fs;
@@ -16,7 +16,7 @@ use crate::support::{
     samples, succeed,
 };
 
-/// Pauses of which two are gaps, to the reading of files as to the calibrations.
+/// Samples with pauses; two of them are gaps, for readers of files and for calibrations.
 fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(600);
@@ -28,7 +28,7 @@ fn with_pauses() -> Samples {
     samples
 }
 
-/// All axes over full scale, and less history than there are samples.
+/// Returns a calibration whose distance uses all axes over full scale, with less history than samples.
 fn by_full_scale() -> Calibration {
     let mut features = FeatureSettings {
         look_backs: vec![Thresholds { f_th: 0.3, t_th_secs: 8.0 }],
@@ -77,7 +77,7 @@ fn a_reader_made_of_the_guide_alone_gives_the_loads_of_apply() {
     }
 }
 
-/// Every key that is written stands in the schema, and what the schema asks for is written.
+/// Every written key is in the schema, and every required key is written.
 #[test]
 fn every_calibration_file_is_one_by_the_schema() {
     if !is_there("python3", &["-c", "import jsonschema"]) {

@@ -1,4 +1,4 @@
-//! Files of numbers, read by the libraries they are for; and what formats refuse.
+//! Files of numbers, read by their usual libraries; and refusals of formats.
 
 use std::fs;
 use std::path::Path;
@@ -32,7 +32,7 @@ fn odd_names() -> Calibration {
     calibration
 }
 
-/// Arrays that both libraries must give back.
+/// Arrays that both libraries must return.
 const SAME_ARRAYS: &str = "
 for name in ['conventional', 'compensated']:
     assert np.array_equal(read[name], np.array(truth[name]['matrix'])), name
@@ -197,7 +197,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
 }
 
-/// Whatever the ending in whatever letters, the file says what is in it or is not read by people.
+/// Endings in upper or lower case: the file states its contents, unless it is not made for people.
 #[test]
 fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
     let directory = tempfile::tempdir().unwrap();

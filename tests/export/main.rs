@@ -1,4 +1,4 @@
-//! Exports that run: each is built, run over a recording and compared with the program's own loads.
+//! Exported code: each language is built, run over a recording and compared with the program's own loads.
 
 mod c;
 mod cal;

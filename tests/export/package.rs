@@ -1,4 +1,4 @@
-//! Libraries, whose self-tests are built and run as a user would.
+//! Libraries, whose self-tests are built and run as by a user.
 
 use std::fs;
 use std::io::{Cursor, Read as _};
@@ -14,12 +14,12 @@ use crate::support::{
     calibration, calibrations, drifting, every_block, is_there, learned, succeed,
 };
 
-/// Runs a self-test; what it says.
+/// Runs a self-test and returns its output.
 #[track_caller]
 fn passes(command: &mut Command, what: &str) {
     let said = succeed(command);
     assert!(said.starts_with("PASS: "), "{what}: {said}");
-    // Most samples, not a few that no threshold touches.
+    // Most samples are compared, because only a few are at the edge of a threshold.
     let numbers: Vec<f64> = said.split(' ').filter_map(|word| word.parse().ok()).collect();
     assert!(numbers[0] > 0.7 * numbers[1], "{what}: {said}");
 }
@@ -123,7 +123,7 @@ fn cmake_builds_and_tests_a_library() {
     }
 }
 
-/// On a sketch's own terms: C++, with what Arduino declares.
+/// Compiled as C++ with Arduino's declarations.
 #[test]
 fn the_example_for_arduino_compiles() {
     if !is_there("g++", &["--version"]) {
@@ -188,7 +188,7 @@ fn every_language_passes_its_own_test() {
     }
 }
 
-/// Beside what every calibration meets: a channel beyond its range, and one that is no number, at the same gauges.
+/// In addition to the usual cases: a channel outside its range, and one that is not a number, with the same gauges.
 #[test]
 fn a_library_tries_auxiliary_channels() {
     let directory = tempfile::tempdir().unwrap();
@@ -204,11 +204,12 @@ fn a_library_tries_auxiliary_channels() {
     assert!(header.contains("[°C], trained from 15 to 35 °C"), "{header}");
 }
 
-/// Every status but that of a load beyond what is known; byte by byte the same again; in an archive as in a folder.
+/// All statuses except that of a load beyond the tested range; a second export is identical; archive and folder have the same
+/// files.
 #[test]
 fn a_library_tries_what_a_sensor_meets() {
     let directory = tempfile::tempdir().unwrap();
-    // A radius that each gauge travels twice: until then the status is "filling".
+    // Each gauge travels twice this radius; until then the status is "filling".
     let every = every_block();
     let features = FeatureSettings { blocks: every.blocks.with(&Play, &[0.05]), ..every };
     let calibration = calibration(features, Regressor::Linear);

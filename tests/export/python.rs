@@ -1,4 +1,4 @@
-//! Python files, run where Python and NumPy are there.
+//! Python files, run if Python and NumPy are installed.
 
 use std::fs;
 use std::process::Command;
@@ -41,7 +41,7 @@ fn every_calibration_runs_in_python_as_it_does_here() {
     fs::write(at("main.py"), DRIVER).unwrap();
     for (name, calibration) in calibrations() {
         export(&calibration, &at("exported.py"));
-        // Without compiled files: two exports within a second would be taken for one.
+        // Compiled files are disabled, because two exports within a second would be taken for one.
         let run = |file: &str| {
             let mut python = Command::new("python3");
             succeed(python.arg("-B").arg(at("main.py")).arg(at(file)))

@@ -1,4 +1,4 @@
-//! The report as a file: markup that any reader takes, whatever names files have, and a browser that draws it.
+//! The report file: well-formed markup for any file names, and display in a browser.
 
 use std::path::Path;
 use std::process::Command;
@@ -142,7 +142,7 @@ fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
     assert!(!html.contains("url(") && !html.contains("@import"));
 }
 
-/// The only addresses are the name space of SVG, which nothing fetches, and what the hostile name says as text.
+/// The only addresses are the name space of SVG, which is not fetched, and the text of the hostile name.
 #[test]
 fn nothing_is_fetched_from_elsewhere() {
     let directory = tempfile::tempdir().unwrap();

@@ -53,7 +53,7 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
             let mut compile = Command::new("rustc");
             compile.args(["--edition", "2024", "-D", "warnings", "-o"]).arg(at("program"));
             succeed(compile.arg(at("main.rs")));
-            // On a machine without an operating system, too.
+            // Also on a machine without an operating system.
             fs::write(at("bare.rs"), "#![no_std]\n#![allow(dead_code)]\nmod exported;\n").unwrap();
             let mut compile = Command::new("rustc");
             compile.args(["--edition", "2024", "--crate-type", "lib", "--emit", "metadata"]);
@@ -70,7 +70,7 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
             };
             let printed = run("samples.txt");
             assert_loads(&printed, &calibration, &RECORDING, tolerance, &name);
-            // In single precision a load that just touches F_th may find another past sample.
+            // In single precision, a load that differs by almost exactly F_th may find another past sample.
             if tolerance < 1e-6 {
                 assert_runs_live(&run("disturbed.txt"), &calibration, tolerance, &name);
             }
@@ -78,7 +78,7 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
     }
 }
 
-/// A counter that turns is the same clock as seconds that do not.
+/// A counter that wraps is equivalent to seconds that do not.
 #[test]
 fn ticks_in_rust_are_the_same_clock_as_seconds() {
     if !is_there("rustc", &["--version"]) {

@@ -1,4 +1,4 @@
-//! Calibrations of every kind on a few built-in recordings, and how exported code is fed and compared.
+//! Calibrations of every kind on a few built-in recordings; input and comparison of exported code.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,7 +19,7 @@ use loopscope::recording::{Entry, Recording, RecordingSet, Role, simulated};
 static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     let all = simulated::recordings(7);
     let mut set = RecordingSet::default();
-    // With the one that is run: outside what it has seen a network gives thousands of newtons, which tell nothing.
+    // Includes the recording that is run, because a network gives meaningless loads outside its training range.
     let some = all.entries().iter().step_by(30);
     for entry in some.chain([&all.entries()[RUN]]) {
         let recording = Arc::new(entry.recording.decimated(4));
@@ -28,10 +28,10 @@ static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     Arc::new(set)
 });
 
-/// Which built-in recording is run.
+/// Index of the built-in recording that is run.
 const RUN: usize = 11;
 
-/// At the full rate, where every fourth sample was fitted: longer than any ring of 15 s.
+/// At the full rate, although every fourth sample was fitted, so that it is longer than any ring buffer of 15 s.
 pub static RECORDING: LazyLock<Recording> = LazyLock::new(|| {
     let entry = simulated::recordings(7).entries()[RUN].clone();
     assert!(entry.recording.n_samples() > 1200);
@@ -52,7 +52,7 @@ pub fn every_block() -> FeatureSettings {
     }
 }
 
-/// No block, each block alone, all together.
+/// Returns no block, each block alone, and all together.
 pub fn block_sets() -> Vec<(&'static str, FeatureSettings)> {
     let all = every_block();
     let listed = |blocks| FeatureSettings { blocks, ..FeatureSettings::present() };
@@ -87,7 +87,8 @@ fn settings(regressor: Regressor) -> FitSettings {
     }
 }
 
-/// Gauges that drift with a temperature and a supply, taken at once and through a low-pass beside other blocks.
+/// Returns a calibration of gauges that drift with temperature and supply, unfiltered and through a low-pass, with other
+/// blocks.
 pub fn drifting(regressor: Regressor) -> Calibration {
     let mut set = RecordingSet::default();
     for (at, entry) in RECORDINGS.entries().iter().enumerate() {
@@ -118,7 +119,7 @@ pub fn drifting(regressor: Regressor) -> Calibration {
     calibration
 }
 
-/// Every block set with least squares, and every other regressor on all blocks.
+/// Returns every block set with least squares, and every other regressor on all blocks.
 pub fn calibrations() -> Vec<(String, Calibration)> {
     let linear = block_sets()
         .into_iter()
@@ -130,7 +131,7 @@ pub fn calibrations() -> Vec<(String, Calibration)> {
     linear.chain(learned()).collect()
 }
 
-/// Where the gauges are clipped is known: at one end, at both, of one not at all.
+/// Adds known limits of the gauges: one-sided, two-sided, and none for one gauge.
 fn clipped(mut calibration: Calibration) -> Calibration {
     let scale = &calibration.gauge_scale;
     let gauges = scale.shift.iter().zip(&scale.deviation);
@@ -158,7 +159,7 @@ pub fn export(calibration: &Calibration, path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_default()
 }
 
-/// Times with their gauges.
+/// Times and gauges.
 pub type Samples = Vec<(f64, Vec<f64>)>;
 
 pub fn samples(recording: &Recording) -> Samples {
@@ -167,8 +168,8 @@ pub fn samples(recording: &Recording) -> Samples {
     times.zip(gauges.map(<[f64]>::to_vec)).collect()
 }
 
-/// [`RECORDING`] with what clocks and gauges do wrong: a stamp far ahead, a late one, one twice, gauges that are no
-/// numbers, jitter, pauses; then the clock starts again near where a counter of 32 bits wraps, then it is set to the date.
+/// [`RECORDING`] with faults of clocks and gauges: a time far ahead, a late one, a repeated one, gauges that are not numbers,
+/// jitter, pauses; then a clock that restarts shortly before a 32-bit counter wraps, then one that is set to the date.
 pub fn disturbed() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(900);
@@ -204,8 +205,8 @@ pub fn disturbed() -> Samples {
     samples
 }
 
-/// [`RECORDING`] with pauses: too short for a gap, gaps, pauses beyond what a clock of 32 bits counts, and a sensor that shows no
-/// numbers for longer than a clock of 32 bits counts. No age is a threshold of [`every_block`], whose last digit would decide.
+/// [`RECORDING`] with pauses shorter than a gap, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer than a
+/// 32-bit clock. No age equals a threshold of [`every_block`], where rounding would decide.
 pub fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(1000);
@@ -217,7 +218,7 @@ pub fn with_pauses() -> Samples {
             400 => 2_400.0,
             500 => 4_200.0,
             600 => 5_400.0,
-            // With the rejected samples around them a whole turn of 32 bits of microseconds, and a little more.
+            // Together with the rejected samples, slightly more than one turn of a 32-bit microsecond counter.
             720 => 3_000.0,
             760 => 1_289.93,
             900 => 80_000.0,
@@ -231,8 +232,8 @@ pub fn with_pauses() -> Samples {
     samples
 }
 
-/// [`RECORDING`] with gauges that have moved, tared over its first second; and what exported programs are fed for that: the mean, then
-/// the samples.
+/// [`RECORDING`] with shifted gauges, tared over its first second; and the input of exported programs: the mean, then the
+/// samples.
 pub fn tared() -> (Recording, Samples) {
     let moved = RECORDING.gauges().iter().enumerate();
     let moved = moved.map(|(at, gauge)| gauge + 0.3 * (at % RECORDING.n_gauges()) as f64);
@@ -258,7 +259,7 @@ pub fn tared() -> (Recording, Samples) {
     (recording.tared("0:1".parse().unwrap()).unwrap().0, fed)
 }
 
-/// What exported programs read: one line for each sample.
+/// Returns the input of exported programs, one line per sample.
 pub fn lines(samples: &Samples) -> String {
     let mut text = String::new();
     for (time, gauges) in samples {
@@ -271,7 +272,7 @@ pub fn lines(samples: &Samples) -> String {
     text
 }
 
-/// Whether a command can be run at all.
+/// Returns true if a command can be run.
 pub fn is_there(command: &str, arguments: &[&str]) -> bool {
     let status =
         Command::new(command).args(arguments).stdout(Stdio::null()).stderr(Stdio::null()).status();
@@ -290,8 +291,8 @@ pub fn succeed(command: &mut Command) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Each printed line holds load, conventional load and status of a sample; loads are the program's own within
-/// `tolerance` of full scale.
+/// Checks that each printed line holds load, conventional load and status of a sample, and that the loads equal the program's
+/// within `tolerance` of full scale.
 #[track_caller]
 pub fn assert_loads(
     printed: &str,
@@ -319,7 +320,7 @@ pub fn assert_loads(
     }
 }
 
-/// Likewise for [`disturbed`] samples and the program's own live estimator; what it refuses has no load.
+/// The same for [`disturbed`] samples and the program's live estimator; rejected samples have no load.
 #[track_caller]
 pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64, what: &str) {
     let statuses = assert_runs_as(&disturbed(), printed, calibration, tolerance, what);
@@ -330,7 +331,7 @@ pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64
     assert_eq!([n(Status::AFTER_GAP), n(Status::RESTARTED)], [5, 1]);
 }
 
-/// Each printed line holds what the program's own live estimator makes of a sample; its statuses.
+/// Checks that each printed line equals the result of the program's live estimator. Returns the statuses.
 #[track_caller]
 pub fn assert_runs_as(
     samples: &Samples,

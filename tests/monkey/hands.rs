@@ -1,4 +1,4 @@
-//! What the monkey does next.
+//! Random actions of the monkey.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use loopscope::ui;
 use loopscope::ui::{Command, PaneMove, Shell, TimeMove, Workspace};
 
-/// A small generator whose numbers follow from its seed (splitmix64).
+/// Pseudo-random generator with a seed (splitmix64).
 #[derive(Clone)]
 pub struct Random(u64);
 
@@ -40,18 +40,18 @@ impl Random {
         (self.next() % n.max(1) as u64) as usize
     }
 
-    /// Whether something of this chance comes to pass.
+    /// Returns true with this probability.
     pub fn chance(&mut self, chance: f64) -> bool {
         self.share() < chance
     }
 
-    /// One of these.
+    /// Returns one of these.
     pub fn of<'a, T>(&mut self, these: &'a [T]) -> &'a T {
         &these[self.below(these.len())]
     }
 }
 
-/// Something to do, and how it is said.
+/// An action with its description.
 #[derive(Default)]
 pub struct Act {
     pub said: String,
@@ -165,7 +165,7 @@ const TEXTS: [&str; 26] = [
     "é\u{301}",
 ];
 
-/// What the palette is asked for.
+/// Words that are typed into the palette.
 const WORDS: [&str; 16] = [
     "train",
     "test",
@@ -185,7 +185,7 @@ const WORDS: [&str; 16] = [
     "find best",
 ];
 
-/// Who decides.
+/// Source of the random actions.
 pub struct Hands {
     random: Random,
 }
@@ -196,7 +196,7 @@ impl Hands {
         Self { random: Random::new(seed) }
     }
 
-    /// Something that can be done to this window.
+    /// Returns an action that is possible in this window.
     pub fn act(&mut self, window: &Harness<'_, Option<Shell>>, files: &[PathBuf]) -> Act {
         let mut act = match self.random.below(100) {
             0..38 => self.click(window),
@@ -232,7 +232,7 @@ impl Hands {
         act
     }
 
-    /// Whether to wait for long.
+    /// Returns true if the monkey waits for a long time.
     pub fn is_patient(&mut self) -> bool {
         self.random.chance(0.05)
     }
@@ -247,7 +247,7 @@ impl Hands {
         }
     }
 
-    /// A place over a widget, more often one that floats, or over nothing; and its name.
+    /// Returns a place over a widget, preferably a floating one, or over nothing; and its name.
     fn place(&mut self, window: &Harness<'_, Option<Shell>>) -> (Pos2, String) {
         let screen = window.ctx.content_rect();
         let anywhere = |random: &mut Random, rect: Rect| {
@@ -394,7 +394,7 @@ impl Hands {
         }
     }
 
-    /// Into a field that was clicked, or wherever the focus is.
+    /// Types into a clicked field, or into the widget with the focus.
     fn write(&mut self, window: &Harness<'_, Option<Shell>>) -> Act {
         let text = *self.random.of(&TEXTS);
         let mut act = if self.random.chance(0.7) { self.click(window) } else { Act::default() };

@@ -39,43 +39,43 @@ use dropped::Dropped;
 use hands::{Hands, Random};
 use memory::{Curve, Textures};
 
-/// A picture that stands for so long is a freeze.
+/// Duration of a frame that counts as a freeze.
 const FROZEN: Duration = Duration::from_secs(1);
-/// So many of the longest frames are listed.
+/// Number of longest frames that are listed.
 const LISTED: usize = 8;
-/// So many actions are remembered for whoever looks into a failure.
+/// Number of recent actions that a failure lists.
 const REMEMBERED: usize = 20;
-/// Somebody waits so long for answers at the most; now and then, that is.
+/// Maximum waiting times for answers: usual, and occasional.
 const PATIENCE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(20)];
-/// How often the watchdog looks.
+/// Interval between two checks of the watchdog.
 const WATCH: Duration = Duration::from_millis(50);
-/// A window that stands for so long does not come back.
+/// Duration of a frame after which the window counts as hung.
 const HUNG: Duration = Duration::from_secs(60);
-/// No answer of a soak takes so long.
+/// Maximum time of an answer in a soak test.
 const HANGS: Duration = Duration::from_secs(60);
-/// Moves of a slider between two rests.
+/// Number of slider moves between two waits.
 const MOVES_PER_REST: u64 = 25;
 
 #[derive(Parser)]
 struct Choices {
-    /// What it does follows from this.
+    /// Seed of the random actions.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     #[arg(long, default_value_t = 1.0)]
     minutes: f64,
-    /// Ends after so many actions, too.
+    /// Maximum number of actions.
     #[arg(long, default_value_t = u64::MAX)]
     steps: u64,
-    /// Moves the sliders of the thresholds so often, and does nothing else.
+    /// Number of moves of the threshold sliders; no other actions are done.
     #[arg(long)]
     soak: Option<u64>,
-    /// Opens a generated recording of so many samples.
+    /// Opens a generated recording with this number of samples.
     #[arg(long)]
     samples: Option<usize>,
-    /// More than so many MB are a failure, at once.
+    /// Memory above which the test fails at once (MB).
     #[arg(long, default_value_t = 6000.0)]
     ceiling: f64,
-    /// Writes the curve of memory there.
+    /// File for the curve of memory.
     #[arg(long)]
     memory: Option<PathBuf>,
     /// Seconds between two points of that curve.
@@ -84,7 +84,7 @@ struct Choices {
     files: Vec<PathBuf>,
 }
 
-/// What dialogs choose from, shared with whoever makes the choice.
+/// Files that dialogs choose from, and the shared choice.
 struct World {
     folder: PathBuf,
     files: Vec<PathBuf>,
@@ -92,7 +92,7 @@ struct World {
     random: Random,
 }
 
-/// A log that is being written: rows of a recording, again and again.
+/// A log file that is being written: the rows of a recording, repeatedly.
 struct Log {
     path: PathBuf,
     rows: Vec<String>,
@@ -100,7 +100,7 @@ struct Log {
 }
 
 impl Log {
-    /// From the head of a text file.
+    /// Returns a log with the head of a text file.
     fn new(path: PathBuf, source: &Path) -> std::io::Result<Self> {
         let mut head = vec![0; 200_000];
         let read = std::io::Read::read(&mut std::fs::File::open(source)?, &mut head)?;
@@ -116,7 +116,7 @@ impl Log {
         let rows = self.rows.len() - 1; // the last one may be cut
         let mut text = String::new();
         for _ in 0..n {
-            // The header stands once.
+            // The header is written once.
             let at = if self.written < rows { self.written } else { 1 + self.written % (rows - 1) };
             text.push_str(&self.rows[at]);
             self.written += 1;
@@ -163,7 +163,7 @@ impl Dialogs for AnyFile {
     }
 }
 
-/// What was done of late, and since when the present frame lasts; the watchdog looks at it too.
+/// Recent actions and the start of the present frame; the watchdog reads them too.
 #[derive(Clone, Default)]
 struct Last(Arc<Mutex<(VecDeque<String>, Option<Instant>)>>);
 
@@ -191,7 +191,7 @@ impl Last {
         }
     }
 
-    /// Ends the program where it takes all the memory of the machine, or where a frame does not end.
+    /// Ends the program if it uses too much memory, or if a frame does not end.
     fn guard(&self, ceiling: f64, seed: u64) {
         let own = self.clone();
         std::thread::spawn(move || {
@@ -212,7 +212,7 @@ impl Last {
     }
 }
 
-/// The window, and whoever looks at it.
+/// The window and its measurements.
 struct Watch {
     window: Harness<'static, Option<Shell>>,
     world: Rc<RefCell<World>>,
@@ -223,7 +223,7 @@ struct Watch {
     actions: u64,
     restarts: u64,
     last: Last,
-    /// How long the longest frames took, the processor's part of it, and what came before them.
+    /// Longest frames: duration, processor time, and preceding actions.
     longest: Vec<(Duration, Duration, u64, String)>,
 }
 
@@ -301,7 +301,7 @@ impl Watch {
         let commands = viewport.map_or(&[][..], |viewport| &viewport.commands);
         let closes = commands.iter().any(|command| matches!(command, ViewportCommand::Close));
         if closes {
-            // A person opens it again.
+            // The window is opened again, as by a user.
             if let Some(mut shell) = self.window.state_mut().take() {
                 shell.end();
             }
@@ -311,7 +311,7 @@ impl Watch {
         self.curve.follow(self.start.elapsed(), &self.textures, engine);
     }
 
-    /// Waits for the answers, at most so long.
+    /// Waits for answers, at most for this time.
     fn rest(&mut self, patience: Duration) {
         let start = Instant::now();
         loop {
@@ -323,7 +323,7 @@ impl Watch {
         }
     }
 
-    /// Does this and that until the time is over.
+    /// Does random actions until the time is over.
     fn play(&mut self, choices: &Choices) {
         let mut hands = Hands::new(choices.seed);
         while self.actions < choices.steps
@@ -358,7 +358,7 @@ impl Watch {
         }
     }
 
-    /// Moves the sliders of the thresholds, resting now and then.
+    /// Moves the threshold sliders, with occasional waits.
     fn soak(&mut self, seed: u64, moves: u64) {
         let mut random = Random::new(seed);
         self.rest(HANGS);
@@ -414,14 +414,14 @@ fn generate(path: &Path, n: usize) -> std::io::Result<()> {
     file.flush()
 }
 
-/// The recordings in a folder that may be written to; a session is opened where it is, since it says where its files are.
+/// Copies the recordings to a writable folder; a session is opened in place, because it contains the paths of its files.
 fn prepare(choices: &Choices, folder: &Path) -> std::io::Result<World> {
     let mut files = Vec::new();
     for (at, path) in choices.files.iter().enumerate() {
         let own = folder.join(at.to_string());
         std::fs::create_dir(&own)?;
         let own = own.join(path.file_name().unwrap_or_default());
-        // A copy can be written to, whatever the file's own permissions are.
+        // The copy is writable, even if the file is not.
         std::fs::write(&own, std::fs::read(path)?)?;
         files.push(own);
     }
@@ -443,7 +443,7 @@ fn main() -> ExitCode {
         .and_then(|file| Curve::new(Duration::from_secs_f64(choices.every), file))
         .unwrap_or_else(|error| panic!("monkey: {error}"));
     let world = prepare(&choices, folder.path()).unwrap_or_else(|error| panic!("monkey: {error}"));
-    // What is typed into a field for a path is written there.
+    // Typed relative paths are written to this folder.
     std::env::set_current_dir(folder.path()).expect("it is there");
 
     let panics = Arc::new(Mutex::new(Vec::new()));

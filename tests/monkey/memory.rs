@@ -1,4 +1,4 @@
-//! How much memory the program has, over time.
+//! Memory of the program over time.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -11,12 +11,12 @@ use egui::{TextureId, TexturesDelta};
 use egui_kittest::TestRenderer;
 use loopscope::engine::Engine;
 
-/// Rows of the table that is printed.
+/// Number of rows of the printed table.
 const ROWS: usize = 12;
-/// Less than this share of what there is, and less than so many MB, is no growth.
+/// Growth of memory below this share, and below this number of MB, counts as none.
 const STEADY: (f64, f64) = (0.05, 16.0);
 
-/// What a screen would hold: the textures that were handed out and not taken back.
+/// Textures that a screen would hold: allocated and not freed.
 #[derive(Clone, Default)]
 pub struct Textures(Rc<RefCell<HashMap<TextureId, usize>>>);
 
@@ -48,7 +48,7 @@ struct Point {
     threads: usize,
     textures: (usize, usize),
     recordings: usize,
-    /// MB of their numbers.
+    /// Size of their numbers (MB).
     loaded: f64,
 }
 
@@ -57,12 +57,12 @@ pub struct Curve {
     every: Duration,
     next: Duration,
     points: Vec<Point>,
-    /// Where each is written at once, so that it is there however this ends.
+    /// File to which each point is written at once, so that it is complete after a crash.
     file: Option<File>,
 }
 
 impl Curve {
-    /// A point each so often.
+    /// Returns a curve with a point in each interval.
     pub fn new(every: Duration, mut file: Option<File>) -> std::io::Result<Self> {
         if let Some(file) = &mut file {
             writeln!(
@@ -73,7 +73,7 @@ impl Curve {
         Ok(Self { every, next: Duration::ZERO, points: Vec::new(), file })
     }
 
-    /// Takes a point of a window with these recordings where it is time for one.
+    /// Adds a point for a window with these recordings, if one is due.
     pub fn follow(&mut self, now: Duration, textures: &Textures, engine: Option<&Engine>) {
         if now < self.next {
             return;
@@ -115,7 +115,7 @@ impl Curve {
         self.points.push(point);
     }
 
-    /// Prints it, and whether it grows.
+    /// Prints the curve. Returns true if memory grows.
     pub fn tell(&self) -> bool {
         println!("memory:  secs  MB resident  threads  textures (MB)  recordings (MB)");
         for point in self.points.iter().step_by(self.points.len().div_ceil(ROWS).max(1)) {
@@ -158,12 +158,12 @@ fn mb(bytes: usize) -> f64 {
     bytes as f64 / 1048576.0
 }
 
-/// MB of it; Linux says.
+/// Returns the memory of this process (MB), as reported by Linux.
 pub fn resident() -> f64 {
     status("VmRSS:") / 1024.0
 }
 
-/// A number that Linux says of this process; 0 elsewhere.
+/// Returns a number that Linux reports about this process; 0 on other systems.
 fn status(name: &str) -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(name));
@@ -171,7 +171,7 @@ fn status(name: &str) -> f64 {
     number.and_then(|number| number.parse().ok()).unwrap_or(0.0)
 }
 
-/// How long this thread had a processor; Linux says.
+/// Returns the processor time of this thread, as reported by Linux.
 pub fn thread_time() -> Duration {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanoseconds = text.split_whitespace().next().and_then(|number| number.parse().ok());

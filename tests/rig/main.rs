@@ -1,10 +1,17 @@
-//! What the check says of made-up rigs: most faults named with the right cause, no sound set accused.
+//! The data check on simulated rigs: most faults are reported with the right cause, and no sound set gives a false alarm.
 
 mod simulator;
 
-use loopscope::recording::Recording;
+use std::sync::Arc;
+
+use loopscope::calibration::FitSettings;
+use loopscope::finding::Id;
+use loopscope::progress::Progress;
+use loopscope::questions::check::query::CheckData;
+use loopscope::questions::{Request, sufficiency};
+use loopscope::recording::{Entry, Recording, RecordingSet, Role, ValidRange};
 use loopscope::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig};
-use simulator::{FAULTS, Fault, Programme, Set};
+use simulator::{Dice, FAULTS, Fault, Programme, Set};
 
 fn rig(set: &Set) -> Rig {
     let all = set.recordings();
@@ -12,7 +19,7 @@ fn rig(set: &Set) -> Rig {
     Rig::of(&all, &set.full_scale).unwrap()
 }
 
-/// The size at which a fault adds a quarter to the left-out error; `None` where it adds less.
+/// Returns the size at which a fault adds a quarter to the held-out error; `None` if it adds less.
 fn size(fault: Fault, sound: &Set) -> Option<f64> {
     let adds = number("RIG_ADDS_PERCENT", 25) as f64 / 100.0;
     let wanted = (1.0 + adds) * rig(sound).left_out_error();
@@ -47,7 +54,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
         |factor: f64| (value / factor - 1.0).abs() < 0.1 || (value * factor - 1.0).abs() < 0.1;
     match fault {
         Fault::Tare => *cause == Cause::Tare,
-        // Of three recordings nobody can tell a drift from a step.
+        // With three recordings, a drift cannot be distinguished from a step.
         Fault::Drift => *cause == Cause::Drift || (set.runs.len() < 4 && *cause == Cause::Tare),
         Fault::GaugeFrom | Fault::GaugeOnce => is_gain(true),
         Fault::AmplifierFrom => is_gain(false),
@@ -64,7 +71,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
     }
 }
 
-/// A number from the environment, for a longer run by hand.
+/// Returns a number from the environment, for longer runs by hand.
 fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
@@ -119,11 +126,11 @@ fn faults_are_named_and_sound_rigs_are_not_accused() {
     }
     println!("{named} of {all} faults named");
     assert!(accused.is_empty(), "{accused:#?}");
-    // Few sets; the guide has the figures of more.
+    // Few sets; the guide has the rates of more sets.
     assert!(10 * named >= 8 * all, "{named} of {all}");
 }
 
-/// A column of each kind beside the gauges of sound rigs.
+/// A column of each kind, beside the gauges of sound rigs.
 #[test]
 fn columns_that_are_no_gauges_are_named() {
     for seed in (0..40).filter(|seed| Set::sound(*seed, 2).noise > 0.002) {
@@ -150,7 +157,7 @@ fn columns_that_are_no_gauges_are_named() {
     }
 }
 
-/// Most faults of single channels are named, and sound sets have none.
+/// Most faults of single channels are reported, and sound sets give no false alarm.
 #[test]
 fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     let found = |set: &Set| {
@@ -196,4 +203,72 @@ fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     }
     println!("{named} of {all} faults of single channels named");
     assert!(4 * named >= 3 * all, "{named} of {all}");
+}
+
+/// What is said of the programmes and loads of a set, the last `n_tests` recordings being test recordings.
+fn of_loads(set: &Set, n_tests: usize) -> Vec<Id> {
+    let mut recordings = RecordingSet::default();
+    let n_train = set.runs.len() - n_tests;
+    for (at, own) in set.recordings().into_iter().enumerate() {
+        let role = if at < n_train { Role::Train } else { Role::Test };
+        recordings.push(Entry::new(own, role)).unwrap();
+    }
+    let full_scale = set.full_scale.iter().copied().map(Some).collect();
+    let settings = FitSettings { full_scale, ..FitSettings::default() };
+    let request = Request::fit(Arc::new(recordings), settings);
+    let asked = CheckData::of(&request, ValidRange::default(), None);
+    let found = sufficiency(&asked, &Progress::default()).unwrap().reasons;
+    let wanted = [Id::SameSamples, Id::OneProgramme, Id::OneAxisAtATime, Id::OneSided];
+    found.into_iter().map(|own| own.id).filter(|id| wanted.contains(id)).collect()
+}
+
+/// A set with other loads: gauges follow them in straight lines, with noise.
+fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set {
+    let mut set = set.clone();
+    let mut dice = Dice::new(set.seed);
+    for (at, run) in set.runs.iter_mut().enumerate() {
+        for (k, (loads, gauges)) in run.loads.iter_mut().zip(&mut run.gauges).enumerate() {
+            loads.iter_mut().enumerate().for_each(|(axis, own)| *own = load(at, k, axis, *own));
+            for (gauge, own) in gauges.iter_mut().enumerate() {
+                let parts =
+                    loads.iter().zip(&set.full_scale).enumerate().map(|(axis, (load, full))| {
+                        load / full * if axis == gauge { 1.5 } else { 0.1 * (1 + gauge) as f64 }
+                    });
+                *own = parts.sum::<f64>() + 0.01 * dice.normal();
+            }
+        }
+    }
+    set
+}
+
+/// Each is found where it is, and nowhere else.
+#[test]
+fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_told_apart() {
+    let is_fit = |set: &Set| {
+        set.axes.len() > 1 && set.runs.iter().all(|run| run.programme != Programme::Poses)
+    };
+    let sets = (0..60).map(|seed| Set::sound(seed, 3)).filter(is_fit).take(6);
+    for sound in sets {
+        let seed = sound.seed;
+        assert_eq!(of_loads(&sound, 0), [], "{seed}");
+        assert_eq!(of_loads(&sound, 1), [], "{seed}");
+        let mut twice = sound.clone();
+        twice.runs.push(sound.runs[0].clone());
+        assert_eq!(of_loads(&twice, 0), [Id::SameSamples], "{seed}: twice in training");
+        assert_eq!(of_loads(&twice, 1), [Id::SameSamples], "{seed}: in training and test");
+        let mut repeated = sound.clone();
+        repeated.runs = vec![sound.runs[0].clone(); 4];
+        let repeated = with_loads(&repeated, |_, _, _, load| load);
+        assert_eq!(of_loads(&repeated, 0), [Id::OneProgramme], "{seed}");
+        let n_axes = sound.axes.len();
+        let alone = with_loads(
+            &sound,
+            |run, k, axis, load| {
+                if (run + k / 200) % n_axes == axis { load } else { 0.0 }
+            },
+        );
+        assert_eq!(of_loads(&alone, 0), [Id::OneAxisAtATime], "{seed}");
+        let one_sided = with_loads(&sound, |_, _, _, load| load.abs());
+        assert_eq!(of_loads(&one_sided, 0), [Id::OneSided], "{seed}");
+    }
 }

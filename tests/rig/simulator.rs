@@ -1,4 +1,4 @@
-//! Sets of recordings of made-up rigs, sound ones and ones with a single fault. It shares nothing with the sensor that is built in.
+//! Recordings of simulated rigs, sound ones and ones with a single fault. It shares no code with the built-in sensor.
 
 use loopscope::recording::{Axis, Recording, Source};
 
@@ -35,7 +35,7 @@ impl Dice {
     }
 }
 
-/// How the load is moved in a recording.
+/// Kind of load motion in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Programme {
     Steps,
@@ -65,7 +65,7 @@ pub struct Set {
     pub n_gauges: usize,
     pub hysteresis: f64,
     pub noise: f64,
-    /// How far each gauge moves.
+    /// Range of each gauge.
     pub span: Vec<f64>,
     pub runs: Vec<Run>,
 }
@@ -88,7 +88,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize) -> Vec<Vec<f64>> {
         Programme::Steps => {
             let held = knots(dice, (secs / 2.5) as usize, n_axes);
             let at = |k: usize| (k * held.len() / n).min(held.len() - 1);
-            // A third of a second from one to the next.
+            // A third of a second between rows.
             let row = |k: usize| -> Vec<f64> {
                 let (from, to) = (k.saturating_sub(3), (k + 3).min(n - 1));
                 let mean = |axis: usize| {
@@ -148,7 +148,7 @@ impl Set {
         }
         let full_scale: Vec<f64> =
             axes.iter().map(|axis| if axis.is_force() { 100.0 } else { 5.0 }).collect();
-        // Gauges answer to one axis each above all, the further ones to all of them.
+        // Each gauge mainly measures one axis; further gauges measure all axes.
         let slopes: Vec<Vec<f64>> = (0..n_gauges)
             .map(|gauge| {
                 let own = |axis: usize| if gauge == axis { 1.5 } else { 0.0 };
@@ -250,7 +250,7 @@ pub const FAULTS: [Fault; 13] = [
 ];
 
 impl Fault {
-    /// Whether it has a size.
+    /// Returns true if the fault has a size.
     pub fn has_size(self) -> bool {
         use Fault::*;
         matches!(
@@ -259,7 +259,7 @@ impl Fault {
         )
     }
 
-    /// Recordings without which nobody can tell.
+    /// Minimum number of recordings with which the fault can be identified.
     pub fn fewest_runs(self) -> usize {
         match self {
             Self::NoiseOnce => 4,
@@ -267,7 +267,7 @@ impl Fault {
         }
     }
 
-    /// Whether a set can have it.
+    /// Returns true if the set can have this fault.
     pub fn fits(self, set: &Set) -> bool {
         let forces = set.axes.iter().filter(|axis| axis.is_force()).count();
         let moments = set.axes.len() - forces;
@@ -280,7 +280,7 @@ impl Fault {
         }
     }
 
-    /// A set with this fault.
+    /// Returns the set with this fault.
     pub fn of(self, sound: &Set, size: f64) -> Set {
         let mut set = sound.clone();
         let mut dice = Dice::new(sound.seed + 1000);

@@ -1,4 +1,4 @@
-//! The program as a person runs it: arguments in, exit code and text out.
+//! The program as users run it: arguments in, exit code and text out.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -15,7 +15,7 @@ pub fn program(directory: &Path, arguments: &[&str]) -> Command {
     program
 }
 
-/// Runs the program; whatever it was given, it must not have panicked.
+/// Runs the program, which must not panic on any arguments.
 #[track_caller]
 pub fn run(directory: &Path, arguments: &[&str]) -> Output {
     let output = program(directory, arguments).output().unwrap();
@@ -24,7 +24,7 @@ pub fn run(directory: &Path, arguments: &[&str]) -> Output {
     output
 }
 
-/// Runs a job that must go well.
+/// Runs a job that must succeed.
 #[track_caller]
 pub fn succeed(directory: &Path, arguments: &[&str]) -> Output {
     let output = run(directory, arguments);
@@ -33,7 +33,7 @@ pub fn succeed(directory: &Path, arguments: &[&str]) -> Output {
     output
 }
 
-/// What `fit --json` prints.
+/// Returns the output of `fit --json`.
 #[track_caller]
 pub fn fit(directory: &Path, arguments: &[&str]) -> Value {
     let output = succeed(directory, &[&["fit", "--json"], arguments].concat());

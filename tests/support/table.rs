@@ -25,7 +25,7 @@ impl Table {
         }
     }
 
-    /// The column whose name starts so.
+    /// Returns the column whose name begins with this text.
     #[track_caller]
     pub fn column(&self, start: &str) -> Vec<f64> {
         let named = |name: &String| name.starts_with(start);

@@ -1,4 +1,4 @@
-//! Every control says on hover what it does.
+//! Every control has a hover text.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,8 @@ const CONTROLS: [Role; 8] = [
     Role::TextInput,
     Role::MultilineTextInput,
 ];
-/// Menus open on a click, and their items are explained; the cross of a tab is what it looks like.
+/// Controls without a hover text: menus open on a click and their items are explained; the cross of a tab needs no
+/// explanation.
 const KNOWN: [&str; 9] =
     ["File", "Edit", "Roles", "Navigate", "View", "Help", "Close", "Hide", "Close window"];
 
@@ -27,7 +28,7 @@ fn quick_to_explain(window: &mut Window) {
     settle(window);
 }
 
-/// Whether something is shown when the pointer rests there.
+/// Returns true if a hover text is shown at this place.
 fn explains(window: &mut Window, at: egui::Pos2) -> bool {
     window.event(egui::Event::PointerMoved(at));
     window.run_steps(3);
@@ -40,7 +41,7 @@ fn explains(window: &mut Window, at: egui::Pos2) -> bool {
     shown
 }
 
-/// The controls on screen that show nothing when the pointer rests on them.
+/// Checks that all controls on screen have a hover text.
 #[track_caller]
 fn all_explained(window: &mut Window) {
     let mut controls = Vec::new();
@@ -83,7 +84,7 @@ fn every_control_of_every_pane_says_on_hover_what_it_does() {
     }
     show(&mut window, "metrology");
     click(&mut window, Role::Button, "Definitions…");
-    for field in ["Still within", "Zero within", "Dead band Fx"] {
+    for field in ["Still within", "Zero up to", "Dead band Fx"] {
         let rect = window.get_by_role_and_label(Role::SpinButton, field).rect();
         assert!(explains(&mut window, rect.center()), "{field}");
     }

@@ -1,4 +1,4 @@
-//! What a screen reader says: values, and what they are of.
+//! Texts for screen readers: values with their rows and columns.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
     let scores = &quality.compensated;
     for (set, rmse) in [("Train", &scores.train_rmse), ("Test", &scores.test_rmse)] {
         let rmse = rmse.as_ref().expect("it is scored")[1];
-        let cell = format!("{set} Comp. Fy ");
+        let cell = format!("{set} Compensated Fy ");
         let said = window.query_all_by_label_contains(&cell);
         let said: Vec<String> =
             said.filter_map(|node| node.accesskit_node().label().or(node.value())).collect();
@@ -21,7 +21,7 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
         assert!((number / rmse - 1.0).abs() < 1e-3, "{said:?} {rmse}");
     }
     show(&mut window, "calibration");
-    // A number of the matrix is known by its axis and its feature.
+    // A number of the matrix has the names of its axis and feature.
     assert!(has(&window, "Fx S1 "));
 }
 
@@ -38,8 +38,8 @@ fn a_plot_says_its_values_at_the_pointer_or_the_cursor_else_what_it_shows() {
     window.hover_at(rect.center());
     window.run_steps(3);
     let (_, said) = plot(&window);
-    assert!(said.starts_with("Fx at ") && said.contains(" s: Calc. "), "{said}");
-    assert!(said.contains(", Comp. ") && said.contains(" N error "), "{said}");
+    assert!(said.starts_with("Fx at ") && said.contains(" s: Reference "), "{said}");
+    assert!(said.contains(", Compensated ") && said.contains(" N error "), "{said}");
     window.remove_cursor();
     window.run_steps(3);
     let traces = &analysis(&window).traces;

@@ -1,4 +1,4 @@
-//! Files whose names do not say what their columns are.
+//! Import of files whose headers do not show the roles of the columns.
 
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ fn choose(window: &mut Window, column: impl std::fmt::Display, role: &str) {
     click(window, Role::ComboBox, &combo);
     settle(window);
     let items: Vec<_> = window.query_all_by_label(role).collect();
-    // By its label: the list is longer than what is seen of it.
+    // Found by its label, because the list is longer than its visible part.
     let item = items.last().unwrap_or_else(|| panic!("no {role}"));
     item.click_accesskit();
     settle(window);
@@ -53,7 +53,7 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     );
 }
 
-/// As many columns say nothing: here the time stands elsewhere, or the cells end with another character.
+/// A file with the same number of unnamed columns, but the time in another place, or another delimiter.
 #[test]
 fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
     let files = Files::new();
@@ -83,7 +83,8 @@ fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
     }
 }
 
-/// A spreadsheet's export whose names say nothing: units in brackets, semicolons, decimal commas. The force is twice the first channel.
+/// A spreadsheet's export with unclear names: units in brackets, semicolons, decimal commas. The force is twice the first
+/// channel.
 fn bracketed(n: usize) -> String {
     let header = "Uhr [s];Messstelle 1 [mV/V];Messstelle 2 [mV/V];Presse [N]\n";
     header.to_owned() + &headerless(n).replace('.', ",")
@@ -228,7 +229,7 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
 }
 
-/// A weight of 2 kg at three attitudes and more, the reference off by (0.5, -0.25, 1) N: `F = m Rᵀ g + offset`.
+/// A weight of 2 kg at several attitudes, with the reference offset by (0.5, -0.25, 1) N: `F = m Rᵀ g + offset`.
 #[test]
 fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let files = Files::new();
@@ -267,7 +268,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     window.check_accessibility();
 }
 
-/// A click selects a row, one with Shift all up to it; of a load the axes follow one another.
+/// A click selects a row, Shift and click all rows up to it; load axes continue from the first.
 #[test]
 fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
     let files = Files::new();

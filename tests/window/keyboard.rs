@@ -1,4 +1,4 @@
-//! What is done by keys alone.
+//! Actions by keys alone.
 
 use super::*;
 use crate::importing::headerless;
@@ -11,12 +11,12 @@ fn held(modifiers: Modifiers, key: Key) -> egui::Event {
     egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers }
 }
 
-/// What opens the palette.
+/// Event that opens the palette.
 fn palette() -> egui::Event {
     held(Modifiers::COMMAND, Key::P)
 }
 
-/// One frame in which all these came, as on a slow machine.
+/// Draws one frame with all these events, as on a slow machine.
 fn at_once(window: &mut Window, events: impl IntoIterator<Item = egui::Event>) {
     window.input_mut().events.extend(events);
     window.step();
@@ -51,7 +51,7 @@ fn chosen(window: &Window, button: &str) -> String {
 #[test]
 fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
     let files = Files::new();
-    // Into nothing, and into a field that has the focus.
+    // Without a focus, and with a text field in focus.
     for field in [None, Some("CSV")] {
         let mut window = window(files.three());
         if let Some(field) = field {
@@ -96,7 +96,7 @@ fn a_whole_search_in_one_frame_is_done() {
     assert!(!has(&window, "Find an action"));
 }
 
-/// Finds this with the palette, and takes the first.
+/// Finds an action in the palette, and runs the first one.
 fn find(window: &mut Window, words: &str) {
     window.key_press_modifiers(Modifiers::COMMAND, Key::P);
     window.event(egui::Event::Text(words.to_owned()));

@@ -1,4 +1,4 @@
-//! The window as people and screen readers meet it: by role and label, without a display.
+//! The window for users and screen readers: by role and label, without a display.
 
 #[path = "../support/dropped.rs"]
 mod dropped;
@@ -32,13 +32,13 @@ use loopscope::recording;
 use loopscope::recording::Axis;
 use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 
-/// Only a window that hangs takes this long, however slow the machine.
+/// Time after which a window counts as hung, even on a slow machine.
 const DEADLINE: Duration = Duration::from_secs(180);
 
 /// The shell is made in the first frame, when there is a context.
 type Window = Harness<'static, Option<Shell>>;
 
-/// Dialogs in which a person has already chosen.
+/// Dialogs that answer with a prepared choice.
 #[derive(Clone, Default)]
 struct Choices {
     open: Rc<RefCell<Vec<PathBuf>>>,
@@ -117,7 +117,7 @@ fn until(window: &mut Window, condition: impl Fn(&Shell) -> bool) {
     }
 }
 
-/// Draws frames until there is nothing more to do.
+/// Draws frames until no work remains.
 #[track_caller]
 fn settle(window: &mut Window) {
     loop {
@@ -152,7 +152,7 @@ fn slide(window: &mut Window, slider: &str, value: f64) {
     settle(window);
 }
 
-/// Replaces what stands in a text field.
+/// Replaces the text of a text field.
 #[track_caller]
 fn type_into(window: &mut Window, field: &str, text: &str) {
     window.get_by_role_and_label(Role::TextInput, field).focus();
@@ -195,7 +195,7 @@ fn told(window: &mut Window, level: Level, part: &str) {
     let found =
         |notice: &loopscope::engine::Notice| notice.level == level && notice.text.contains(part);
     assert!(notices.iter().any(found), "no {part:?} in {notices:?}");
-    // However slow the machine is: what no longer stands over the window is in the list of all.
+    // Notices that are no longer over the window are in the list of all notices.
     let is_gone = !has(window, part);
     let list = |window: &mut Window| {
         if is_gone {
@@ -209,7 +209,7 @@ fn told(window: &mut Window, level: Level, part: &str) {
     list(window);
 }
 
-/// Shows this pane, in the workspace that has it.
+/// Shows this pane, in a workspace that contains it.
 fn show(window: &mut Window, pane: &str) {
     let shell = window.state_mut().as_mut().unwrap();
     shell.send(Command::ShowPane(workspace::named(pane)));
@@ -524,7 +524,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
     until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
-    // Whichever was ready first, the file is the later wish.
+    // The file that was requested last is shown, even if the other one was ready first.
     assert_eq!(names(&window).last().unwrap(), "d");
     assert!(!state(&window).project().recordings.is_simulated());
 }
@@ -814,7 +814,7 @@ fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
         window.check_accessibility();
         assert_eq!(panes(&window, "Fx [N]"), 1);
     }
-    for trace in ["Calc.", "Conv.", "Comp."] {
+    for trace in ["Reference", "Uncompensated", "Compensated"] {
         click(&mut window, Role::CheckBox, trace);
     }
     assert_eq!(panes(&window, "error [N]"), 3, "empty panes stay");
@@ -893,7 +893,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     let rows = state(&window).models.rows.clone();
     click(&mut window, Role::Button, "model");
     let before = state(&window).project().settings.clone();
-    // Which candidates come first depends on the recordings: any of them can be taken.
+    // The order of candidates depends on the recordings, so the test uses any other row.
     let other = rows.iter().find(|row| row.name != "Conventional").expect("a candidate");
     click(&mut window, Role::Button, &other.name);
     let settings = state(&window).project().settings.clone();
@@ -912,7 +912,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert_eq!(table.lines().count(), rows.len() + 2, "a head and the kept model");
-    assert!(table.starts_with(",model,train of Conv. [%],test of Conv. [%]"), "{table}");
+    assert!(table.starts_with(",model,train relative RMSE [%],test relative RMSE [%]"), "{table}");
     assert!(table.lines().nth(1).unwrap().contains("Conventional"), "by name: {table}");
 }
 
@@ -944,7 +944,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
         assert!(text.contains(start), "{name}");
     }
     assert!(files.path("map_f_th.svg").is_file());
-    // What it was made of has not changed, so the same map stays.
+    // The inputs of the map are unchanged, so the same map stays.
     let shown = |window: &Window| {
         let study = state(window).lane::<StudyThresholds>().answer().unwrap();
         Arc::clone(study.map.as_ref().unwrap())
@@ -966,13 +966,13 @@ fn play_radii_are_chosen_by_leave_one_out() {
     assert!(has(&window, "lists tried"));
 }
 
-/// What stands in the cells of a table, as the window shows them to a screen reader.
+/// Returns the number of table cells on screen, as a screen reader reads them.
 fn numbers_on_screen(window: &Window) -> usize {
     let labels = window.query_all_by_role(Role::Label);
     labels
         .filter(|label| {
             let text = label.accesskit_node().value().unwrap_or_default();
-            // The cell of a table says where it stands, and its unit.
+            // The text of a cell contains its place and unit.
             text.split_whitespace().any(|word| word.parse::<f64>().is_ok())
         })
         .count()
@@ -985,7 +985,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     show(&mut window, "loops");
     close(&mut window, "metrology");
     window.check_accessibility();
-    assert_eq!(panes(&window, "Fz error [N] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "Fz error [N] over Fz Reference [N]"), 1);
     assert_eq!(panes(&window, "Width over load"), 1);
     for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
     {
@@ -997,16 +997,16 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
     assert!(has(&window, "raw·N"));
-    assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] over Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
     assert!(has(&window, "1200 samples of 3 recordings"));
-    // The traces below have a button for each axis, too.
+    // The traces below also have a button for each axis.
     let axes = window.get_all_by_role_and_label(Role::Button, "Fx");
     let highest = axes.min_by(|one, other| one.rect().top().total_cmp(&other.rect().top()));
     highest.expect("the axis of the loops").click();
     settle(&mut window);
-    assert_eq!(panes(&window, "S1 [raw] over Fx Calc. [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] over Fx Reference [N]"), 1);
     click(&mut window, Role::Button, "Largest cycle");
     assert!(has(&window, "raw·N"));
     type_number(&mut window, "Dead band", "50");
@@ -1043,17 +1043,17 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     show(&mut window, "loops");
     close(&mut window, "metrology");
     click(&mut window, Role::Button, "Cross-plot");
-    assert_eq!(panes(&window, "S1 [raw] over Fz Calc. [N]"), 1);
+    assert_eq!(panes(&window, "S1 [raw] over Fz Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "across");
     click(&mut window, Role::Button, "Time");
     click(&mut window, Role::ComboBox, "up");
-    click(&mut window, Role::Button, "Fx Comp.");
-    assert_eq!(panes(&window, "Fx Comp. [N] over Time [s]"), 1);
+    click(&mut window, Role::Button, "Fx Compensated");
+    assert_eq!(panes(&window, "Fx Compensated [N] over Time [s]"), 1);
     let path = files.path("cross.svg");
     type_into(&mut window, "Figure", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let svg = std::fs::read_to_string(&path).unwrap();
-    assert!(svg.starts_with("<svg") && svg.contains(">Fx Comp. [N]</text>"));
+    assert!(svg.starts_with("<svg") && svg.contains(">Fx Compensated [N]</text>"));
     type_into(&mut window, "Figure", "cross.bmp");
     click(&mut window, Role::Button, "Save");
     told(&mut window, Level::Error, "saved as .svg or .png");
@@ -1128,7 +1128,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // 7 rows of loops, 2 of lag, 4 of rests, two of crosstalk for each axis, 3 of errors, for three axes; and the header.
+    // 7 rows of loops, 2 of lag, 4 of dwells, two of crosstalk for each axis, 3 of errors, for three axes; and the header.
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Dead band Fx", "100");
@@ -1141,14 +1141,15 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
     let mut window = window(files.three());
     window.key_press(Key::F4);
     settle(&mut window);
-    let plot =
-        window.get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Calc. [N]").rect();
-    // The pointer goes down the middle until a line is near.
+    let plot = window
+        .get_by_role_and_label(Role::GraphicsObject, "Fz error [N] over Fz Reference [N]")
+        .rect();
+    // The pointer moves down along the middle until a line is near.
     let on_loop = (1..40).find_map(|step| {
         let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 40.0);
         window.hover_at(at);
         window.run_steps(4);
-        has(&window, "a press shows it alone").then_some(at)
+        has(&window, "click to show this cycle alone").then_some(at)
     });
     let at = on_loop.expect("a loop passes the middle");
     assert!(has(&window, "Fz error ") && has(&window, "cycle "));
@@ -1160,7 +1161,7 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
     assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
 }
 
-/// Of three recordings the traces show the first.
+/// The traces show the first of three recordings.
 #[test]
 fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     let files = Files::new();
@@ -1168,9 +1169,10 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     window.key_press(Key::F4);
     settle(&mut window);
     assert!(!has(&window, "inked with Traces"));
-    for (up, title) in
-        [(None, "Fz error [N] over Fz Calc. [N]"), (Some("S1"), "S1 [raw] over Fz Calc. [N]")]
-    {
+    for (up, title) in [
+        (None, "Fz error [N] over Fz Reference [N]"),
+        (Some("S1"), "S1 [raw] over Fz Reference [N]"),
+    ] {
         if let Some(up) = up {
             click(&mut window, Role::ComboBox, "up");
             click(&mut window, Role::Button, up);
@@ -1186,7 +1188,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
             let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);
             window.hover_at(at);
             window.run_steps(4);
-            has(&window, "a press shows it alone").then_some(at)
+            has(&window, "click to show this cycle alone").then_some(at)
         });
         let at = on_loop.expect("a loop passes the middle");
         window.drag_at(at);

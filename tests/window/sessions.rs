@@ -1,4 +1,4 @@
-//! Sessions: saved, opened, asked about before they are lost.
+//! Sessions: saved, opened, and protected against loss.
 
 use super::*;
 
@@ -50,7 +50,7 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     told(&mut window, Level::Warning, "the file has changed since the session was saved");
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
-    assert!(has(&window, "A file of the session is not there"));
+    assert!(has(&window, "A file of the session was not found"));
     type_into(&mut window, "Now in the folder", "/nowhere");
     click(&mut window, Role::Button, "Look there");
     told(&mut window, Level::Error, "/nowhere: none of the missing files");
@@ -141,7 +141,7 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
-    // Once it is written down here.
+    // Waits until the unsaved session is stored.
     until(&mut window, |_| !exists(1));
 }
 

@@ -1,4 +1,4 @@
-//! Panes, undo, keys, cursors, playing: what makes the window feel like a tool.
+//! Panes, undo, keys, cursors and playing.
 
 use super::*;
 use loopscope::engine::{Preferences, Theme};
@@ -17,7 +17,7 @@ fn on_screen(window: &Window, pane: Pane) -> bool {
     shell(window).on_screen().contains(&pane)
 }
 
-/// Lets time go by on the window's clock.
+/// Advances the window's clock.
 fn wait(window: &mut Window, frames: usize) {
     window.run_steps(frames);
     settle(window);
@@ -76,7 +76,7 @@ fn workspaces_come_by_press_and_key_and_are_remembered() {
     assert_eq!(shell(&again).preferences().layout, layout);
 }
 
-/// What nobody changed is not written over what another window keeps.
+/// Unchanged preferences do not overwrite those of another window.
 #[test]
 fn drawing_alone_changes_no_preferences() {
     let files = Files::new();
@@ -86,7 +86,7 @@ fn drawing_alone_changes_no_preferences() {
     assert_eq!(drawn.layout, begun.layout);
 }
 
-/// Three labels 12 points apart have room on 48 points, whatever the numbers are.
+/// Three labels 12 points apart fit into 48 points, for any numbers.
 #[test]
 fn six_axes_are_whole_and_high_enough_for_three_ticks_at_every_usual_size() {
     let mut window = window(Vec::new());
@@ -138,7 +138,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.5);
 }
 
-/// However soon one tick comes after another.
+/// Even if one tick follows another at once.
 #[test]
 fn each_tick_is_a_step_and_a_drag_is_one() {
     let files = Files::new();
@@ -265,7 +265,7 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
     assert!(has(&window, "Shift and click puts cursor B"));
     press(&mut window, pane.center() + Vec2::new(60.0, 0.0), Modifiers::SHIFT);
     assert!(has(&window, "Δt"));
-    assert!(has(&window, "Fx Comp. error"));
+    assert!(has(&window, "Fx Compensated error"));
     window.check_accessibility();
     window.key_press(Key::Escape);
     wait(&mut window, 3);
@@ -351,7 +351,7 @@ fn keys_zoom_and_step_through_time() {
 fn a_plot_with_the_focus_is_moved_zoomed_and_copied_by_keys() {
     let files = Files::new();
     let mut window = window(files.three());
-    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "over Fz Calc.")] {
+    for (pane, plot) in [(named("traces"), "Fx [N]"), (named("loops"), "over Fz Reference")] {
         let shell = window.state_mut().as_mut().unwrap();
         shell.send(Command::ShowPane(pane));
         settle(&mut window);
@@ -391,7 +391,7 @@ fn a_plot_that_is_zoomed_into_far_draws_no_more_than_is_seen() {
     let before = window.output().shapes.len();
     let plot = window.get_by(|node| {
         node.role() == Role::GraphicsObject
-            && node.label().is_some_and(|label| label.contains("over Fz Calc."))
+            && node.label().is_some_and(|label| label.contains("over Fz Reference"))
     });
     plot.focus();
     wait(&mut window, 2);

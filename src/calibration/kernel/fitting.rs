@@ -18,9 +18,12 @@ use crate::progress::{Cancelled, Progress};
 
 /// Added to the diagonal of the landmarks' kernel matrix, so that it can be inverted. Its entries are at most 1.
 const JITTER: f64 = 1e-6;
-/// Candidates for the length scale, in units of √(number of columns). Typical standardised samples are √2 of these
-/// units apart.
+/// Candidates for the length scale, in units of a sample's typical distance from the mean. Typical samples are √2 of
+/// these units apart.
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
+/// Candidates for the power of a column's standard deviation by which the column is divided. With 1, all columns vary
+/// alike. With 0.5, a column that varies little counts less, because much of it may be noise. The last is the default.
+const POWERS: [f64; 2] = [0.5, 1.0];
 /// Candidates for the ridge: ratio of the noise variance to the variance of the function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 /// Ridge if no held-out samples are available.
@@ -107,45 +110,59 @@ impl Kernel {
         if settings.landmarks > samples {
             return Err(KernelError::FewSamples { landmarks: settings.landmarks, samples });
         }
-        let scales: &[f64] = match &settings.length_scale {
-            Some(scale) => std::slice::from_ref(scale),
-            None => &LENGTH_SCALES,
+        let (scales, powers): (&[f64], _) = match &settings.length_scale {
+            Some(scale) => (std::slice::from_ref(scale), &POWERS[POWERS.len() - 1..]),
+            None => (&LENGTH_SCALES, &POWERS[..]),
         };
-        let tries = if scales.len() > 1 { scales.len() } else { 0 };
+        let is_open = settings.length_scale.is_none();
+        let tries = if is_open { scales.len() * powers.len() } else { 1 };
         // One full pass counts as much as the passes for all candidates together.
-        progress.add_total(2 * tries.max(1) as u64 * rows.n_runs() as u64);
-        let standardised = Standardised::measure(rows, progress)?;
-        let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
-        let columns = Columns::new(landmarks.len(), rows);
-        let root = (rows.widths().0 as f64).sqrt();
-        let mut best: Option<(f64, f64)> = None;
-        if tries > 0 {
+        progress.add_total(2 * tries as u64 * rows.n_runs() as u64);
+        let measured = Standardised::measure(rows, progress)?;
+        let step = samples.div_ceil(TUNING_SAMPLES);
+        // For each power its best length scale.
+        let mut found = Vec::new();
+        for power in powers {
+            let standardised = measured.divided_by(*power);
+            let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
             let few = &landmarks[..landmarks.len().min(TUNING_LANDMARKS)];
             let columns = Columns::new(few.len(), rows);
-            let step = samples.div_ceil(TUNING_SAMPLES);
-            for scale in scales {
-                let Some(whitened) = Whitened::new(&standardised, few, scale * root) else {
+            let mut best: Option<(f64, f64, Vec<f64>)> =
+                (!is_open).then(|| (scales[0], 0.0, Vec::new()));
+            for scale in scales.iter().filter(|_| is_open) {
+                let length = scale * standardised.distance;
+                let Some(whitened) = Whitened::new(&standardised, few, length) else {
                     continue;
                 };
                 let parts = whitened.sums(rows, step, progress)?;
                 progress.advance(rows.n_runs() as u64);
                 let tuned = whitened.tuned(&parts, &columns, progress)?;
-                let error = tuned.map_or(f64::INFINITY, |tuned| tuned.least_error);
-                if best.is_none_or(|(_, least)| error < least) {
-                    best = Some((*scale, error));
+                let (error, of_parts) = tuned
+                    .map_or((f64::INFINITY, Vec::new()), |own| (own.least_error, own.of_parts));
+                if best.as_ref().is_none_or(|(_, least, _)| error < *least) {
+                    best = Some((*scale, error, of_parts));
                 }
             }
+            found.extend(
+                best.map(|(scale, _, of_parts)| (standardised, landmarks, scale, of_parts)),
+            );
         }
-        let scale = match (settings.length_scale, best) {
-            (Some(scale), _) | (None, Some((scale, _))) => scale,
-            (None, None) => return Err(KernelError::Singular),
+        let n_parts = found.last().map_or(0, |(.., of_parts)| of_parts.len());
+        let chosen = match found.len() {
+            0 => return Err(KernelError::Singular),
+            n if n_parts == 0 => n - 1,
+            n => simplest_good(n, n_parts, |at, part| {
+                found[at].3.get(part).copied().unwrap_or(f64::INFINITY)
+            }),
         };
-        let whitened =
-            Whitened::new(&standardised, &landmarks, scale * root).ok_or(KernelError::Singular)?;
+        let (standardised, landmarks, scale, _) = &found[chosen];
+        let columns = Columns::new(landmarks.len(), rows);
+        let whitened = Whitened::new(standardised, landmarks, scale * standardised.distance)
+            .ok_or(KernelError::Singular)?;
         let parts = whitened.sums(rows, 1, progress)?;
         let total = summed(&parts);
         let tuned = whitened.tuned(&parts, &columns, progress)?;
-        progress.advance(tries.max(1) as u64 * rows.n_runs() as u64);
+        progress.advance(tries as u64 * rows.n_runs() as u64);
         Ok(KernelFit {
             edge: tuned.as_ref().and_then(|tuned| tuned.edge),
             kernel: whitened.finish(&columns.residuals(&total), &columns, tuned),
@@ -153,10 +170,12 @@ impl Kernel {
     }
 }
 
-/// Mean and inverse deviation of each column, and mean squares of the targets.
+/// Mean and factor of each column.
 struct Standardised {
     shift: Vec<f64>,
     scale: Vec<f64>,
+    /// Root mean square distance of a scaled sample from the mean.
+    distance: f64,
 }
 
 impl Standardised {
@@ -182,15 +201,23 @@ impl Standardised {
         let sum = |at: usize| moments.iter().map(|moments| moments[at]).sum::<f64>();
         let n = sum(0).max(1.0);
         let shift: Vec<f64> = (0..d).map(|column| sum(1 + column) / n).collect();
-        let scale = (0..d)
-            .map(|column| {
-                let square = sum(1 + d + column) / n;
-                let variance = square - shift[column] * shift[column];
-                // Standardised features have a size near one. A much smaller variance is rounding noise.
-                if variance > 1e-20 * square.max(1e-10) { 1.0 / variance.sqrt() } else { 0.0 }
-            })
-            .collect();
-        Ok(Self { shift, scale })
+        let factor = |column: usize| {
+            let square = sum(1 + d + column) / n;
+            let variance = square - shift[column] * shift[column];
+            // Standardised features have a size near one. A much smaller variance is rounding noise.
+            if variance > 1e-20 * square.max(1e-10) { 1.0 / variance.sqrt() } else { 0.0 }
+        };
+        let scale = (0..d).map(factor).collect();
+        Ok(Self { shift, scale, distance: 0.0 })
+    }
+
+    /// Returns the same with each column divided by this power of its standard deviation.
+    fn divided_by(&self, power: f64) -> Self {
+        let varying = self.scale.iter().filter(|scale| **scale > 0.0);
+        let square: f64 = varying.map(|scale| scale.powf(2.0 * (power - 1.0))).sum();
+        let scale = self.scale.iter().map(|scale| scale.powf(power)).collect();
+        let distance = if square > 0.0 { square.sqrt() } else { 1.0 };
+        Self { shift: self.shift.clone(), scale, distance }
     }
 
     fn apply(&self, row: &[f64], out: &mut Vec<f64>) {
@@ -457,6 +484,7 @@ impl<'a> Whitened<'a> {
                 _ => None,
             },
             least_error: (0..strengths.len()).map(of_strength).fold(f64::INFINITY, f64::min),
+            of_parts: (0..n).map(|part| whole(chosen, part)).collect(),
             squares: (0..q)
                 .map(|axis| (0..n).map(|part| of(part, chosen, taken[axis], axis)).sum())
                 .collect(),
@@ -547,6 +575,8 @@ struct Tuned {
     edge: Option<GridEdge>,
     /// Error of the best strength: sum over axes of squared errors, each divided by the squared targets of its axis.
     least_error: f64,
+    /// This error with the chosen strength, per fold.
+    of_parts: Vec<f64>,
     /// Share of the kernel that is added, per axis.
     shares: Vec<f64>,
     /// Squared error with this share, per axis.
@@ -610,6 +640,49 @@ mod tests {
         kernel.add(&[x], &mut scratch, &mut load);
         kernel.deviation(&[x], &mut scratch, &mut deviation);
         (load[0], deviation[0])
+    }
+
+    /// A function with a second input beside its own.
+    struct Beside {
+        function: Function,
+        second: fn(f64) -> f64,
+    }
+
+    impl Rows for Beside {
+        fn n_runs(&self) -> usize {
+            self.function.n_runs()
+        }
+
+        fn n_samples(&self, run: usize) -> usize {
+            self.function.n_samples(run)
+        }
+
+        fn widths(&self) -> (usize, usize) {
+            (2, 1)
+        }
+
+        fn pass(&self, run: usize, take: TakeRows<'_>) {
+            self.function.pass(run, &mut |block| {
+                let both = block.inputs.iter().flat_map(|x| [*x, (self.second)(*x)]);
+                take(RowBlock { inputs: &both.collect::<Vec<f64>>(), ..block });
+            });
+        }
+    }
+
+    /// The second input is as good as random, and varies by a thirtieth of the first.
+    #[test]
+    fn a_small_column_counts_less_where_it_is_noise_and_alike_where_it_is_the_target() {
+        let second = |x: f64| 0.05 * (12_345.6 * x).sin();
+        let powers = |target: &dyn Fn(f64) -> f64| {
+            let rows = Beside { function: Function::new(target, 9.0), second };
+            let settings = KernelSettings { landmarks: 40, ..KernelSettings::default() };
+            let kernel = Kernel::fit(&rows, &settings, &Progress::default()).unwrap().kernel;
+            kernel.input_scale[1] / kernel.input_scale[0]
+        };
+        let of_noise = powers(&|x| (2.0 * x).sin() + 0.3 * x);
+        assert!((4.0..8.0).contains(&of_noise), "{of_noise}");
+        let of_target = powers(&second);
+        assert!((20.0..50.0).contains(&of_target), "{of_target}");
     }
 
     #[test]

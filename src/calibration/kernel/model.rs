@@ -22,14 +22,14 @@ pub const LANDMARKS: Setting = Setting {
     source: "",
 };
 
-/// Length scale ℓ divided by √(number of columns).
+/// Length scale ℓ divided by the typical distance of a sample from the mean.
 const LENGTH_SCALE: Setting = Setting {
     key: "length_scale",
     option: "",
     label: "Length scale",
     what: "the kernel's length scale",
     range: Range::Positive,
-    explanation: "Length scale in units of √(number of columns); if empty, it is chosen by cross-validation",
+    explanation: "Length scale in units of a sample's typical distance from the mean; if empty, it is chosen by cross-validation",
     ..LANDMARKS
 };
 
@@ -39,7 +39,7 @@ const LENGTH_SCALE: Setting = Setting {
 pub struct KernelSettings {
     /// Number of landmarks.
     pub landmarks: usize,
-    /// ℓ divided by √(number of columns); `None` means chosen by cross-validation.
+    /// ℓ divided by the typical distance of a sample from the mean; `None` means chosen by cross-validation.
     pub length_scale: Option<f64>,
 }
 

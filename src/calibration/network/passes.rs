@@ -9,6 +9,7 @@
 use std::ops::Range;
 
 use super::product::{Out, Real, View};
+use crate::vectorised::vectorised;
 
 /// Number of units in each layer, including inputs and outputs; at least two layers.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -157,7 +158,7 @@ impl<T: Real> Backward<T> {
                     slopes,
                 );
                 // Inactive units have the derivative zero.
-                pulp::Arch::new().dispatch(
+                vectorised(
                     #[inline(always)]
                     move || {
                         for (slope, value) in earlier.iter_mut().zip(values) {

@@ -6,6 +6,7 @@
 //! and dependent sums wait for each other. The own kernel computes the rows after a multiple of 16, ten columns at a
 //! time.
 
+use crate::vectorised::vectorised;
 use faer::linalg::matmul::matmul;
 use faer::traits::RealField;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -34,7 +35,7 @@ impl Real for f32 {
             by_faer(out.first_rows(bulk), left.first_rows(bulk), right);
         }
         let mut edge = Edge { out, left, right, first_row: bulk };
-        pulp::Arch::new().dispatch(
+        vectorised(
             #[inline(always)]
             move || edge.write(),
         );

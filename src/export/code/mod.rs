@@ -1,7 +1,7 @@
 //! Calibrations as source code for machines without this program.
 //!
-//! Guarantees: one [`Program`] and one set of names for all languages, which differ in their templates and in how
-//! numbers are written; text of the user stands in comments only, and cannot leave them.
+//! Guarantees: all languages share one [`Program`] and its names; they differ in their templates and in how they write
+//! numbers. Texts of the user appear in comments only, and cannot end a comment.
 
 mod program;
 
@@ -21,33 +21,34 @@ use crate::features::{Numbers, Precision};
 use crate::recording::gap::{LEAP_SECS, WRAPS_SECS};
 use crate::shown::printable;
 
-/// A longer past fills the memory of what runs such files, and none reaches over a leap of the clock.
+/// Longest look-back of exported code (s). A longer one would fill the memory of the machine, and none crosses a leap of the
+/// clock.
 const LONGEST_WINDOW_SECS: f64 = LEAP_SECS;
 
-/// What the flags of a status mean, for the comments of every language.
+/// Meanings of the status flags, for the comments of every language.
 const STATUSES: &str = include_str!("../templates/statuses.txt");
 
-/// How a language writes what differs between them.
+/// Properties that differ between the languages.
 #[derive(Clone, Copy)]
 pub(in crate::export) struct Language {
     pub template: &'static str,
-    /// Makes a user's text harmless in a comment.
+    /// Escapes a text of the user for a comment.
     pub comment: fn(&str) -> String,
-    /// Around lists.
+    /// Opening and closing bracket of lists.
     pub brackets: (char, char),
-    /// Where a list goes on in the next line, and between the rows of a table.
+    /// Separators where a list continues in the next line, and between the rows of a table.
     pub breaks: (&'static str, &'static str),
-    /// A number as the program's own type has it.
+    /// Writes a number in the number type of the code.
     pub number: fn(f64) -> String,
-    /// A time (s).
+    /// Writes a time (s).
     pub time: fn(f64) -> String,
-    /// A single-precision weight, written so that no language rounds it twice.
+    /// Writes a single-precision weight, so that no language rounds it twice.
     pub weight: fn(f32) -> String,
-    /// Whether the language or the code that was made with a name needs that name for something else.
+    /// Returns true if the language, or the code generated under a name, already uses that name.
     pub is_taken: fn(&str, &str) -> bool,
 }
 
-/// What formats that are source code have in common.
+/// Common properties of the formats that are source code.
 pub(in crate::export) const CODE: Target = Target {
     holds: "conventional and compensated load with all blocks",
     leaves_out: |calibration| match calibration.learned {
@@ -65,7 +66,7 @@ pub(in crate::export) const CODE: Target = Target {
     ..Target::PLAIN
 };
 
-/// A past that fills the memory of what runs the code.
+/// A look-back that fills the memory of the machine.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "the blocks look back {window_secs} s, and what runs this file would have to keep all samples of that time (at most \
@@ -76,7 +77,7 @@ struct LongWindow {
 }
 
 impl Language {
-    /// A language in which numbers are written as this program writes them, and what is made of a name never needs it otherwise.
+    /// A language with this program's notation of numbers, and without reserved names.
     pub const PLAIN: Self = Self {
         template: "",
         comment: |text| printable(text).into_owned(),
@@ -92,7 +93,7 @@ impl Language {
         out.write_all(self.source(export).1.as_bytes())
     }
 
-    /// The name that the code goes by, and the code.
+    /// Returns the name that the code uses, and the code.
     pub fn source(self, export: &Export<'_>) -> (String, String) {
         let mut name = identifier(export.name);
         let mut code = named_code(export, self, &name);
@@ -103,7 +104,7 @@ impl Language {
         (name, code)
     }
 
-    /// A list of literals, cut into lines.
+    /// Returns a list of literals, broken into lines.
     fn list(self, items: impl IntoIterator<Item = String>) -> String {
         const PER_LINE: usize = 6;
         let ((open, close), (goes_on, _)) = (self.brackets, self.breaks);
@@ -131,7 +132,7 @@ impl Language {
         format!("{open}\n    {}\n{close}", rows.join(between))
     }
 
-    /// The template with everything filled in.
+    /// Fills the template.
     fn fill(self, values: Value) -> Result<String, minijinja::Error> {
         let mut templates = environment(true);
         templates.add_filter("comment", move |text: String| (self.comment)(&text));
@@ -156,7 +157,7 @@ impl Language {
     }
 }
 
-/// A block's own text, which knows the program's names and the number of the block's values.
+/// Fills the text of a block, which uses the names of the program and the number of the block's values.
 fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, minijinja::Error> {
     let names = context! {
         prefix => state.lookup("prefix"),
@@ -168,12 +169,12 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
     state.env().render_str(text.trim_matches('\n'), names)
 }
 
-/// A number with all its digits, and with a point or an exponent.
+/// Returns a number with all its digits, and with a point or an exponent.
 fn plain(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// What a [`Program`] has under the names of its fields, and what is counted of it, in the language's template.
+/// Returns the filled template of a language. The template reads the fields of [`Program`] and counts of them.
 fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     let program = Program::new(export.calibration);
     let mut search_cost = String::new();
@@ -242,7 +243,7 @@ fn n_inputs(layer: &Layer) -> usize {
     layer.weights.first().map_or(0, Vec::len)
 }
 
-/// All weights from the first input, then those from the second, and so on.
+/// Returns the weights by input: those of the first input, then those of the second, and so on.
 pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f32> + '_ {
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }
@@ -251,28 +252,29 @@ fn window_ms(program: &Program) -> u64 {
     (program.window_secs * 1000.0).ceil() as u64
 }
 
-/// The bytes that the calibration takes on a robot in single precision, its numbers and its state, at the rate of its recordings.
+/// Returns the memory of a calibration on a robot in single precision, constants and state (bytes), at the sample rate of its
+/// recordings.
 pub(crate) fn bytes_in_float(calibration: &Calibration) -> usize {
     let program = Program::new(calibration);
     4 * calibration.n_coefficients() + state_bytes(&program, 4)
 }
 
-/// What a C export takes on a Cortex-M4F.
+/// Memory of a C export on a Cortex-M4F.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Footprint {
-    /// Bytes of one state with float numbers.
+    /// Size of one state with float numbers (bytes).
     pub memory: usize,
-    /// Bytes of the update and its coefficients, about.
+    /// Approximate size of the update and its coefficients (bytes).
     pub program: usize,
 }
 
 impl Footprint {
-    /// Whether the memory is much for a small controller.
+    /// Returns true if the memory is too large for many small controllers.
     pub fn is_large(self) -> bool {
         self.memory > 65_536
     }
 
-    /// Of this calibration.
+    /// Returns the memory of this calibration.
     pub fn of(calibration: &Calibration) -> Self {
         let program = Program::new(calibration);
         Self {
@@ -294,7 +296,7 @@ impl fmt::Display for Footprint {
     }
 }
 
-/// How many numbers the calibration of a program has.
+/// Returns the number of constants of a program.
 fn n_constants(program: &Program) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
     let constants = program.blocks.iter().flat_map(|block| &block.source.constants);
@@ -318,7 +320,7 @@ fn n_constants(program: &Program) -> usize {
     n
 }
 
-/// How long an update is in instructions, as a compiler makes them with -O2; a test holds it to one.
+/// Returns the estimated size of the update's machine code (bytes), as compiled with -O2. A test compares it with a compiler.
 fn code_bytes(program: &Program) -> usize {
     let mut bytes = 460 + 230 * program.blocks.len();
     if program.keeps_samples() {
@@ -333,7 +335,7 @@ fn code_bytes(program: &Program) -> usize {
     bytes
 }
 
-/// How large a state is in C with numbers of `real` bytes: what the template declares.
+/// Returns the size of a state in C with numbers of `real` bytes, as declared by the template.
 fn state_bytes(program: &Program, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
     let clock = real; // as wide as a number in both types

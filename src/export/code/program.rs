@@ -1,7 +1,8 @@
-//! A calibration as a machine without this program runs it: its numbers, folded so that few steps are left.
+//! A calibration in the form that exported code runs: its constants, folded so that few steps are left.
 //!
-//! Guarantees: exact but for rounding. Gauges count from a centre near their mean that single precision holds exactly, and
-//! every history counts from the present gauges, so that large raw offsets cost no digits where numbers have few.
+//! Guarantees: equal to the calibration except for rounding. Gauges are taken relative to a centre near their mean that is
+//! exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no digits in single
+//! precision.
 
 use serde::Serialize;
 
@@ -10,49 +11,50 @@ use crate::dot::dot;
 use crate::features::look_back::measured;
 use crate::features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source};
 
-/// A history of every sample, as an old file may ask for, keeps no more than this (s).
+/// Shortest step between stored samples (s), for old files that ask to store every sample.
 const SHORTEST_STEP_SECS: f64 = 1e-5;
 
-/// The steps of one update, with their numbers.
+/// The steps of one update with their constants.
 ///
-/// A *row* is: gauges less centre; for each history one set of gauges less the present gauges; monomials. The load is `linear` of the row plus what was `learned`.
+/// A *row* is: gauges minus centre; for each history a set of past gauges minus the present gauges; monomials. The load is
+/// `linear` of the row plus `learned`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct Program {
     pub centre: Vec<f64>,
-    /// On gauges less centre.
+    /// Conventional map on gauges minus centre.
     pub conventional: Affine,
     /// F_th squared and t_th (s) of each look-back.
     pub look_backs: Vec<(f64, f64)>,
-    /// The axes that the look-back measures, with what their load is multiplied by.
+    /// Axes of the distance of the look-back, each with the factor of its load.
     pub measured: Vec<(usize, f64)>,
-    /// How long the past is kept (s); zero where no block needs it.
+    /// Time for which samples are stored (s); zero if no block needs them.
     pub window_secs: f64,
-    /// How far apart kept samples are at least (s).
+    /// Minimum time between stored samples (s).
     pub history_step_secs: f64,
-    /// A longer step is a gap (s).
+    /// Step in time above which a gap begins (s).
     pub gap_secs: f64,
-    /// Beyond it nothing is known of the sensor.
+    /// Load per axis beyond which the sensor was not tested.
     pub limits: Vec<f64>,
-    /// Where each gauge is clipped below; empty where no limit is known.
+    /// Lower limit of each gauge; empty if no limit is known.
     pub gauge_low: Vec<f64>,
-    /// Where it is clipped above.
+    /// Upper limit of each gauge; empty if no limit is known.
     pub gauge_high: Vec<f64>,
-    /// Whether these limits are of tared gauges, as the calibration's are.
+    /// True if the limits apply to tared gauges.
     pub limits_tared: bool,
-    /// What tared gauges show without load.
+    /// Tared gauges of the unloaded sensor.
     pub unloaded: Vec<f64>,
     /// The other blocks.
     pub blocks: Vec<RunBlock>,
-    /// The auxiliary channels that an update takes, each with its unit and range.
+    /// Auxiliary channels of an update, each with its unit and range.
     pub auxiliary: Vec<String>,
-    /// What makes standardised gauges of gauges less centre: factor and constant.
+    /// Factor and constant that turn gauges minus centre into standardised gauges.
     pub standardise: Vec<(f64, f64)>,
     pub n_columns: usize,
     pub linear: Option<Affine>,
     pub learned: Option<LearnedProgram>,
 }
 
-/// A block with the number of its values.
+/// A block with the number of its sets of gauges.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct RunBlock {
     pub sets: usize,
@@ -66,7 +68,7 @@ pub(in crate::export) struct Affine {
     pub base: Vec<f64>,
 }
 
-/// What is added to the linear part; its inputs are `row · factor + constant`.
+/// The learned part, which is added to the linear part; its inputs are `row · factor + constant`.
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct LearnedProgram {
     pub inputs: Vec<(f64, f64)>,
@@ -79,7 +81,7 @@ impl Program {
         let features = &calibration.features;
         let scale = &calibration.gauge_scale;
         let n_columns = design.where_column(|column| column != Column::Offset).len();
-        // Rounded, so that a build in single precision subtracts the same number.
+        // Rounded, so that single-precision code subtracts the same number.
         let centre: Vec<f64> = scale.shift.iter().map(|s| f64::from(*s as f32)).collect();
         let standardise: Vec<_> = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
             .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
@@ -130,19 +132,20 @@ impl Program {
         program
     }
 
-    /// Room for the samples that are kept: those in the window, one older than it, the newest, and a box that is being written
-    /// over; whole boxes.
+    /// Returns the number of samples that the ring buffer holds, in whole boxes: the samples of the window, one older sample,
+    /// the newest, and a box that is being overwritten.
     pub fn ring_samples(&self) -> usize {
         let in_window = (self.window_secs / self.history_step_secs).floor() as usize;
         (in_window + 3 + 16).next_multiple_of(256)
     }
 
-    /// Whether samples are kept.
+    /// Returns true if the code stores samples.
     pub fn keeps_samples(&self) -> bool {
         !self.look_backs.is_empty() || self.window_secs > 0.0
     }
 
-    /// Multiplications of one update beside the search; the search visits the kept samples at worst.
+    /// Returns the number of multiplications of one update, without those of the search. The search visits all stored samples
+    /// at worst.
     pub fn n_products(&self) -> usize {
         let n_axes = self.conventional.base.len();
         let learned = match self.learned.as_ref().map(|learned| &learned.regression) {
@@ -153,7 +156,7 @@ impl Program {
         n_axes * (self.centre.len() + self.n_columns) + learned
     }
 
-    /// From a row to what the regression takes: first standardised as features, then as its inputs.
+    /// Returns the map from a row to the inputs of the regression: standardised first as features, then as inputs.
     fn inputs(&self, design: &Design, regression: &Learned) -> Vec<(f64, f64)> {
         let (shift, factor) = match regression {
             Learned::Network(Network { input_shift, input_inverse_scale, .. }) => {
@@ -174,14 +177,14 @@ impl Program {
     }
 }
 
-/// The limit of each axis; where none is known, one that no load reaches.
+/// Returns the limit of each axis; for an axis without a known limit, a value that no load reaches.
 fn limits(calibration: &Calibration) -> Vec<f64> {
     let known = |axis| calibration.limits.get(axis).copied();
     let axes = 0..calibration.axes.len();
     axes.map(|axis| known(axis).filter(|limit| *limit > 0.0).unwrap_or(NEVER_REACHED)).collect()
 }
 
-/// A map on raw columns as one on rows.
+/// Turns a map on raw columns into a map on rows.
 fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
     let mut affine = Affine { matrix: Vec::new(), base: Vec::new() };
     for raw in &map.matrix {
@@ -190,7 +193,7 @@ fn on_rows(map: &LinearMap, centre: &[f64]) -> Affine {
         for (column, slope) in map.columns.iter().zip(raw) {
             match column {
                 Column::Offset => offset = *slope,
-                // A history counts from the present gauge, which takes up what is counted twice.
+                // Past gauges are relative to the present gauge, whose coefficient compensates for that.
                 Column::Past { gauge, .. } => {
                     row[*gauge] += slope;
                     row.push(*slope);

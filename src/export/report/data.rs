@@ -36,7 +36,7 @@ pub struct ReportData {
     pub measured: String,
     /// Per axis of the calibration: its loops, as measured and without a lag, or a sentence that says why there are none.
     pub loops: Vec<Result<Vec<Figure<'static>>, String>>,
-    /// The errors over time of the recording that came out worst.
+    /// Errors over time of the recording with the largest errors.
     pub errors: Option<ReportErrors>,
     /// Table of figures, or a sentence with the reason why there is none.
     pub metrology: Result<Arc<Metrology>, String>,

@@ -50,7 +50,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
         Some([own.conventional_rmse.clone()?, own.compensated_rmse.clone()?])
     };
     let errors = Table::of(report.recordings.iter().map(|own| (&own.used.name, rmse(own))))
-        .words("RMSE, Conv. → Comp.", |(name, _)| *name)
+        .words("RMSE, Uncompensated → Compensated", |(name, _)| *name)
         .instead(|(_, rmse)| match rmse {
             Some(_) => None,
             None => Some(Cell::missing("–", "no reference load")),
@@ -101,13 +101,12 @@ fn setting_rows(calibration: &Calibration) -> Vec<(&'static str, String)> {
 /// Returns the matrices, and the matrix of standard errors.
 pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
     let conventional = &calibration.conventional;
-    let mut tables = vec![matrix("Conventional (Conv.)", conventional, calibration)];
+    let mut tables = vec![matrix("Uncompensated", conventional, calibration)];
     if let Some(map) = &calibration.compensated {
-        tables.push(matrix("Compensated (Comp.)", map, calibration));
+        tables.push(matrix("Compensated", map, calibration));
         if let Some(known) = &calibration.quality.coefficients {
             let map = LinearMap::new(map.columns.clone(), known.standard.clone());
-            let title =
-                format!("Compensated (Comp.): standard errors, a jackknife {}", known.left_out);
+            let title = format!("Compensated: standard errors, a jackknife {}", known.left_out);
             tables.push(matrix(&title, &map, calibration));
         }
     }

@@ -1,4 +1,4 @@
-//! The conventional matrix as an array of C, as drivers have it in their source.
+//! The conventional matrix as a C array, as drivers have it in their source code.
 
 use std::io;
 

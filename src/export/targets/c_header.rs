@@ -1,4 +1,4 @@
-//! One C99 file, without a heap.
+//! A single C99 file that needs no heap.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

@@ -1,7 +1,7 @@
 //! ATI-style `.cal` files: XML with the matrix of a conventional calibration of up to eight gauges and six axes.
 //!
-//! Guarantees: what is written reads back to the same matrix; names are case-sensitive; a file with a row missing, a number
-//! that is none or a unit that is not known is refused, never guessed.
+//! Guarantees: a written file reads back to the same matrix; names are case-sensitive; a file with a missing row, an invalid
+//! number or an unknown unit is refused, never guessed.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -31,17 +31,17 @@ pub(super) static CAL: Target = Target {
     check: |outline| matrix::check("a .cal file", (1, MOST_GAUGES), outline),
     write,
     reader: Some(|content| {
-        let note = "such a file holds the conventional load alone: no compensation, and no offset, so tare the gauges";
+        let note = "a .cal file holds only the conventional matrix, without compensation and offset, so tare the gauges";
         Ok((read(content)?, vec![note.to_owned()]))
     }),
     names_gauges: false,
     ..MATRIX
 };
 
-/// ATI's library has room for these.
+/// Maximum number of gauges of ATI's library.
 const MOST_GAUGES: usize = 8;
 
-/// Why a `.cal` file could not be read.
+/// Reason why a `.cal` file could not be read.
 #[derive(Debug, thiserror::Error)]
 enum CalError {
     #[error("not an XML file: {reason}")]
@@ -50,22 +50,22 @@ enum CalError {
     Missing { element: &'static str },
     #[error("element {element} has no attribute {attribute} (names are case-sensitive)")]
     Attribute { element: String, attribute: String },
-    #[error("{element} is there twice")]
+    #[error("element {element} occurs twice")]
     Twice { element: String },
-    #[error("{place}: {text:?} is not a number that can be used")]
+    #[error("{place}: {text:?} is not a usable number")]
     Number { place: String, text: String },
-    #[error("the values of {axis} are {actual} where NumGages says {expected}")]
+    #[error("{axis} has {actual} values, but NumGages is {expected}")]
     Values { axis: &'static str, expected: usize, actual: usize },
-    #[error("{attribute} is {unit:?}; {known} are known")]
+    #[error("{attribute} is {unit:?}; the known units are {known}")]
     Unit { attribute: &'static str, unit: String, known: &'static str },
 }
 
-/// A symbol as these files spell it: moments are T.
+/// Returns the symbol of an axis in `.cal` files: moments are T.
 fn spelled(axis: Axis) -> String {
     axis.symbol().replace('M', "T")
 }
 
-/// Writes the conventional matrix. `Axis` rows are the same with a scale of 1, for readers that look there.
+/// Writes the conventional matrix. `Axis` rows repeat it with a scale of 1, for readers that use them.
 fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();
@@ -90,7 +90,7 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     out.write_all(text.as_bytes())
 }
 
-/// A day of the first form in the second; any other text as it is.
+/// Converts a date from the first form to the second; other texts stay unchanged.
 fn in_order(text: &str, [from, to]: [&str; 2]) -> String {
     match jiff::civil::Date::strptime(from, text) {
         Ok(day) => day.strftime(to).to_string(),
@@ -98,7 +98,7 @@ fn in_order(text: &str, [from, to]: [&str; 2]) -> String {
     }
 }
 
-/// Renames the gauges of a calibration that knows them by their order only; nothing without as many names.
+/// Renames the gauges of a calibration that knows them only by their order. Does nothing if the number of names differs.
 pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
     if names.len() != calibration.gauges.len() {
         return;
@@ -185,7 +185,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
     Ok(conventional(matrix, full_scale, identity))
 }
 
-/// A calibration of the present gauges alone.
+/// Returns a calibration with the conventional map alone.
 fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity) -> Calibration {
     let n_gauges = matrix[0].len();
     let gauges: Vec<String> = (0..n_gauges).map(|gauge| format!("SG{gauge}")).collect();
@@ -221,7 +221,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
     }
 }
 
-/// What one of the unit that stands there is in SI; of all that the program understands these files have the `known` ones.
+/// Returns the SI value of one unit. `.cal` files use only the `known` units.
 fn unit(
     about: &Attributes,
     attribute_name: &'static str,

@@ -1,4 +1,4 @@
-//! The matrices of a calibration as a table, rows and columns named.
+//! The matrices of a calibration as a table with named rows and columns.
 
 use std::io;
 
@@ -17,7 +17,7 @@ pub(super) static CSV: Target = Target {
             "the network or kernel, without which the compensated load is not whole; choices of the blocks but in words, \
              scales"
         }
-        None => "choices of the blocks but in words, scales",
+        None => "settings of the blocks except in words, scales",
     },
     write,
     ..Target::PLAIN
@@ -39,7 +39,7 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let maps = std::iter::once(("conventional", "", &calibration.conventional))
         .chain(compensated.map(|map| ("compensated", &*blocks, map)));
     for (name, blocks, map) in maps {
-        // Whoever opens the table elsewhere must see that no real sensor stands behind it.
+        // Readers of the table must see that it does not come from a real sensor.
         let name = if calibration.simulated {
             format!("{name} (simulated sensor)")
         } else {
@@ -48,7 +48,7 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
         let axes = calibration.axes.iter().zip(&calibration.units);
         for ((axis, unit), row) in axes.zip(&map.matrix) {
             let head = [&name, blocks, axis.symbol(), unit].map(str::to_owned);
-            // A map's columns are some of all, in the same order.
+            // The columns of a map are some of all columns, in the same order.
             let mut own = map.columns.iter().zip(row).peekable();
             let numbers = columns.iter().map(|column| {
                 let number = own.next_if(|(own, _)| *own == column);

@@ -1,4 +1,4 @@
-//! The complete calibration, as this program reads it back.
+//! The complete calibration, which this program can read back.
 
 use crate::calibration::Calibration;
 use crate::export::target::Target;
@@ -19,7 +19,7 @@ pub(super) static JSON: Target = Target {
         if !unknown.is_empty() {
             let keys = unknown.join(", ");
             notes.push(format!(
-                "not known and not used: {keys}; see the guide's page on the calibration file"
+                "unknown keys, which were ignored: {keys}; see the guide's page on the calibration file"
             ));
         }
         Ok((calibration, notes))

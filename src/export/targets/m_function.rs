@@ -1,4 +1,4 @@
-//! One MATLAB function, without cells and of fixed sizes, so that Simulink takes it, too.
+//! One MATLAB function without cells and of fixed sizes, which Simulink accepts.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
@@ -14,14 +14,14 @@ pub(super) static M_FUNCTION: Target = Target {
 
 pub(super) static MATLAB: Language = Language {
     template: include_str!("../templates/calibration.m"),
-    // Which letters a file has beside those of ASCII depends on the machine that reads it.
+    // The meaning of other characters than ASCII depends on the machine that reads the file.
     comment: ascii,
     breaks: (", ...\n    ", ";\n    "),
     is_taken,
     ..Language::PLAIN
 };
 
-/// What no function may be called in MATLAB or Octave.
+/// Names that a function in MATLAB or Octave must not have.
 const KEYWORDS: [&str; 32] = [
     "break",
     "case",
@@ -57,7 +57,7 @@ const KEYWORDS: [&str; 32] = [
     "end_try_catch",
 ];
 
-/// The code calls its function once, where that begins; each further time it means something of MATLAB's.
+/// The code contains the function's name once, in its definition; a second occurrence is a function of MATLAB.
 fn is_taken(name: &str, code: &str) -> bool {
     let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let lines = code.lines().filter_map(|line| line.split('%').next());

@@ -1,12 +1,12 @@
-//! Every array of a calibration for MATLAB (version 5).
+//! All arrays of a calibration for MATLAB (version 5).
 
 use super::numpy::NUMPY;
 use crate::export::arrays::arrays;
 use crate::export::target::Target;
 use crate::formats::{Entry, mat};
 
-/// `.mat`; lists of texts are matrices of characters, one row each, padded with blanks. Octave reads no character beyond ASCII:
-/// the dot of a product becomes a point, any other its code.
+/// `.mat`. Lists of texts are matrices of characters, one row each, padded with blanks. Octave reads ASCII only: the dot of a
+/// product becomes a point, any other character its code.
 pub(super) static MATLAB: Target = Target {
     name: "MATLAB arrays",
     endings: &["mat"],

@@ -1,22 +1,26 @@
-//! The conventional matrix alone, for carriers that have room for nothing else; what that leaves out is told before it is written.
+//! The conventional matrix alone, for formats that hold nothing else. The user is warned about the omitted parts before the
+//! file is written.
 
 use crate::calibration::Calibration;
 use crate::export::target::{Export, Outline, Refusal, Target};
 use crate::recording::Axis;
 
-/// What such formats have in common.
+/// Common properties of these formats.
 pub(super) const MATRIX: Target = Target {
-    leaves_out: |_| "all history (compensated load), the offset (take the unloaded gauges as bias), names of gauges",
+    leaves_out: |_| "all history (compensated load), the offset (take the unloaded gauges as bias), gauge names",
     caution,
     ..Target::PLAIN
 };
 
-/// What whoever loads such a file must know: nothing where the matrix is the whole calibration.
+/// Returns a warning about the omitted parts; `None` if the matrix is the whole calibration.
 fn caution(calibration: &Calibration) -> Option<String> {
     let is_more = calibration.learned.is_some()
         || calibration.columns().len() > calibration.conventional.columns.len();
     let compensation = is_more.then(|| {
-        format!("the compensation ({}): its load is the conventional one", calibration.describe())
+        format!(
+            "the compensation ({}): the file gives the conventional load",
+            calibration.describe()
+        )
     });
     let offset = calibration
         .offset
@@ -25,14 +29,14 @@ fn caution(calibration: &Calibration) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// The coefficients of an axis on the gauges, without the offset.
+/// Returns the coefficients of each axis on the gauges, without the offset.
 pub(super) fn rows(calibration: &Calibration) -> impl Iterator<Item = &[f64]> {
     let n_gauges = calibration.gauges.len();
     let rows = calibration.conventional.matrix.iter();
     rows.map(move |row| &row[..n_gauges])
 }
 
-/// What the file says of itself, as it stands in a `comment`; `how` says in which units or order offsets are that are left out.
+/// Returns the facts for a `comment` of the file; `how` is the unit or order of the omitted offsets.
 pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String) -> Vec<String> {
     let offsets = export.calibration.conventional.matrix.iter();
     let offsets = offsets.filter_map(|row| Some(row.last()?.to_string()));
@@ -43,7 +47,7 @@ pub(super) fn facts(export: &Export<'_>, how: &str, comment: fn(&str) -> String)
     export.lines(comment).chain(offsets).collect()
 }
 
-/// Checks that there are all six axes, and no more gauges than `most`, no fewer than `least`.
+/// Checks that all six axes are present, and that the number of gauges is within `least` and `most`.
 pub(super) fn check(
     file: &'static str,
     (least, most): (usize, usize),
@@ -62,7 +66,7 @@ pub(super) fn check(
     }))
 }
 
-/// A calibration that such a file has no room for.
+/// A calibration that does not fit into the file.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{file} holds {room} and the axes Fx Fy Fz Mx My Mz, and this calibration has {gauges} gauges and the axes {}; use \

@@ -1,4 +1,4 @@
-//! The formats that calibrations are written in, one file each; everything that lists them reads [`TARGETS`].
+//! The formats of calibration files, one file each. All lists of formats are made from [`TARGETS`].
 
 mod c_array;
 mod c_header;
@@ -36,7 +36,7 @@ pub static TARGETS: &[&Target] = &[
     &matlab::MATLAB,
 ];
 
-/// The format that a file's ending asks for, or a path that is to be a folder.
+/// Returns the format of a file's ending, or that of folders for a path that names a folder.
 pub fn target_for(path: &Path) -> Option<&'static Target> {
     if asks_for_folder(path) {
         return Some(&package::PACKAGE);
@@ -46,25 +46,25 @@ pub fn target_for(path: &Path) -> Option<&'static Target> {
     targets.find(|target| target.endings.contains(&&*ending))
 }
 
-/// Whether a path ends as one of a folder.
+/// Returns true if a path names a folder.
 pub(super) fn asks_for_folder(path: &Path) -> bool {
     let last = path.as_os_str().as_encoded_bytes().last();
     last.is_some_and(|last| is_separator(char::from(*last)))
 }
 
-/// Whether a calibration of this file knows its gauges by name rather than by their order.
+/// Returns true if the format of this file names the gauges; otherwise gauges are known by their order.
 pub fn names_gauges(path: &Path) -> bool {
     target_for(path).is_none_or(|target| target.names_gauges)
 }
 
-/// The usual endings of all formats with their dots, as messages list them.
+/// Returns the usual endings of all formats with their dots, for messages.
 pub fn target_endings() -> String {
     let endings = TARGETS.iter();
     let endings = endings.map(|target| format!(".{}", target.endings[0]));
     endings.collect::<Vec<_>>().join(" ")
 }
 
-/// All formats with what they are, one after the other, as help lists them.
+/// Returns a list of all formats with their contents, for help texts.
 pub fn listed_targets() -> String {
     let listed =
         TARGETS.iter().map(|target| format!(".{} {}", target.endings.join(" ."), target.name));
@@ -75,7 +75,7 @@ pub fn listed_targets() -> String {
 mod tests {
     use super::*;
 
-    /// The guide is written by hand around this table.
+    /// The table of formats in the guide is written by hand.
     #[test]
     fn the_guide_lists_every_format() {
         let rows = TARGETS.iter().map(|target| {

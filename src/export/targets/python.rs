@@ -1,4 +1,4 @@
-//! One Python file on NumPy.
+//! A single Python file that needs only NumPy.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

@@ -1,4 +1,4 @@
-//! One Rust file on the standard library.
+//! A single Rust file that needs only the standard library.
 
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;

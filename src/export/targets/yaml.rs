@@ -1,8 +1,8 @@
-//! Calibrations as parameters of ROS 2, which `ros2 param load` and `--params-file` take.
+//! Calibrations as parameters of ROS 2 for `ros2 param load` and `--params-file`.
 //!
-//! Guarantees, which ROS 2 asks for: parameters of every node (`/**`), each a flag, a number, a text or a list of one of these;
-//! no list is empty or holds another; a real number always has a point. A matrix is one list, row by row, beside its rows and
-//! columns. What is empty is left out: a block that has no parameter is not used.
+//! Guarantees, as ROS 2 requires: parameters of all nodes (`/**`), each a flag, a number, a text or a list of these; no list
+//! is empty or nested; a real number always has a point. A matrix is one row-major list, beside the numbers of its rows and
+//! columns. Empty parts are omitted: a block without parameters is not used.
 
 use std::io;
 
@@ -14,9 +14,9 @@ use crate::export::text::for_yaml;
 pub(super) static YAML: Target = Target {
     name: "ROS 2 parameters (YAML)",
     endings: &["yaml", "yml"],
-    holds: "matrices, choices of the blocks, scales, rule for gaps",
+    holds: "matrices, settings of the blocks, scales, rule for gaps",
     leaves_out: |calibration| match calibration.learned {
-        Some(_) => "the network or kernel, without which the compensated load is not whole",
+        Some(_) => "the network or kernel, so the compensated load is incomplete",
         None => "nothing",
     },
     write,
@@ -49,14 +49,14 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A parameter's name, of letters, digits and underscores.
+/// Returns a parameter name of letters, digits and underscores.
 fn key(name: &str) -> String {
     let name =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' });
     name.collect()
 }
 
-/// A field as parameters; none where it is empty.
+/// Returns a field as parameters; an empty field gives none.
 fn entries(field: &Field) -> Vec<(&'static str, String)> {
     let listed = |texts: Vec<String>| {
         if texts.is_empty() {
@@ -90,7 +90,7 @@ fn entries(field: &Field) -> Vec<(&'static str, String)> {
     }
 }
 
-/// With a point always: many readers of YAML take `1e-7` for a text.
+/// Returns a number that always has a point, because many YAML readers take `1e-7` for a text.
 fn number(value: f64) -> String {
     let text = format!("{value:?}");
     match text.split_once('e') {
@@ -107,7 +107,7 @@ fn number(value: f64) -> String {
 mod tests {
     use super::*;
 
-    /// YAML 1.1 asks for a point and a sign in floats with an exponent.
+    /// YAML 1.1 requires a point and a signed exponent in numbers with an exponent.
     #[test]
     fn numbers_are_numbers_to_every_reader() {
         for (value, text) in [

@@ -15,41 +15,41 @@
  *         if ({{ PREFIX }}_IS_REJECTED(status)) there is no load
  *
 {% if auxiliary %}
- * Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status has BEYOND:
+ * Auxiliary channels, in this order and unit. A value outside its range by more than a tenth of the range sets BEYOND:
 {% for channel in auxiliary %}
  *     {{ channel|comment }}
 {% endfor %}
  *
 {% endif %}
- * Gauges stand in the order above and in the unit of the training recordings, loads in the order and units above. The first
- * sample after init starts relaxed: nothing has happened before it. The time is given as one of
+ * Gauges are in the order above and in the unit of the training recordings, loads in the order and units above. The first
+ * sample after init starts without history. The time is passed in one of three forms:
  *     {{ prefix }}_update        seconds on any clock, a double;
- *     {{ prefix }}_update_ticks  a counter of 32 bits that may wrap, with LOOPSCOPE_TICKS_PER_SECOND (1000000) in a second;
- *     {{ prefix }}_update_step   seconds since the last call, whatever became of its sample.
- * Use one of them, not now this and now that. With float numbers the last two need no double arithmetic at all. A pause that is
- * longer than the clock of the history counts is a gap. Nobody sees whole turns of a counter: after a pause that may be longer than
+ *     {{ prefix }}_update_ticks  a 32-bit counter that may wrap, with LOOPSCOPE_TICKS_PER_SECOND (1000000) ticks in a second;
+ *     {{ prefix }}_update_step   seconds since the last call, even if that sample was rejected.
+ * Use the same form for all samples. With float numbers the last two need no double arithmetic. A pause that is
+ * longer than the range of the internal clock is a gap. Whole turns of a counter cannot be detected: after a pause that may be longer than
  * 2^32 ticks, call {{ prefix }}_init, or {{ prefix }}_tare.
  *
 {% for line in statuses %}
  * {{ line }}
 {% endfor %}
- * Each name has {{ PREFIX }}_ before it.
+ * Each name has the prefix {{ PREFIX }}_.
  *
- * To tare an unloaded sensor, average its gauges over some samples and give the mean to {{ prefix }}_tare.
+ * To tare an unloaded sensor, pass the mean of its gauges over several samples to {{ prefix }}_tare.
  *
- * To test it on your machine, export the same calibration as {{ prefix }}.zip: beside this file that holds a test vector (expected.csv)
- * and a program (main.c) that runs it and says PASS or FAIL.
+ * To test this code on your machine, export the same calibration as {{ prefix }}.zip. It contains a test vector (expected.csv)
+ * and a program (main.c) that runs it and prints PASS or FAIL.
  *
  * LOOPSCOPE_REAL is the type of the numbers: double, or float if you define it so. It must be the same wherever this file is
  * included. Do not compile it with -ffast-math.
  *
 {% if ring %}
- * The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
+ * The history stores at most one sample in {{ history_step_secs|plain }} s, at any sample rate.
 {% endif %}
  * Memory of the state: about {{ bytes_double }} bytes in double, {{ bytes_float }} in float.
- * Cost of an update: {{ products }} multiplications{{ search_cost }}, whatever the sample; no heap, no recursion.
+ * Cost of an update: {{ products }} multiplications{{ search_cost }}, for every sample; no heap, no recursion.
 {% if look_backs %}
- * In float a load that just touches F_th may find another past sample than in double.
+ * In float, a load that differs by almost exactly F_th may find another past sample than in double.
 {% endif %}
  */
 #ifndef {{ PREFIX }}_H
@@ -72,7 +72,7 @@ extern "C" {
 #define LOOPSCOPE_TICKS_PER_SECOND 1000000
 #endif
 
-/* LOOPSCOPE_N writes a number, LOOPSCOPE_SECS a time, as the types need them. */
+/* LOOPSCOPE_N converts a number, LOOPSCOPE_SECS a time, to the types in use. */
 #ifndef LOOPSCOPE_N
 #define LOOPSCOPE_IS_float 1
 #define LOOPSCOPE_IS_double 0
@@ -94,17 +94,17 @@ extern "C" {
 {% if auxiliary %}
 #define {{ PREFIX }}_AUXILIARY {{ n_auxiliary }}
 {% endif %}
-/* Gauges and what the blocks append. */
+/* Number of gauges and columns of the feature blocks. */
 #define {{ PREFIX }}_COLUMNS {{ n_columns }}
 {% if ring %}
-/* Samples that are kept: whole boxes of 256. */
+/* Number of stored samples: whole boxes of 256. */
 #define {{ PREFIX }}_RING {{ ring_samples }}
 #if LOOPSCOPE_FLOAT && {{ window_ms }} > 2147483647 / LOOPSCOPE_TICKS_PER_SECOND * 1000
 #error "The history is longer than the ticks can count: define a smaller LOOPSCOPE_TICKS_PER_SECOND"
 #endif
 {% endif %}
 
-/* A time that never goes back: seconds, or with float numbers ticks that wrap. */
+/* Monotonic time: seconds, or ticks that wrap if numbers are float. */
 #if LOOPSCOPE_FLOAT
 typedef uint32_t {{ prefix }}_clock;
 #else
@@ -115,13 +115,13 @@ typedef LOOPSCOPE_REAL {{ prefix }}_real;
 
 /* The coefficients. */
 typedef struct {
-    {{ prefix }}_real centre[{{ n_gauges }}];                        /* gauges count from here */
+    {{ prefix }}_real centre[{{ n_gauges }}];                        /* subtracted from the gauges */
     {{ prefix }}_real conventional[{{ n_axes }}][{{ n_gauges }}];
     {{ prefix }}_real conventional_base[{{ n_axes }}];
-    {{ prefix }}_real unloaded[{{ n_gauges }}];                      /* what tared gauges show without load */
-    {{ prefix }}_real limit[{{ n_axes }}];                           /* beyond it nothing is known of the sensor */
+    {{ prefix }}_real unloaded[{{ n_gauges }}];                      /* tared gauges of the unloaded sensor */
+    {{ prefix }}_real limit[{{ n_axes }}];                           /* load beyond which the sensor was not tested */
 {% if gauge_low %}
-    {{ prefix }}_real gauge_low[{{ n_gauges }}];                     /* a gauge that reaches it is clipped */
+    {{ prefix }}_real gauge_low[{{ n_gauges }}];                     /* values at which a gauge is clipped */
     {{ prefix }}_real gauge_high[{{ n_gauges }}];
 {% endif %}
     {{ prefix }}_real gap_secs;
@@ -131,7 +131,7 @@ typedef struct {
     {{ prefix }}_clock history_step;
 {% endif %}
 {% if look_backs %}
-    {{ prefix }}_real measured_weight[{{ measured|length }}];             /* of the axes that F_th is measured on */
+    {{ prefix }}_real measured_weight[{{ measured|length }}];             /* factors of the axes in the distance for F_th */
     int measured_axis[{{ measured|length }}];
     {{ prefix }}_real f_th_squared[{{ look_backs|length }}];
     {{ prefix }}_clock t_th[{{ look_backs|length }}];
@@ -165,7 +165,7 @@ typedef struct {
 {% endif %}
 } {{ prefix }}_calibration;
 
-/* What became of a sample: a sum of flags. */
+/* Status of a sample: a sum of flags. */
 typedef int {{ prefix }}_status;
 enum {
     {{ PREFIX }}_OK = 0,
@@ -175,35 +175,35 @@ enum {
 };
 #define {{ PREFIX }}_IS_REJECTED(status) ((status) >= {{ PREFIX }}_REJECTED_TIME)
 
-/* What is remembered between samples. */
+/* State between samples. */
 typedef struct {
-    double time;                                   /* of the last good sample, in seconds, */
-    double wrapped;                                /* with this added for a counter that wrapped, */
+    double time;                                   /* of the last accepted sample (s) */
+    double wrapped;                                /* added to the time of a counter that wrapped (s) */
     uint32_t ticks;                                /* or in ticks, */
-    {{ prefix }}_clock clock;                      /* or on a clock of its own */
+    {{ prefix }}_clock clock;                      /* time of the history on the internal clock */
     int started;
-    int undetermined;                              /* whether what a block remembers is not known yet */
-    int strays;                                    /* so many samples in a row were off the clock */
-    {{ prefix }}_real skipped;                     /* seconds since the last good sample, by the rejected ones; below zero: unknown */
+    int undetermined;                              /* 1 while the state of a block is undetermined */
+    int strays;                                    /* number of successive samples with an implausible time */
+    {{ prefix }}_real skipped;                     /* seconds of rejected samples since the last accepted one; below zero: unknown */
     {{ prefix }}_real load[{{ n_axes }}];
     {{ prefix }}_real conventional[{{ n_axes }}];
     {{ prefix }}_real load_zero[{{ n_axes }}];
     {{ prefix }}_real conventional_zero[{{ n_axes }}];
     {{ prefix }}_real gauge_zero[{{ n_gauges }}];
 {% if ring %}
-    {{ prefix }}_clock since;                      /* when the history began */
-    int is_filling;                                /* and whether it is shorter than the window */
+    {{ prefix }}_clock since;                      /* time when the history began */
+    int is_filling;                                /* 1 while the history is shorter than the window */
     {{ prefix }}_clock last_kept;
     int newest_stays;
-    int32_t newest;                                /* where the newest sample stands, and how many are kept */
+    int32_t newest;                                /* index of the newest sample; number of stored samples */
     int32_t kept;
     {{ prefix }}_clock times[{{ PREFIX }}_RING];
     {{ prefix }}_real gauges[{{ PREFIX }}_RING][{{ n_gauges }}];
 {% endif %}
 {% if look_backs %}
     {{ prefix }}_real points[{{ measured|length }}][{{ PREFIX }}_RING];
-    {{ prefix }}_real small_boxes[{{ PREFIX }}_RING / 16][2 * {{ measured|length }}];    /* low, high over 16 samples */
-    {{ prefix }}_real large_boxes[{{ PREFIX }}_RING / 256][2 * {{ measured|length }}];   /* and over 256 */
+    {{ prefix }}_real small_boxes[{{ PREFIX }}_RING / 16][2 * {{ measured|length }}];    /* minimum, maximum over 16 samples */
+    {{ prefix }}_real large_boxes[{{ PREFIX }}_RING / 256][2 * {{ measured|length }}];   /* minimum, maximum over 256 samples */
 {% endif %}
 {% for block in blocks %}
 {% for memory in block.source.memory %}
@@ -290,7 +290,7 @@ static inline {{ prefix }}_real {{ prefix }}_expm1({{ prefix }}_real x)
 #endif
 }
 
-/* Forgets the past. */
+/* Clears the history. */
 static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {
 {% for block in blocks %}
@@ -306,15 +306,15 @@ static inline void {{ prefix }}_forget({{ prefix }}_state *s)
     s->skipped = 0;
 }
 
-/* Starts anew: no past, no zero. */
+/* Clears history, tare and zero. */
 static inline void {{ prefix }}_init({{ prefix }}_state *s)
 {
     memset(s, 0, sizeof *s);
 }
 
 /*
- * Tares: from now on gauges count from these, the mean of some samples of the unloaded sensor. The history starts anew.
- * Nothing happens where a number is none.
+ * Tares: subtracts these gauges from now on, the mean of several samples of the unloaded sensor. Restarts the history.
+ * Does nothing if a value is not finite.
  */
 static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, const {{ prefix }}_real mean[{{ n_gauges }}])
 {
@@ -327,8 +327,8 @@ static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefi
     {{ prefix }}_forget(s);
 }
 
-/* From now on the load of the last sample that was not rejected counts as zero. Of one sample with its noise, and of a load, not of
- * gauges: to tare, take {{ prefix }}_tare. The past is kept. */
+/* From now on, subtracts the load of the last sample that was not rejected. This includes the noise of that
+ * sample. To tare gauges, use {{ prefix }}_tare. The history is kept. */
 static inline void {{ prefix }}_zero_last_load({{ prefix }}_state *s)
 {
     int axis;
@@ -347,7 +347,7 @@ static inline {{ prefix }}_real {{ prefix }}_dot(const {{ prefix }}_real *a, con
     return sum;
 }
 
-/* Whether all gauges{{ " and auxiliary channels" if auxiliary }} are numbers. */
+/* Returns 1 if all gauges{{ " and auxiliary channels" if auxiliary }} are finite numbers. */
 static inline int {{ prefix }}_are_good(const {{ prefix }}_real *gauges{{ ", const " ~ prefix ~ "_real *auxiliary" if auxiliary }})
 {
     int g;
@@ -362,14 +362,14 @@ static inline int {{ prefix }}_are_good(const {{ prefix }}_real *gauges{{ ", con
     return 1;
 }
 
-/* What is to become of a sample that is off the clock. */
+/* Returns the status of a sample with an implausible time. */
 static inline {{ prefix }}_status {{ prefix }}_stray({{ prefix }}_state *s)
 {
     s->strays += 1;
     return s->strays < {{ strays }} ? {{ PREFIX }}_REJECTED_TIME : {{ PREFIX }}_RESTARTED;
 }
 
-/* What is to become of a sample so many seconds after the last: after a gap, too, where the clock does not count so far. */
+/* Returns the status of a sample by the seconds since the last one. A time beyond the range of the clock is a gap. */
 static inline {{ prefix }}_status {{ prefix }}_after(const {{ prefix }}_calibration *c, {{ prefix }}_real secs)
 {
     int is_gap = secs > c->gap_secs;
@@ -391,7 +391,7 @@ static inline void {{ prefix }}_widen({{ prefix }}_real *box, const {{ prefix }}
     }
 }
 
-/* Squared distance to the farthest corner: no sample in the box is farther. */
+/* Squared distance to the farthest corner, an upper bound for all samples of the box. */
 static inline {{ prefix }}_real {{ prefix }}_farthest(const {{ prefix }}_real *box, const {{ prefix }}_real *point)
 {
     {{ prefix }}_real sum = 0;
@@ -404,7 +404,7 @@ static inline {{ prefix }}_real {{ prefix }}_farthest(const {{ prefix }}_real *b
     return sum;
 }
 
-/* The last of 16 samples that differs by F_th; -1 if none does. Without a branch inside, so that they are done at once. */
+/* Last of 16 samples that differs by F_th; -1 if none does. Has no branch, so that the compiler can vectorise it. */
 static inline int32_t {{ prefix }}_last_far(const {{ prefix }}_state *s, int32_t start, const {{ prefix }}_real *point, {{ prefix }}_real f_th_squared)
 {
     {{ prefix }}_real squares[16] = {0};
@@ -422,7 +422,7 @@ static inline int32_t {{ prefix }}_last_far(const {{ prefix }}_state *s, int32_t
     return -1;
 }
 
-/* Going back from the newest sample, the first kept one that differs by F_th and is no older than t_th; else the newest. */
+/* Look-back: from the newest sample backwards, the first that differs by F_th and is no older than t_th; else the newest. */
 static inline int32_t {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }}_real f_th_squared, {{ prefix }}_clock t_th)
 {
     {{ prefix }}_real point[{{ measured|length }}];
@@ -437,7 +437,7 @@ static inline int32_t {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }
             end = {{ PREFIX }}_RING;
         if (now - s->times[end - 1] > t_th)
             break;
-        /* The large box that is being written over does not hold its older samples. */
+        /* The large box that is being overwritten has lost its older samples. */
         if (end % 256 == 0 && (end / 256 != s->newest / 256 + 1 || end == s->newest + 1)
             && {{ prefix }}_farthest(s->large_boxes[end / 256 - 1], point) < f_th_squared) {
             step = 256;
@@ -464,13 +464,13 @@ static inline int32_t {{ prefix }}_past(const {{ prefix }}_state *s, {{ prefix }
 {% endif %}
 {% if ring %}
 
-/* Where the sample stands that came so many before the newest. */
+/* Index of the sample that came this number of samples before the newest. */
 static inline int32_t {{ prefix }}_slot(const {{ prefix }}_state *s, int32_t back)
 {
     return s->newest >= back ? s->newest - back : s->newest - back + {{ PREFIX }}_RING;
 }
 
-/* Keeps the sample, in place of the one before it if that does not stay; the oldest box goes when its place is needed. */
+/* Stores the sample, replacing the previous one if that came too soon. The oldest box is overwritten when full. */
 static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, const {{ prefix }}_real *centred)
 {
     int i;
@@ -500,7 +500,7 @@ static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefi
         {{ prefix }}_widen(s->large_boxes[s->newest / 256], point, s->newest % 256 == 0);
     }
 {% endif %}
-    /* What nothing reaches any more goes before a clock that wraps makes it young again; a lag needs one that is older. */
+    /* Drops samples that are too old to be used, before the wrapping clock makes them look new. A lag needs one older sample. */
     for (i = 0; i < 2 && s->kept > 2; i++) {
         if (s->clock - s->times[{{ prefix }}_slot(s, s->kept - 2)] <= c->window)
             break;
@@ -514,7 +514,7 @@ static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefi
 {% endfor %}
 {% if network %}
 
-/* One layer; weights stand input by input, so that a compiler can do many outputs at once. */
+/* Computes one layer. Weights are stored by input, so that the compiler can vectorise over outputs. */
 static inline void {{ prefix }}_layer(const float *weights, const float *biases, int n_inputs, int n_outputs, int is_rectified,
                                 const {{ prefix }}_real *in, {{ prefix }}_real *out)
 {
@@ -532,7 +532,7 @@ static inline void {{ prefix }}_layer(const float *weights, const float *biases,
 }
 {% endif %}
 
-/* Takes a sample of which is known what is to become of it: `dt` seconds after the last. */
+/* Processes a sample whose status is known, `dt` seconds after the last. */
 static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_status status,
                                           {{ prefix }}_real dt, const {{ prefix }}_real *gauges,{{ " const " ~ prefix ~ "_real *auxiliary," if auxiliary }} {{ prefix }}_real *load,
                                           {{ prefix }}_real *conventional)
@@ -663,8 +663,8 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
 }
 
 /*
- * Takes the next sample, `time` in seconds, and writes its load, and its conventional load (of the present gauges alone) unless
- * that is NULL; NaN where the sample is rejected.
+ * Processes the next sample, `time` in seconds. Writes its load, and its conventional load (of the present gauges alone) unless
+ * the pointer is NULL; NaN if the sample is rejected.
  */
 static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, double time,
                                              const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
@@ -704,8 +704,8 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
 }
 
 /*
- * The same, with the time of a counter of 32 bits. The last 1/64 of its range (67 s of microseconds) is before the last sample, all
- * else is after it.
+ * The same with a 32-bit counter as time. A difference in the last 1/64 of its range (67 s in microseconds) counts as a time before
+ * the last sample, any other as after it.
  */
 static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, uint32_t ticks,
                                                    const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
@@ -722,7 +722,7 @@ static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_c
         if (is_good)
             status = {{ prefix }}_stray(s);
     } else {
-        /* A counter that turns while samples are rejected hides no pause. */
+        /* A pause is detected even if the counter wraps while samples are rejected. */
         dt = ({{ prefix }}_real)step / (({{ prefix }}_real)LOOPSCOPE_TICKS_PER_SECOND);
         s->skipped = dt = dt > s->skipped ? dt : s->skipped;
         status = {{ prefix }}_after(c, dt);
@@ -741,8 +741,8 @@ static inline {{ prefix }}_status {{ prefix }}_update_ticks(const {{ prefix }}_c
 }
 
 /*
- * The same, with the seconds since the last call; zero or more, and whatever they are at the first. A step that is none is rejected;
- * nobody knows then how much time has gone by, so the next sample restarts.
+ * The same with the seconds since the last call, zero or more; ignored at the first call. An invalid step is rejected.
+ * The elapsed time is unknown then, so the next sample restarts.
  */
 static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, {{ prefix }}_real dt,
                                                   const {{ prefix }}_real gauges[{{ n_gauges }}],{{ " const " ~ prefix ~ "_real auxiliary[" ~ n_auxiliary ~ "]," if auxiliary }} {{ prefix }}_real load[{{ n_axes }}],
@@ -782,15 +782,15 @@ static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_ca
  *         const auto status = estimator.update(seconds, gauges{{ ", auxiliary" if auxiliary }});
  *         if (!{{ prefix }}_estimator::is_rejected(status)) its load is estimator.load()
  *
- * It is as large as its state, which it holds in itself: no member of what stands on a small stack. It neither allocates, throws
- * nor locks: whoever shares it between threads does that.
+ * The object contains its whole state, so do not put it on a small stack. It does not allocate, throw or lock; if threads share
+ * it, the caller has to lock.
  */
 class {{ prefix }}_estimator {
 public:
     typedef {{ prefix }}_real real;
     typedef real loads[{{ n_axes }}];
 
-    /* What became of a sample, as above: a sum of these. */
+    /* Status of a sample, as above: a sum of these flags. */
     enum class status : int {
         ok = {{ PREFIX }}_OK,
 {% for name, _ in flags %}
@@ -811,7 +811,7 @@ public:
             load_[axis] = conventional_[axis] = static_cast<real>(NAN);
     }
 
-    /* Take the next sample of {{ n_gauges }} gauges, with one kind of time: seconds on any clock, a counter of 32 bits, or seconds since
+    /* Process the next sample of {{ n_gauges }} gauges, with one kind of time: seconds on any clock, a counter of 32 bits, or seconds since
      * the last call. */
     status update(double seconds, const real *gauges{{ ", const real *auxiliary" if auxiliary }}) noexcept
     {
@@ -826,15 +826,15 @@ public:
         return static_cast<status>({{ prefix }}_update_step(&calibration_, &state_, seconds, gauges{{ ", auxiliary" if auxiliary }}, load_, conventional_));
     }
 
-    /* Of the last sample, the conventional load of its gauges alone; NaN before the first, and where it was rejected. */
+    /* Conventional load of the last sample, of its gauges alone; NaN before the first sample and for a rejected one. */
     const loads &load() const noexcept { return load_; }
     const loads &conventional() const noexcept { return conventional_; }
 
-    /* Tares by the mean of some samples of the unloaded sensor; the history starts anew. */
+    /* Tares by the mean of several samples of the unloaded sensor; restarts the history. */
     void tare(const real *mean) noexcept { {{ prefix }}_tare(&calibration_, &state_, mean); }
-    /* The load of the last good sample counts as zero from now on, with its noise. */
+    /* Subtracts the load of the last accepted sample from now on, including its noise. */
     void zero_last_load() noexcept { {{ prefix }}_zero_last_load(&state_); }
-    /* Starts anew: no past, no zero. */
+    /* Clears history, tare and zero. */
     void reset() noexcept { {{ prefix }}_init(&state_); }
 
 private:

@@ -14,14 +14,14 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{
 %     state = {{ prefix }}(state, mean);
 %
 {% if auxiliary %}
-% Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status has 8:
+% Auxiliary channels, in this order and unit. A value outside its range by more than a tenth of the range sets 8:
 {% for channel in auxiliary %}
 %     {{ channel|comment }}
 {% endfor %}
 %
 {% endif %}
-% Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
-% order and units above, as columns. The first sample starts relaxed: nothing has happened before it. In a MATLAB Function
+% Gauges are in the order above and in the unit of the training recordings, time in seconds on any clock; loads are in the
+% order and units above, as columns. The first sample starts without history. In a MATLAB Function
 % block of Simulink the state is persistent:
 %
 %     function [load, status] = block(time, gauges{{ ", auxiliary" if auxiliary }})
@@ -34,10 +34,10 @@ function [load, conventional, status, state] = {{ prefix }}(state, time, gauges{
 {% for line in statuses %}
 % {{ line }}
 {% endfor %}
-% Ask for one of them by bitand, e.g. bitand(status, 8) for BEYOND.
+% Test one flag by bitand, e.g. bitand(status, 8) for BEYOND.
 {% if ring %}
 %
-% The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
+% The history stores at most one sample in {{ history_step_secs|plain }} s, at any sample rate.
 {% endif %}
 
 %#codegen
@@ -97,7 +97,7 @@ conventional = c.conventional_base + c.conventional * present;
 {% if ring %}
 state = {{ prefix }}_keep(state, present{{ ", conventional(c.measured_axis) .* c.measured_weight" if look_backs else "" }});
 {% endif %}
-% Gauges less centre, then for each history gauges less the present ones, then monomials.
+% Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
 row = zeros({{ n_columns }}, 1);
 row(1:{{ n_gauges }}) = present;
 state.undetermined = false;
@@ -131,7 +131,7 @@ end
 end
 
 function state = {{ prefix }}_new()
-% What is remembered between samples.
+% State between samples.
 state.started = false;
 state.undetermined = false;
 state.strays = 0;
@@ -140,7 +140,7 @@ state.wrapped = 0;
 state.since = 0;
 state.gauge_zero = zeros({{ n_gauges }}, 1);
 {% if ring %}
-% The kept samples stand in a ring.
+% The stored samples form a ring buffer.
 state.kept = 0;
 state.newest = 1;
 state.newest_stays = true;
@@ -167,7 +167,7 @@ state.kept = 0;
 end
 
 function [status, state] = {{ prefix }}_judge(c, state, time, gauges)
-% What is to become of a sample.
+% Returns the status of a sample.
 status = 0;
 if ~(isfinite(time) && all(isfinite(gauges)))
     status = 32;
@@ -197,7 +197,7 @@ end
 {% if ring %}
 
 function state = {{ prefix }}_keep(state, present{{ ", point" if look_backs else "" }})
-% Keeps the sample, in place of the one before it if that does not stay.
+% Stores the sample, replacing the previous one if that came too soon.
 if state.kept == 0
     state.newest = 1;
     state.kept = 1;
@@ -217,7 +217,7 @@ state.points(:, state.newest) = point;
 end
 
 function [back, kept] = {{ prefix }}_order(state)
-% How many samples before the newest each of the ring came, and whether it is one of those that are kept.
+% Number of samples by which each sample of the ring precedes the newest, and whether it is stored.
 back = mod(state.newest - (1:{{ ring_samples }}), {{ ring_samples }});
 kept = back < state.kept;
 end
@@ -225,7 +225,7 @@ end
 {% if look_backs %}
 
 function past = {{ prefix }}_past(state, f_th_squared, t_th_secs)
-% Going back from the newest sample, the first kept one that differs by F_th and is no older than t_th; else the newest.
+% Look-back: from the newest sample backwards, the first that differs by F_th and is no older than t_th; else the newest.
 [back, kept] = {{ prefix }}_order(state);
 squares = zeros(1, {{ ring_samples }});
 for axis = 1:{{ measured|length }}
@@ -270,13 +270,13 @@ load = load + c.kernel_offset + c.kernel_weights * exp({{ kernel_factor|plain }}
 end
 
 function c = {{ prefix }}_constants()
-c.wraps_secs = {{ wraps_secs|times }}; % where counters of 32 bits begin anew
+c.wraps_secs = {{ wraps_secs|times }}; % wrap-around of 32-bit counters
 c.limits = {{ limits|numbers }}';
 {% if gauge_low %}
 c.gauge_low = {{ gauge_low|numbers }}';
 c.gauge_high = {{ gauge_high|numbers }}';
 {% endif %}
-c.unloaded = {{ unloaded|numbers }}'; % what tared gauges show without load
+c.unloaded = {{ unloaded|numbers }}'; % tared gauges of the unloaded sensor
 c.centre = {{ centre|numbers }}';
 c.conventional = {{ conventional.matrix|rows }};
 c.conventional_base = {{ conventional.base|numbers }}';

@@ -11,24 +11,24 @@
 #     load, conventional = apply(times, gauges{{ ", auxiliary" if auxiliary }})          # a whole recording
 #
 {% if auxiliary %}
-# Auxiliary channels stand in this order and unit; beyond a tenth more than their range the status has BEYOND:
+# Auxiliary channels, in this order and unit. A value outside its range by more than a tenth of the range sets BEYOND:
 {% for channel in auxiliary %}
 #     {{ channel|comment }}
 {% endfor %}
 #
 {% endif %}
-# Gauges stand in the order above and in the unit of the training recordings, time in seconds on any clock; loads stand in the
-# order and units above. The first sample starts relaxed: nothing has happened before it.
+# Gauges are in the order above and in the unit of the training recordings, time in seconds on any clock; loads are in the
+# order and units above. The first sample starts without history.
 #
-# After an update it is in `state.status`.
+# After an update the status is in `state.status`.
 {% for line in statuses %}
 # {{ line }}
 {% endfor %}
 #
-# To tare an unloaded sensor, give the mean of its gauges over some samples to `state.tare`.
+# To tare an unloaded sensor, pass the mean of its gauges over several samples to `state.tare`.
 #
 {% if ring %}
-# The history keeps at most a sample each {{ history_step_secs|plain }} s, whatever the rate of samples.
+# The history stores at most one sample in {{ history_step_secs|plain }} s, at any sample rate.
 {% endif %}
 # Cost of an update: {{ products }} multiplications{{ search_cost }}.
 
@@ -43,17 +43,17 @@ OK = 0
 {% for name, bits in flags %}
 {{ name }} = {{ bits }}
 {% endfor %}
-LEAP_SECS = {{ leap_secs|number }}  # a time further after the last than this is off the clock ...
+LEAP_SECS = {{ leap_secs|number }}  # step in time above which a time is implausible (s)
 STRAYS = {{ strays }}  # ... and so many such times in a row are a clock that was set anew
-WRAPS_SECS = {{ wraps_secs|times }}  # where counters of 32 bits begin anew
+WRAPS_SECS = {{ wraps_secs|times }}  # wrap-around of 32-bit counters
 GAP_SECS = {{ gap_secs|plain }}
 WINDOW_SECS = {{ window_secs|plain }}
 HISTORY_STEP_SECS = {{ history_step_secs|plain }}
 LIMITS = np.array({{ limits|numbers }})
 {% if gauge_low %}
-GAUGE_LOW, GAUGE_HIGH = np.array([{{ gauge_low|numbers }}, {{ gauge_high|numbers }}])  # a gauge that reaches them is clipped
+GAUGE_LOW, GAUGE_HIGH = np.array([{{ gauge_low|numbers }}, {{ gauge_high|numbers }}])  # values at which a gauge is clipped
 {% endif %}
-UNLOADED = np.array({{ unloaded|numbers }})  # what tared gauges show without load
+UNLOADED = np.array({{ unloaded|numbers }})  # tared gauges of the unloaded sensor
 
 CENTRE = np.array({{ centre|numbers }})
 CONVENTIONAL = np.array({{ conventional.matrix|rows }})
@@ -96,7 +96,7 @@ KERNEL_FACTOR = {{ kernel_factor|number }}
 
 
 class State:
-    """What is remembered between samples."""
+    """State between samples."""
 
     def __init__(self):
         self.time = 0.0
@@ -112,7 +112,7 @@ class State:
         self.started = False
         self.undetermined = False
 {% if ring %}
-        # The kept samples stand one after another; when the room is full, the old ones are dropped or the room is doubled.
+        # The stored samples are contiguous. When the array is full, old samples are dropped or the array is doubled.
         self.kept = 0
         self.last_kept = 0.0
         self.newest_stays = True
@@ -124,7 +124,7 @@ class State:
 {% endif %}
 
     def tare(self, mean):
-        """Tares: gauges count from these, the mean of some samples of the unloaded sensor. The history starts anew."""
+        """Tares: subtracts these gauges from now on, the mean of several samples of the unloaded sensor. Restarts the history."""
         mean = np.asarray(mean, dtype=float)
         if mean.shape != (GAUGES,) or not np.all(np.isfinite(mean)):
             raise ValueError(f"{GAUGES} finite numbers are needed")
@@ -132,12 +132,12 @@ class State:
         self._forget()
 
     def zero_last_load(self):
-        """The load of the last sample that was not rejected counts as zero; to tare gauges, take `tare`. The past is kept."""
+        """Subtracts the load of the last sample that was not rejected; to tare gauges, use `tare`. The history is kept."""
         self.load_zero = self.load
         self.conventional_zero = self.conventional
 
     def update(self, time, gauges{{ ", auxiliary" if auxiliary }}):
-        """Takes the next sample; returns its load and its conventional load (of the present gauges alone), NaN if rejected."""
+        """Processes the next sample; returns its load and its conventional load (of the present gauges alone), NaN if rejected."""
         gauges = np.asarray(gauges, dtype=float)
         if gauges.shape != (GAUGES,):
             raise ValueError(f"{gauges.shape} gauges are given where {GAUGES} are needed")
@@ -175,7 +175,7 @@ class State:
         return self.load - self.load_zero, self.conventional - self.conventional_zero
 
     def _judge(self, time, gauges):
-        """What is to become of a sample."""
+        """Returns the status of a sample."""
         if not (np.isfinite(time) and np.all(np.isfinite(gauges))):
             return REJECTED_VALUE
         if not self.started:
@@ -203,7 +203,7 @@ class State:
     def _take(self, time, dt, present{{ ", auxiliary" if auxiliary }}):
         self.undetermined = False
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
-        # Gauges less centre, then for each history gauges less the present ones, then monomials.
+        # Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
         row = [present]
 {% if ring %}
         self._keep(time, present)
@@ -234,7 +234,7 @@ class State:
         self.kept += 1
 
     def _make_room(self, time):
-        # One sample older than the window stays: a lag may still fall right after it.
+        # One sample older than the window is kept, because a lag may fall between it and the next.
         old = max(np.searchsorted(self.times, time - WINDOW_SECS) - 2, 0)
         size = len(self.times) * (2 if old < self.kept // 2 else 1)
         self.kept -= old
@@ -253,7 +253,7 @@ class State:
 {% if look_backs %}
 
     def _past(self, time, f_th_squared, t_th_secs):
-        """Going back, the first sample that differs by F_th and is no older than t_th; else the newest."""
+        """Look-back: returns the first sample backwards that differs by F_th and is no older than t_th; else the newest."""
         end = self.kept
         point = self.points[end - 1]
         while end > 0 and time - self.times[end - 1] <= t_th_secs:
@@ -297,7 +297,7 @@ def _answer(row):
 
 
 def apply(times, gauges{{ ", auxiliary" if auxiliary }}):
-    """The loads and conventional loads of a whole recording, whose history starts with its first sample."""
+    """Returns the loads and conventional loads of a whole recording, whose history starts with its first sample."""
     state = State()
     loads = [state.update(time, {{ "row, others" if auxiliary else "row" }}) for time, row{{ ", others" if auxiliary }} in zip(times, gauges{{ ", auxiliary" if auxiliary }})]
     return np.array([load for load, _ in loads]), np.array([conventional for _, conventional in loads])

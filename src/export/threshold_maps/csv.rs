@@ -18,15 +18,15 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     },
 };
 
-/// Writes one row per pair of thresholds and set (train, test, cross-validation): thresholds, RMSE per axis, and the group
-/// measures that the sensor has. The conventional calibration comes first, with empty thresholds; sets and pairs without
-/// scores are left out.
+/// Writes one row per pair of thresholds and set (train, test, cross-validation): thresholds, RMSE per axis, and the RMSE of
+/// each group of axes. The conventional calibration comes first, with empty thresholds; sets and pairs without scores are
+/// omitted.
 ///
-/// **Units** `t_th` (s), `f_th` in that of the distance; the others as their heads say. Numbers are written so that
-/// reading them gives the same value.
+/// **Units** `t_th` (s), `f_th` in the unit of the distance; other units are in the header. Numbers read back to the same
+/// value.
 ///
 /// # Errors
-/// Whatever `out` fails with.
+/// The I/O errors of `out`.
 pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::Result<()> {
     let mut csv = CsvWriter::new(out);
     let groups: Vec<Measure> = (map.scale.measures().into_iter())

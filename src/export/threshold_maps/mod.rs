@@ -1,4 +1,5 @@
-//! Maps of the errors over both thresholds as files, one file a format; everything that lists them reads [`MAP_FORMATS`].
+//! Maps of the errors over both thresholds as files, one source file for each format. All lists of formats are made from
+//! [`MAP_FORMATS`].
 
 mod csv;
 mod svg;
@@ -14,7 +15,7 @@ use super::format::FileFormat;
 /// All formats of maps.
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];
 
-/// The format that a file's ending asks for; without a known one the first.
+/// Returns the format of a file's ending; the first format for an unknown ending.
 pub fn map_format(path: &Path) -> &'static FileFormat<MapWriter> {
     FileFormat::for_path(MAP_FORMATS, path).unwrap_or(&MAP_FORMATS[0])
 }

@@ -10,8 +10,8 @@ use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, Thresho
 use crate::report::figure;
 use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 
-/// The map of the left-out errors with the suggested pair, and beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the curves
-/// through that pair.
+/// The map of the held-out errors with the proposed pair, and beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the
+/// curves through that pair.
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
@@ -35,7 +35,7 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     },
 };
 
-/// The file beside a map that holds the curves along this threshold.
+/// Returns the path of the file with the curves along this threshold.
 fn beside(path: &Path, along: Along) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(match along {
@@ -45,17 +45,17 @@ fn beside(path: &Path, along: Along) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// How F_th is shown.
+/// Unit in which F_th is shown.
 #[derive(Clone, Copy, Debug)]
 pub struct ShownFTh {
-    /// What it is multiplied with.
+    /// Factor from the stored to the shown F_th.
     pub factor: f64,
-    /// Its unit then.
+    /// Unit of the shown F_th.
     pub unit: &'static str,
 }
 
 impl ShownFTh {
-    /// Where it is measured in this.
+    /// Returns the unit for this distance.
     pub fn of(distance: Distance) -> Self {
         let (factor, unit) = match distance {
             Distance::Force => (1.0, "N"),
@@ -64,7 +64,7 @@ impl ShownFTh {
         Self { factor, unit }
     }
 
-    /// As it is shown, without the digits that the factor adds.
+    /// Returns the shown F_th, rounded to remove digits that the factor adds.
     pub fn number(self, f_th: f64) -> f64 {
         match self.factor {
             1.0 => f_th,
@@ -72,15 +72,15 @@ impl ShownFTh {
         }
     }
 
-    /// Its name with the unit.
+    /// Returns the label with the unit.
     pub fn label(self) -> String {
         format!("F_th [{}]", self.unit)
     }
 }
 
-/// Width and height of the pictures.
+/// Width and height of the figures.
 const SIZE: (f64, f64) = (720.0, 440.0);
-/// Room above and below curves, as a share of their range.
+/// Margin above and below curves, as a share of their range.
 const ROOM: f64 = 0.06;
 const T_TH_LABEL: &str = "t_th [s]";
 
@@ -88,13 +88,13 @@ fn rmse_label(map: &ThresholdMap, measure: Measure) -> String {
     format!("RMSE [{}]", measure.unit(&map.scale))
 }
 
-/// The curves of every set along one threshold, through the pair at these positions; where there is a suggestion, its threshold is
-/// marked and those that the recordings do not tell from it are shaded.
+/// Returns the curves of all sets along one threshold, through the pair at these indices. The proposed threshold is marked;
+/// thresholds that the recordings cannot distinguish from it are shaded.
 ///
-/// One line for every set that has scores: the one to choose by is solid; the others are seen on top of it.
+/// Each set with scores has a line. The line of the held-out errors is solid and below the others.
 ///
 /// # Panics
-/// If there is no such pair.
+/// If there is no pair at these indices.
 pub fn threshold_curve(
     map: &ThresholdMap,
     measure: Measure,
@@ -142,7 +142,7 @@ pub fn threshold_curve(
     }
 }
 
-/// The map of one number, a suggested pair marked.
+/// Returns the map of one measure, with the proposed pair marked.
 pub fn threshold_heat_map(
     map: &ThresholdMap,
     set: ScoreSet,
@@ -167,7 +167,7 @@ pub fn threshold_heat_map(
     }
 }
 
-/// Writes such a figure as SVG, as one of `files`.
+/// Writes a figure as SVG, as one of `files`.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written.

@@ -1,14 +1,14 @@
-//! What writes the files of a map.
+//! The interface of writers of maps.
 
 use std::path::{Path, PathBuf};
 
 use crate::export::atomic::{Together, WriteError};
 use crate::questions::thresholds::{Measure, ThresholdMap};
 
-/// What writes a map.
+/// Writer of a map.
 pub struct MapWriter {
-    /// The files that are written with one of this name.
+    /// Returns all files that are written for this path.
     pub files: fn(&Path) -> Vec<PathBuf>,
-    /// Writes them.
+    /// Writes the files.
     pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
 }

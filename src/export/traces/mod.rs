@@ -1,7 +1,7 @@
 //! Loads and errors over time as tables, one row per sample.
 //!
-//! Guarantees: rows are made as they are written, so the loads of one recording at a time are in memory; numbers are
-//! written so that reading them gives the same value.
+//! Guarantees: rows are computed while they are written, so only the loads of one recording are in memory. Numbers read back
+//! to the same value.
 
 mod csv;
 #[cfg(feature = "parquet")]
@@ -31,21 +31,21 @@ pub static TRACE_FORMATS: &[FileFormat<BeginTraces>] = &[
 /// An interval of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval<'a> {
-    /// All of the recording, since the past of a sample may lie before the interval.
+    /// The whole recording, since the past sample may lie before the interval.
     pub recording: &'a Recording,
-    /// One of every `decimation` samples is used.
+    /// Decimation: one of every `decimation` samples is used.
     pub decimation: usize,
-    /// Which of these samples are written.
+    /// Range of the used samples that are written.
     pub samples: Range<usize>,
 }
 
-/// Writes what a calibration makes of intervals of recordings as one of `files`: recording, time, then Calc., Conv.,
-/// Comp. and the errors Conv. − Calc. and Comp. − Calc. per axis. Where there is no reference, its cells are empty. The
-/// ending says which of [`TRACE_FORMATS`]; without a known one it is the first.
+/// Writes the loads of intervals of recordings as one of `files`: recording, time, then Reference, Uncompensated, Compensated and the errors
+/// Uncompensated − Reference and Compensated − Reference per axis. Cells that need a missing reference are empty. The ending chooses one of
+/// [`TRACE_FORMATS`]; an unknown ending means the first.
 ///
 /// # Errors
-/// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or somebody asked to
-/// stop.
+/// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the
+/// work.
 pub fn write_traces(
     files: &mut Together,
     path: &Path,
@@ -81,18 +81,18 @@ pub fn write_traces(
     })
 }
 
-/// What was really applied at sample `k`, where that is known.
+/// Returns the reference load at sample `k`, if there is one.
 fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
     let axes = recording.axes();
     (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
-/// Writes what a calibration makes, sample by sample, of the recordings of one file, one after another, as comma-separated text:
-/// time, Calc. where there is a reference, Conv. and Comp. per axis, and where it is asked for what became of the sample. What runs
-/// on a robot gives the same.
+/// Writes the loads of the recordings of one file, one after another, as comma-separated text: time, Reference if there is a
+/// one, Uncompensated and Compensated per axis, and the status of each sample if requested. Exported code on a robot computes the
+/// same loads.
 ///
 /// # Errors
-/// Whatever `out` fails with.
+/// The I/O errors of `out`.
 pub fn write_loads_csv(
     calibration: &Calibration,
     recordings: &[Recording],
@@ -125,37 +125,37 @@ pub fn write_loads_csv(
     loads.flush()
 }
 
-/// A sample as it comes.
+/// A sample of a live stream.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSample<'a> {
-    /// Its time (s).
+    /// Time of the sample since the start (s).
     pub time: f64,
-    /// Its time as it is written (s).
+    /// Time of the sample as written (s).
     pub clock_secs: f64,
     /// Its gauges, in the order of the calibration.
     pub gauges: &'a [f64],
     /// Its auxiliary channels, in the order of the calibration.
     pub auxiliary: &'a [f64],
-    /// What was really applied, where that is known.
+    /// Axes and values of the reference load; empty if there is none.
     pub reference: (&'a [Axis], &'a [f64]),
-    /// Whether an auxiliary channel shows what was measured too long ago.
+    /// True if the value of an auxiliary channel is too old.
     pub is_held: bool,
 }
 
-/// Loads, a row as each sample comes: comma-separated text, or JSON lines.
+/// Writer of loads, one row per sample, as comma-separated text or JSON lines.
 pub struct LoadRows<W: io::Write> {
     columns: Columns,
     out: RowWriter<W>,
     row: Vec<Option<f64>>,
 }
 
-/// What rows of loads are written as.
+/// Format of the rows.
 enum RowWriter<W: io::Write> {
     Csv {
         out: CsvWriter<W>,
         with_status: bool,
     },
-    /// One object a line, with these keys before the status.
+    /// One JSON object per line, with these keys before the status.
     Json {
         out: W,
         keys: Vec<String>,
@@ -163,10 +163,10 @@ enum RowWriter<W: io::Write> {
 }
 
 impl<W: io::Write> LoadRows<W> {
-    /// Writes the head of a text; `reference` are the axes that are known.
+    /// Begins comma-separated text and writes its header; `reference` are the axes with a known reference.
     ///
     /// # Errors
-    /// Whatever `out` fails with.
+    /// The I/O errors of `out`.
     pub fn new(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -180,10 +180,10 @@ impl<W: io::Write> LoadRows<W> {
         Ok(Self { columns, out: RowWriter::Csv { out, with_status }, row: Vec::new() })
     }
 
-    /// As [`Self::new`] with a status, or JSON lines, which have no head.
+    /// Begins like [`Self::new`], with a status column, or as JSON lines without a header.
     ///
     /// # Errors
-    /// Whatever `out` fails with.
+    /// The I/O errors of `out`.
     pub fn live(
         calibration: &Calibration,
         reference: Vec<Axis>,
@@ -200,10 +200,10 @@ impl<W: io::Write> LoadRows<W> {
         Ok(Self { columns, out: RowWriter::Json { out, keys }, row: Vec::new() })
     }
 
-    /// Runs a sample and writes its row.
+    /// Computes the loads of a sample and writes its row.
     ///
     /// # Errors
-    /// Whatever `out` fails with.
+    /// The I/O errors of `out`.
     pub fn write(
         &mut self,
         estimator: &mut Estimator<'_>,
@@ -225,10 +225,10 @@ impl<W: io::Write> LoadRows<W> {
         self.end_row(&status.to_string(), None)
     }
 
-    /// Writes the row of a sample that was not run: its time, as far as it is known, its status, and in JSON lines why.
+    /// Writes the row of a sample without loads: its time if known, its status, and in JSON lines the reason.
     ///
     /// # Errors
-    /// Whatever `out` fails with.
+    /// The I/O errors of `out`.
     pub fn write_without_load(
         &mut self,
         time: Option<f64>,
@@ -260,10 +260,10 @@ impl<W: io::Write> LoadRows<W> {
         }
     }
 
-    /// Hands on what is written.
+    /// Flushes the output.
     ///
     /// # Errors
-    /// Whatever `out` fails with.
+    /// The I/O errors of `out`.
     pub fn flush(&mut self) -> io::Result<()> {
         match &mut self.out {
             RowWriter::Csv { out, .. } => out.flush(),
@@ -272,7 +272,7 @@ impl<W: io::Write> LoadRows<W> {
     }
 }
 
-/// What is told of an axis.
+/// Quantities of an axis that are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Calculated,
@@ -306,14 +306,14 @@ impl Kind {
     }
 }
 
-/// Time, then one column for each kind and axis.
+/// Columns of the table: time, then one column for each quantity and axis.
 struct Columns {
-    /// Kind, axis, and the place of the axis in the calibration.
+    /// Quantity, axis, and index of the axis in the calibration.
     columns: Vec<(Kind, Axis, usize)>,
 }
 
 impl Columns {
-    /// What needs a reference is there for the axes that some recording has one for.
+    /// Returns the columns. Quantities that need a reference exist for the axes with a reference in at least one recording.
     fn of(calibration: &Calibration, reference: &[Axis], kinds: &[Kind]) -> Self {
         let has_reference = |axis: &Axis| reference.contains(axis);
         let columns = kinds.iter().flat_map(|kind| {
@@ -331,7 +331,7 @@ impl Columns {
         std::iter::once("t [s]".to_owned()).chain(labels).collect()
     }
 
-    /// The numbers of one sample, given its reference and its conventional and compensated load; `None` where there is none.
+    /// Fills the numbers of one sample, from its reference, conventional and compensated load; `None` for a missing number.
     fn fill(
         &self,
         time: f64,

@@ -24,6 +24,7 @@ use rayon::prelude::*;
 use crate::features::kept::Kept;
 use crate::outward::{rounded_down, rounded_up};
 use crate::progress::Progress;
+use crate::vectorised::vectorised;
 
 pub(crate) use live::LiveLookBack;
 pub(crate) use thresholds::measured;
@@ -162,7 +163,7 @@ impl<const D: usize> Search for Path<D> {
         let runs = past.par_chunks_mut(RUN).enumerate();
         let wanted = runs.filter(|_| !progress.is_cancelled());
         wanted.for_each(|(run, past)| {
-            pulp::Arch::new().dispatch(
+            vectorised(
                 #[inline(always)]
                 move || self.search(times, thresholds, run * RUN, past),
             );

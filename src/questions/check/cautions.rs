@@ -9,9 +9,11 @@ use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::load_count::LoadCount;
-use crate::questions::dataset::Dataset;
+use crate::questions::check::rig::same_samples;
+use crate::questions::dataset::{Dataset, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
+use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::{Axis, Entry, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
@@ -19,10 +21,6 @@ use crate::scoring::numbers::{percent, significant};
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 pub(crate) const STANDS_STILL: f64 = 0.02;
-/// A test error so many times that of cross-validation says that the recordings are of another kind ...
-const FAR_OFF: f64 = 4.0;
-/// ... where it is more than this share of full scale.
-const FAR_OFF_MATTERS: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
@@ -63,15 +61,18 @@ impl Dataset {
                 found.extend(self.few_recordings());
             }
             found.extend(self.of_groups());
+            let roles =
+                [Role::Train, Role::Test].into_iter().flat_map(|role| in_role(&self.entries, role));
+            found.extend(same_samples(&roles.collect::<Vec<_>>()));
             found.extend(self.rig().into_iter().flat_map(|rig| rig.findings.clone()));
             let coverage = self.coverage(&calibration.axes);
             found.extend(of_loads(calibration, coverage));
             let count = LoadCount::of(calibration, coverage);
             if calibration.undetermined().is_none() {
-                found.extend(count.finding(false));
+                found.extend(count.finding());
             }
-            found.extend(far_off(calibration, coverage));
             found.extend(of_regressor(calibration));
+            found.extend(self.unknown_state(calibration));
         }
         found.extend(worse_on_test(calibration));
         found
@@ -88,6 +89,20 @@ impl Dataset {
         let seen = "the training recordings have no times";
         let found = Finding::new(Id::NoTimes, Enough, seen);
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
+    }
+
+    /// Returns the largest radius of a play operator whose state is unknown in too many of a group's samples.
+    fn unknown_state(&self, calibration: &Calibration) -> Option<Finding> {
+        let used = calibration.features.blocks.used();
+        let radii = used.flat_map(|(block, values)| values.iter().map(move |own| (block, *own)));
+        let radii = radii.filter(|(block, radius)| block.travel(*radius) > 0.0);
+        let (block, radius) = radii.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let unknown = Travels::of(self, &calibration.gauge_scale).unknown(block.travel(radius));
+        let seen =
+            format!("the state of {} with radius {radius} σ is unknown at first", block.name());
+        let figures = format!("in {} of the samples of a group", percent(unknown));
+        let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
+        (unknown > MOST_UNKNOWN).then_some(found)
     }
 
     fn few_recordings(&self) -> Option<Finding> {
@@ -208,25 +223,6 @@ fn is_far(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
 }
 
-/// Where the test says that its recordings are of another kind, and they are not known to load what was not trained.
-fn far_off(calibration: &Calibration, coverage: &Coverage) -> Option<Finding> {
-    let scores = &calibration.quality.compensated;
-    let (test, left_out) = (scores.test_rmse.as_ref()?, scores.cv_rmse.as_ref()?);
-    let times = |at: &usize| test[*at] / left_out[*at];
-    let far = (0..calibration.axes.len()).filter(|at| {
-        test[*at] > FAR_OFF * left_out[*at]
-            && test[*at] > FAR_OFF_MATTERS * calibration.full_scale[*at]
-            && !coverage.outside[*at].is_some_and(|outside| is_far(&outside))
-    });
-    let at = far.max_by(|a, b| times(a).total_cmp(&times(b)))?;
-    let (axis, times) = (calibration.axes[at], significant(times(&at), 2));
-    let seen = format!("{} on test {times} times the cross-validation", axis.symbol());
-    Some(
-        Finding::new(Id::FarOff, Doubtful, seen)
-            .with(format!("it errs by {}", load(axis, test[at]))),
-    )
-}
-
 /// What a second stage, its kernel and the rank say.
 fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -281,7 +277,7 @@ mod tests {
 
     use super::*;
     use crate::calibration::FitSettings;
-    use crate::features::{Blocks, FeatureSettings, Polynomial};
+    use crate::features::{Blocks, FeatureSettings, Play, Polynomial};
     use crate::finding::Face;
     use crate::questions::errors::query::analyse;
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
@@ -330,6 +326,18 @@ mod tests {
         let request = Request::fit(simulated, settings);
         let found = analyse(&request, &Progress::default()).unwrap().findings;
         assert!(found.iter().all(|own| own.id == Id::OutsideTrained), "{found:?}");
+    }
+
+    /// The gauges move by about three standard deviations.
+    #[test]
+    fn a_radius_whose_state_stays_unknown_is_found() {
+        let own = ["a", "b", "c", "test"].map(|name| (name, swing(5.0, 9.0)));
+        let has = |radius| {
+            let blocks = Blocks::default().with(&Play, &[radius]);
+            let found = of(&own, FeatureSettings { blocks, ..FeatureSettings::present() });
+            found.iter().any(|own| own.id == Id::UnknownState)
+        };
+        assert!(has(2.0) && !has(0.05));
     }
 
     #[test]

@@ -1,7 +1,6 @@
-//! Whether recordings carry a model: what they reach, how many loads they hold for its coefficients, which loads move together,
-//! and which load to add next.
+//! Result of a check: verdict, findings, loads reached, errors, and the loads to record next.
 //!
-//! Guarantees: a figure that the data do not carry is missing; a verdict never stands without its reasons.
+//! A figure that the data do not determine is missing. A verdict never stands without its reasons.
 
 use serde::Serialize;
 
@@ -10,122 +9,99 @@ use crate::questions::check::rig::RigReport;
 use crate::recording::Axis;
 use crate::scoring::numbers::significant;
 
-/// A condition number from which some combinations of features are hardly determined.
-pub(super) const CONDITION: f64 = 1e4;
-
-/// What is known of recordings and a model.
+/// Result of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sufficiency {
-    /// The worst of its reasons.
+    /// Gravest severity of the reasons.
     pub verdict: Verdict,
     /// Coefficients and load cases in words.
     pub summary: String,
-    /// What is wrong with recordings, then the gravest first.
+    /// Findings: faults of recordings, then the gravest, then the dearest.
     pub reasons: Vec<Finding>,
     /// Training samples.
     pub n_samples: u64,
-    /// Loads that can be told apart; with a past, how often the load becomes another one.
+    /// Number of different loads; with features of the past, number of changes of the load.
     pub load_cases: usize,
     /// Coefficients of an axis.
     pub coefficients: usize,
-    /// How many of them are free, with the ridge, on the axis with most.
+    /// Number of coefficients that the ridge leaves free, on the axis with most.
     pub free_coefficients: f64,
-    /// How many features are independent.
+    /// Number of independent features.
     pub rank: usize,
-    /// The condition number of the design.
+    /// Condition number of the design.
     pub condition: Option<f64>,
-    /// What each axis reaches.
+    /// Loads and errors of each axis.
     pub axes: Vec<AxisReach>,
-    /// What each two axes reach together.
-    pub pairs: Vec<Pair>,
-    /// What is wrong with channels, for each training recording in words.
+    /// Faulty channels of each training recording, in words.
     pub faults: Vec<String>,
-    /// What to record next, the best first.
+    /// Loads to record next, the best first.
     pub next: Vec<NextLoad>,
-    /// What is to be known of these, or why there are none.
+    /// How these loads were chosen, or why there are none.
     pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording.
     pub rig: RigReport,
-    /// What the errors do not cover, in one sentence.
+    /// What the recordings show, and what they cannot show.
     pub holds_for: String,
 }
 
-/// What an axis reaches.
+/// Training loads and errors of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisReach {
-    /// Which.
+    /// Axis.
     pub axis: Axis,
-    /// The least training load.
+    /// Smallest training load (N, N·m).
     pub low: f64,
-    /// The greatest.
+    /// Largest training load (N, N·m).
     pub high: f64,
-    /// The full scale, 0 where the load does not move.
+    /// Full scale (N, N·m); 0 if the load does not move.
     pub full_scale: f64,
-    /// Whether somebody entered it.
+    /// Whether the full scale is a rated load that the user entered.
     pub rated: bool,
-    /// From where to where loads are to be expected: the rated ones, or those that there are.
+    /// Range of expected loads: the rated range, else the recorded one.
     pub region: (f64, f64),
-    /// The standard deviation of the training loads.
+    /// Standard deviation of the training loads.
     pub deviation: f64,
-    /// How much smaller the variance is of what the axis does beside the others; 1 where it goes alone.
+    /// Variance of the load over the part that does not follow from the other axes; 1 if the axis moves independently.
     pub inflation: Option<f64>,
-    /// The error on the training samples.
+    /// RMSE on the training samples.
     pub train_rmse: Option<f64>,
-    /// The error where recordings, groups or blocks are left out.
+    /// RMSE by cross-validation.
     pub left_out_rmse: Option<f64>,
-    /// The error where load cases are left out.
-    pub load_left_out_rmse: Option<f64>,
+    /// The axis with whose training load it correlates most, and the correlation.
+    pub moves_with: Option<(Axis, f64)>,
 }
 
-/// What two axes reach together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Pair {
-    /// Which.
-    pub axes: [Axis; 2],
-    /// The correlation of their training loads; `None` where one does not move.
-    pub correlation: Option<f64>,
-}
-
-/// A load that is worth recording.
+/// Load to record next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextLoad {
-    /// One number per axis.
+    /// Load on each axis (N, N·m).
     pub load: Vec<f64>,
-    /// How it is made of a hanging mass, in words.
+    /// Mass, arm and orientation that make the load, in words.
     pub how: Option<String>,
-    /// By how much the logarithm of the determinant of the design grows.
+    /// Increase of the logarithm of the determinant of the design.
     pub gain: f64,
-    /// What is left of the variance of predictions, with it and those before it.
+    /// Remaining share of the variance of predictions, with this load and those before it.
     pub variance_left: f64,
 }
 
 impl Sufficiency {
-    /// The reasons, and the count where it is none of them.
+    /// Returns the findings as sentences, and the number of loads if no finding gives it.
     pub fn sentences(&self, face: Face) -> impl Iterator<Item = String> {
-        let is_count = |own: &Finding| matches!(own.id, Id::FewLoads | Id::FewLoadsPredicted);
+        let is_count = |own: &Finding| own.id == Id::FewLoads;
         let summary = (!self.reasons.iter().any(is_count)).then(|| self.summary.clone());
         self.reasons.iter().map(move |own| own.text(face)).chain(summary)
     }
 
-    /// Rank and condition of the design in words.
+    /// Returns rank and condition of the design in words.
     pub fn rank_in_words(&self) -> String {
         let rank = format!("Rank {} of {} features", self.rank, self.coefficients);
         let rank = match self.rank < self.coefficients {
             true => format!("{rank}, the others repeating these or never changing"),
             false => rank,
         };
-        let Some(condition) = self.condition else {
-            return format!("{rank}.");
-        };
-        if self.rank < 2 {
-            return format!("{rank}.");
+        match self.condition.filter(|_| self.rank > 1) {
+            Some(condition) => format!("{rank}, condition number {}.", significant(condition, 3)),
+            None => format!("{rank}."),
         }
-        let words = match condition {
-            ..30.0 => "each feature says something of its own",
-            ..1e3 => "some features nearly repeat each other",
-            ..CONDITION => "some combinations of features are far less certain than others",
-            _ => "some combinations of features are hardly determined",
-        };
-        format!("{rank}, condition number {}: {words}.", significant(condition, 3))
     }
 }

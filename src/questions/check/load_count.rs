@@ -1,30 +1,30 @@
-//! Whether there are enough loads for the coefficients: one count and one rule, for the fit and for the check.
+//! Whether there are enough loads for the coefficients: one rule for the fit and for the check.
 
 use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
 
-/// Below so many load cases for a free coefficient an error on new loads is five times that of the fit, by the count alone.
+/// Number of load cases per free coefficient below which errors on new loads are five times those of the fit, by the count alone.
 const FEWEST_CASES: f64 = 1.25;
-/// Below so many it is twice.
+/// Number below which they are twice those of the fit.
 const FEW_CASES: f64 = 2.0;
-/// An error that is expected to be more times that of the fit is not given as a number.
+/// Ratio of errors above which the expected ratio is not given.
 const TIMES: f64 = 100.0;
 
-/// Load cases and what is determined from them.
+/// Load cases and coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadCount {
-    /// Loads that can be told apart; with a past, how often the load becomes another one.
+    /// Number of different loads; with features of the past, number of changes of the load.
     pub cases: usize,
-    /// Coefficients of an axis.
+    /// Number of coefficients of an axis.
     pub coefficients: usize,
-    /// How many of them are free, with the ridge, on the axis with most.
+    /// Number of coefficients that the ridge leaves free, on the axis with most.
     pub free: f64,
 }
 
 impl LoadCount {
-    /// That of a fit to loads.
+    /// Returns the count of a fit.
     pub fn of(calibration: &Calibration, coverage: &Coverage) -> Self {
         let columns = calibration.columns();
         let coefficients = columns.len();
@@ -32,7 +32,7 @@ impl LoadCount {
         Self { cases: coverage.n_cases(&columns), coefficients, free }
     }
 
-    /// In words.
+    /// Returns the count in words.
     pub fn words(&self) -> String {
         let Self { cases, coefficients, .. } = self;
         let few = self.free.ceil();
@@ -44,18 +44,14 @@ impl LoadCount {
         format!("{coefficients} coefficients an axis{free} from {cases} load case{s}")
     }
 
-    /// That there are too few loads; `is_predicted` where loads that are left out are predicted nearly as well as the others.
-    pub fn finding(&self, is_predicted: bool) -> Option<Finding> {
+    /// Returns the finding that there are too few loads.
+    pub fn finding(&self) -> Option<Finding> {
         let (n, p) = (self.cases as f64, self.free);
         if n > p.ceil() && n >= FEW_CASES * p {
             return None;
         }
-        let (id, fails) = match is_predicted {
-            true => (Id::FewLoadsPredicted, Verdict::Doubtful),
-            false => (Id::FewLoads, Verdict::Insufficient),
-        };
         let severity = match n <= p.ceil() || n < FEWEST_CASES * p {
-            true => fails,
+            true => Verdict::Insufficient,
             false => Verdict::Doubtful,
         };
         // Of random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
@@ -70,6 +66,6 @@ impl LoadCount {
             }
             _ => String::new(),
         };
-        Some(Finding::new(id, severity, self.words()).with(figures))
+        Some(Finding::new(Id::FewLoads, severity, self.words()).with(figures))
     }
 }

@@ -33,8 +33,8 @@ const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
 /// Lag from which it matters, in samples ...
 const LAG_SAMPLES: f64 = 0.2;
-/// ... and share of the squared error that goes away with it.
-const LAG_SHARE: f64 = 0.02;
+/// ... and share of the squared error that goes away with it: the error is then a tenth smaller (√0.8).
+const LAG_SHARE: f64 = 0.2;
 /// Samples of all recordings beyond which lags are measured on the first ones only.
 const LAG_LONGEST: usize = 200_000;
 
@@ -82,7 +82,7 @@ impl RigReport {
             [] => String::new(),
         };
         let names: Vec<String> = (0..rig.n_runs()).map(name).collect();
-        let mut findings: Vec<Finding> = same_samples(training).into_iter().collect();
+        let mut findings = Vec::new();
         let no_gauges: Vec<String> =
             rig.no_gauges().iter().map(|own| no_gauge(own, &gauges)).collect();
         if !no_gauges.is_empty() {
@@ -90,7 +90,7 @@ impl RigReport {
             findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
         }
         // The same samples twice would be predicted by themselves.
-        if findings.is_empty() {
+        if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
         findings.extend(
@@ -199,18 +199,22 @@ fn channel_fault(own: &ChannelFault, gauges: &[String], axes: &[Axis]) -> Findin
         ChannelFault::Hum { gauges: hum, hz, amplitude } => {
             let names = first(NAMED, hum.iter().map(|gauge| &gauges[*gauge]));
             let seen = format!("{names} hum at {} Hz, where no load moves", significant(*hz, 3));
-            doubtful(Id::Hum, seen).with(format!("amplitude {} of the range", percent(*amplitude)))
+            let figures = format!("amplitude {} of the range", percent(*amplitude));
+            doubtful(Id::Hum, seen).with(figures).costing(*amplitude)
         }
         ChannelFault::Bent(gauge, bend) => {
             let seen = format!("{} bends where the other gauges do not", gauges[*gauge]);
-            doubtful(Id::Bent, seen).with(format!("by up to {} of its range", percent(*bend)))
+            let figures = format!("by up to {} of its range", percent(*bend));
+            doubtful(Id::Bent, seen).with(figures).costing(*bend)
         }
-        ChannelFault::ClippedReference { axis, load, visits } => {
+        ChannelFault::ClippedReference { axis, load, visits, rise } => {
             let (axis, load) = (axes[*axis], significant(*load, 4));
             let (symbol, unit) = (axis.symbol(), axis.unit());
             let seen =
                 format!("the reference of {symbol} stays at {load} {unit} while the gauges go on");
-            doubtful(Id::ReferenceClipped, seen).with(format!("{visits} times"))
+            let figures =
+                format!("{visits} times, by {} of full scale in the mean", percent(*rise));
+            doubtful(Id::ReferenceClipped, seen).with(figures).costing(*rise)
         }
     }
 }
@@ -272,7 +276,9 @@ impl Contradiction {
             "{}with it {with} % of full scale are left out, without it {without} %",
             unit.unwrap_or_default()
         );
-        Finding::new(id, Verdict::Doubtful, format!("{place}{what}")).with(figures)
+        Finding::new(id, Verdict::Doubtful, format!("{place}{what}"))
+            .with(figures)
+            .costing(self.with - self.without)
     }
 
     /// The unit that a factor speaks of, or the opposite sign.
@@ -289,23 +295,26 @@ impl Contradiction {
 /// Recordings that hold the same gauges and loads.
 pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
+    let mut pairs = Vec::new();
     for own in recordings.iter().filter(|own| own.n_samples() > 1) {
         let middle = own.n_samples() / 2;
         let key = own.gauges_at(0).iter().chain(own.gauges_at(middle)).map(|value| value.to_bits());
-        if let Some(first) = known.insert(key.collect(), own)
-            && first.gauges() == own.gauges()
-            && first.loads() == own.loads()
+        if let Some(earlier) = known.insert(key.collect(), own)
+            && earlier.gauges() == own.gauges()
+            && earlier.loads() == own.loads()
         {
-            let seen = format!("{} and {} hold the same samples", first.name(), own.name());
-            return Some(Finding::new(Id::SameSamples, Verdict::Doubtful, seen));
+            pairs.push(format!("{} and {}", earlier.name(), own.name()));
         }
     }
-    None
+    let seen = format!("the same samples are in {}", first(NAMED, pairs.iter()));
+    let found = Finding::new(Id::SameSamples, Verdict::Doubtful, seen);
+    (!pairs.is_empty()).then_some(found)
 }
 
-/// Gauges that are behind the reference, or ahead of it.
+/// Gauges that are behind the reference, or ahead of it; `error` is that of the fit, as a share of full scale.
 pub(super) fn lag(
     training: &[&Recording],
+    error: f64,
     progress: &Progress,
 ) -> Result<Option<Finding>, Cancelled> {
     let mut n = 0;
@@ -368,5 +377,6 @@ pub(super) fn lag(
     if !others.is_empty() {
         figures += &format!("; it differs: {}", first(NAMED, others.into_iter()));
     }
-    Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures)))
+    let cost = error * (1.0 - (1.0 - worst.explained_error_share).max(0.0).sqrt());
+    Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures).costing(cost)))
 }

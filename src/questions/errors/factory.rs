@@ -133,7 +133,7 @@ mod tests {
     use crate::questions::request::Request;
     use crate::recording::{RecordingSet, Source};
 
-    /// Six gauges of which each shows its own load, half of it, and 3 more; the axes of the recording are Fz and Mx.
+    /// Six gauges; each shows half of its own load plus 3. The axes of the recording are Fz and Mx.
     fn set() -> Arc<RecordingSet> {
         let mut set = RecordingSet::default();
         for (name, role) in [("a", Role::Train), ("b", Role::Train), ("c", Role::Test)] {
@@ -152,7 +152,7 @@ mod tests {
         Arc::new(set)
     }
 
-    /// Forces in kN and moments in N-mm: the matrix of the file is twice the unit matrix in SI.
+    /// Forces in kN and moments in N-mm: in SI, the matrix of the file is twice the unit matrix.
     fn cal_file(directory: &Path) -> std::path::PathBuf {
         let rows: String = (["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"].iter().enumerate())
             .map(|(at, name)| {
@@ -171,7 +171,7 @@ mod tests {
         path
     }
 
-    /// Twice (half the load + 3) is the load + 6, and the tare takes the 6 away again.
+    /// Twice (half the load + 3) is the load + 6, and the tare subtracts the 6.
     #[test]
     fn a_right_matrix_has_no_error_once_it_is_tared() {
         let directory = tempfile::tempdir().unwrap();

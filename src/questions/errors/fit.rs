@@ -1,4 +1,4 @@
-//! The linear fit: one pass over every recording, then everything from the sums.
+//! The linear fit: one pass over all recordings, then all results from the sums.
 
 use std::sync::Arc;
 
@@ -19,33 +19,33 @@ use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 use crate::scoring::metrics;
 use crate::scoring::part_squares::PartSquares;
 
-/// Sums that take more than this (bytes) are not kept for the next thresholds.
+/// Largest size of sums that are kept for the next thresholds (bytes).
 const MOST_KEPT_BYTES: usize = 1 << 26;
 
-/// The sums of all recordings on the columns of one design.
+/// Sums of all recordings on the columns of one design.
 pub(crate) struct Sums {
     /// One list per recording, one entry per piece.
     pub of_recordings: Vec<Vec<NormalEquations>>,
     pub train: NormalEquations,
     pub test: NormalEquations,
-    /// The training sums in the parts that cross-validation leaves out.
+    /// Training sums of the parts that cross-validation leaves out.
     pub parts: Vec<NormalEquations>,
-    /// Those on which fits without a part are scored, where they differ: blocks of a recording, begun anew.
+    /// Sums for the scores of fits without a part, if they differ: blocks of a recording, each with its own history.
     pub cold: Option<Vec<NormalEquations>>,
 }
 
-/// What a linear fit leaves behind beside the calibration.
+/// Results of a linear fit beside the calibration.
 pub(crate) struct LinearFit {
-    /// Each recording's errors: conventional, compensated.
+    /// Errors of each recording: conventional, compensated.
     pub errors: Vec<Option<Errors>>,
-    /// The shares that each axis was shrunk with.
+    /// Ridge shares of each axis.
     pub shares: Vec<Vec<f64>>,
-    /// What the fits without each part leave over of it; `None` where the others do not determine a fit.
+    /// Squared errors of each part by fits without it; `None` if the other parts do not determine a fit.
     pub left_out: Option<PartSquares>,
 }
 
 impl Dataset {
-    /// The one pass; not all of it once somebody has asked to stop.
+    /// Computes the sums in one pass. The sums are incomplete if the work was cancelled.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
         let of_recordings = self.sums_of_recordings(design, past, progress);
         let empty = || NormalEquations::new(design.n_columns(), n_axes);
@@ -68,7 +68,7 @@ impl Dataset {
         Sums { of_recordings, train, test, parts, cold }
     }
 
-    /// The sums of the parts with a memory that begins anew in each; `None` where it does so anyway.
+    /// Returns the sums of the parts with a history that restarts in each part; `None` if it restarts anyway.
     fn cold_parts(
         &self,
         design: &Design,
@@ -92,8 +92,8 @@ impl Dataset {
         Some(parts)
     }
 
-    /// One list per recording, one entry per piece. Where only thresholds have changed since the last ones, only what the look-backs
-    /// bring is summed up anew; the bits are the same.
+    /// Returns one list per recording with one entry per piece. If only thresholds changed, only the columns of the
+    /// look-backs are summed again; the result is identical to the bit.
     fn sums_of_recordings(
         &self,
         design: &Design,
@@ -133,8 +133,8 @@ impl Dataset {
         sums
     }
 
-    /// The training sums by recording, where there are two: blocks of the same recordings would know too much of each
-    /// other to say how strong a ridge a third one needs.
+    /// Returns the training sums by recording, if there are at least two. Blocks of the same recording are too similar to
+    /// choose the strength of a ridge.
     pub fn recordings_left_out(
         &self,
         sums: &[Vec<NormalEquations>],
@@ -165,7 +165,7 @@ impl Dataset {
         Ok(self.fit_sums(ridge, &sums, calibration))
     }
 
-    /// [`Self::fit`] to sums that were made before.
+    /// Fits like [`Self::fit`], to existing sums.
     pub fn fit_sums(
         &self,
         ridge: RidgeChoice,
@@ -177,7 +177,7 @@ impl Dataset {
         let Sums { of_recordings, train, test, parts, cold } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
-        // Only an automatic ridge asks for them: every slider step comes by here.
+        // Only an automatic ridge needs the sums of all parts, and this function runs at every slider step.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
@@ -194,18 +194,18 @@ impl Dataset {
                 let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
                 Chosen::by_group(&chooses, &design, &groups)
             }
-            // What drifts with a temperature and what the past adds are not of one size.
+            // Coefficients of auxiliary channels and of features with memory have different magnitudes.
             RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
                 Chosen::by_group(&chooses, &design, &design.ridge_groups())
             }
             _ => Chosen::alike(&chooses, ridge),
         };
         let squares = squares.filter(|_| whole.is_none());
-        // The targets are what the conventional map leaves over, so zero coefficients stand for that map.
+        // The targets are the residuals of the conventional map, so zero coefficients mean the conventional map.
         let none = vec![0.0; design.n_columns() * n_axes];
         let mut found = fit_targets(train, terms(&all), &shares);
         if found.rank == fit(train, terms(&present), Ridge::None).rank {
-            // The past never differs: the compensated map is the conventional one, to the last bit.
+            // No past sample differs: the compensated map is the conventional map, to the bit.
             found.coefficients.clone_from(&none);
         }
         let matrix = self.map.corrected(&design, &found.coefficients);
@@ -259,7 +259,7 @@ impl Dataset {
     }
 }
 
-/// How many coefficients are free on the axis with most, by the shares that each axis is shrunk with.
+/// Returns the number of free coefficients on the axis with the most, by the ridge shares of each axis.
 fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     let mut different: Vec<&Vec<f64>> = Vec::new();
     for own in shares {
@@ -271,22 +271,22 @@ fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     free.max_by(f64::total_cmp)
 }
 
-/// The ridge that was chosen.
+/// The chosen ridge.
 struct Chosen {
-    /// For each axis the weakest strength that shrinks anything.
+    /// Weakest nonzero strength for each axis.
     strengths: Vec<f64>,
     by_block: Vec<BlockRidge>,
-    /// For each axis, for each column.
+    /// Ridge share for each axis and column.
     shares: Vec<Vec<f64>>,
-    /// The squared errors of the parts, where they are known.
+    /// Squared errors of the parts, if they are known.
     squares: Option<Vec<f64>>,
 }
 
 impl Chosen {
-    /// One strength for all blocks.
+    /// Chooses one strength for all blocks.
     fn alike(left_out: &LeftOut<'_>, ridge: RidgeChoice) -> Self {
         let (strengths, squares) = match ridge {
-            // Whoever gives the strength asks for the errors only where they are shown.
+            // With a given strength, the errors are computed only if they are shown.
             RidgeChoice::Strength(strength) => (vec![strength; left_out.total.n_targets()], None),
             RidgeChoice::Auto | RidgeChoice::ByBlock => left_out.with_ridge(ridge),
         };
@@ -298,7 +298,7 @@ impl Chosen {
         }
     }
 
-    /// A strength for each group of blocks; with nothing to compare them by as [`Self::alike`].
+    /// Chooses a strength for each group of blocks; like [`Self::alike`] if there is nothing to compare.
     fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
         let own = design.blocks().into_iter().map(|own| (own.description, own.columns));
         let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = own.unzip();
@@ -342,7 +342,7 @@ mod tests {
     use crate::random::Random;
     use crate::recording::{Axis, Entry, GroupedBy, Recording, RecordingSet, Role, Source};
 
-    /// `n` samples of three gauges in every recording; the last gauge moves in those that `moves` names, and stands still at
+    /// `n` samples of three gauges in every recording. The last gauge moves only in the recordings listed in `moves`, and is
     /// 0.7 in the others.
     fn recordings(lengths: &[usize], moves: &[usize]) -> Vec<Arc<Recording>> {
         let of_length = |(at, &n): (usize, &usize)| {
@@ -368,7 +368,7 @@ mod tests {
         lengths.iter().enumerate().map(of_length).collect()
     }
 
-    /// The fit to all recordings but `tested`, which are tested on.
+    /// Returns the fit to all recordings except `tested`.
     fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
         let is_tested = |at: usize| Some(at) == tested;
         fitted_in_groups(recordings, &is_tested, &vec![None; recordings.len()])
@@ -422,7 +422,7 @@ mod tests {
         }
     }
 
-    /// What only the recording that is left out could tell of a gauge, its prediction does not know.
+    /// A gauge that moves only in the left-out recording has no effect on the recording's prediction.
     #[test]
     fn errors_of_left_out_recordings_are_those_of_fits_without_them() {
         assert_as_refits(&[60, 50, 70], &[0, 1, 2]);
@@ -431,7 +431,7 @@ mod tests {
         assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
     }
 
-    /// The slow way: a fit to the other groups for each of them.
+    /// The slow way: a fit to the other groups for each group.
     #[test]
     fn errors_of_left_out_groups_are_those_of_fits_without_them() {
         let recordings = recordings(&[60, 50, 70, 40, 55], &[0, 1, 2, 3, 4]);

@@ -48,8 +48,8 @@ mod tests {
     use crate::questions::request::Request;
     use crate::recording::simulated;
 
-    /// The times of the panes begin at zero, where the first recording's own clock does too: both ways choose the same of it,
-    /// and the panes show the second recording after it.
+    /// The time of the panes and the clock of the first recording both begin at zero, so both intervals choose the same
+    /// samples of it. The panes show the second recording after the first.
     #[test]
     fn what_is_on_screen_is_counted_within_each_recording() {
         let set = simulated::recordings(1);

@@ -101,7 +101,7 @@ mod tests {
         let text = Table::beside("RMSE", tables).tab_separated();
         let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split('\t').collect()).collect();
         assert_eq!((rows.len(), rows[0].len()), (7, 10));
-        assert_eq!((rows[0][5], rows[3][0]), ("Test Comp.", "Fz [N]"));
+        assert_eq!((rows[0][5], rows[3][0]), ("Test Compensated", "Fz [N]"));
         let test = calibration.quality.compensated.test_rmse.as_ref().unwrap();
         let shown: f64 = rows[3][5].parse().unwrap();
         assert!((shown - test[2]).abs() < 1e-5 * test[2]);

@@ -22,25 +22,27 @@ impl Trace {
     pub const LISTED: [Self; 4] =
         [Self::Calculated, Self::Conventional, Self::Compensated, Self::Factory];
 
-    /// Returns the paper's abbreviation.
+    /// Returns the name in the window and in files for people.
     pub fn label(self) -> &'static str {
         match self {
-            Self::Calculated => "Calc.",
-            Self::Conventional => "Conv.",
-            Self::Compensated => "Comp.",
+            Self::Calculated => "Reference",
+            Self::Conventional => "Uncompensated",
+            Self::Compensated => "Compensated",
             Self::Factory => "Factory",
         }
     }
 
-    /// Returns the meaning of the abbreviation.
+    /// Returns what the load is computed from.
     pub fn explanation(self) -> &'static str {
         match self {
-            Self::Calculated => "Calculated: the reference, the load that was applied",
-            Self::Conventional => "Conventional: from the present gauges alone (Eq. 3-8)",
-            Self::Compensated => {
-                "Compensated: from the present gauges and those of the past sample (Eq. 9-12)"
+            Self::Calculated => "The load that was applied (\"Calc.\" in the paper)",
+            Self::Conventional => {
+                "From the present gauges alone: the conventional calibration (Eq. 3-8; \"Conv.\" in the paper)"
             }
-            Self::Factory => "Factory: by the calibration that the sensor came with",
+            Self::Compensated => {
+                "From the present gauges and what the features append, such as the past sample (Eq. 9-12; \"Comp.\" in the paper)"
+            }
+            Self::Factory => "From the calibration that the sensor came with",
         }
     }
 }

@@ -11,25 +11,25 @@ use crate::questions::request::Request;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// The expected error of the calibration that is shown.
+/// Asks for the expected error of the calibration on screen.
 #[derive(Clone, Debug)]
 pub struct AskExpectedError {
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// The choices of the fit.
+    /// Settings of the fit.
     pub settings: FitSettings,
     /// The calibration.
     pub calibration: Arc<Calibration>,
-    /// Whether it was fitted to these recordings.
+    /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
-    /// What is shared with other questions about the same recordings.
+    /// Data that questions about the same recordings share.
     pub datasets: Datasets,
 }
 
 same_where!(AskExpectedError: shared(recordings, calibration) value(settings, fitted) besides(datasets));
 
 impl AskExpectedError {
-    /// The expected error of an analysis that answers this request.
+    /// Returns the question for an analysis that answers this request.
     pub fn of(request: &Request, analysis: &Analysis) -> Self {
         Self {
             recordings: Arc::clone(&request.recordings),

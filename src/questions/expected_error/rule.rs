@@ -137,7 +137,7 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
     used.map(|entry| &*entry.recording)
 }
 
-/// Returns a sentence that names the conditions which the recordings do not show.
+/// Returns a sentence that names the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond those recorded".to_owned()];
     let training: Vec<&Recording> = {
@@ -211,7 +211,7 @@ mod tests {
     use super::*;
     use crate::recording::Source;
 
-    /// A training recording of Fx and Fy whose loads are these functions of the share of its length, 0 to 1.
+    /// Training recording of Fx and Fy; the loads are functions of the share of its length, 0 to 1.
     fn entry(name: &str, loads: impl Fn(f64) -> [f64; 2]) -> Entry {
         let n = 200;
         let times: Vec<f64> = (0..n).map(f64::from).collect();
@@ -256,7 +256,8 @@ mod tests {
         move |share| [10.0 * (7.0 * share + at).sin(), 10.0 * (5.0 * share + 2.0 * at).cos()]
     }
 
-    /// Of the sizes 0.01, 0.02 … 1.00 in each of both, 95 lie within 0.95; the test recordings' are half as large.
+    /// Of the sizes 0.01, 0.02 … 1.00 on each axis, 95 % are within 0.95. The errors on the test recordings are half as
+    /// large.
     #[test]
     fn the_larger_of_cross_validation_and_test_counts() {
         let entries: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
@@ -300,7 +301,7 @@ mod tests {
         assert!(found.of_axis(Axis::Fy).unwrap_err().contains("Fy hardly moves"));
     }
 
-    /// Both ways: recordings that do what is named, and some that do not.
+    /// Each condition is tested with recordings that meet it and with recordings that do not.
     #[test]
     fn what_the_recordings_do_not_show_is_named_and_nothing_else() {
         let one_at_a_time = |share: f64| match share < 0.5 {

@@ -1,4 +1,4 @@
-//! Loops as figures: described once, for the window, for files and for the report.
+//! Loops as figures, defined once for window, files and report.
 
 use std::sync::Arc;
 
@@ -13,34 +13,34 @@ use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;
 
-/// An arrow points as its branch goes over this share of it: noise from point to point says nothing.
+/// Length over which the direction of an arrow is computed, as a share of the branch, because neighbouring points are noisy.
 const ARROW_SHARE: usize = 10;
 
-/// Which loop the figures are of.
+/// Kind of loop that the figures describe.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum FiguresOf {
-    /// The mean of the full cycles.
+    /// Mean of the full cycles.
     #[default]
     Mean,
-    /// That of the largest cycle.
+    /// Largest cycle.
     Largest,
 }
 
-/// The colours of loops: red, green, blue.
+/// Colours of loops: red, green, blue.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inks {
     pub(crate) conventional: [u8; 3],
     pub(crate) compensated: [u8; 3],
-    /// Of a gauge, and of whatever else is crossed.
+    /// Colour of gauges and of other channels in cross-plots.
     pub(crate) gauge: [u8; 3],
-    /// Of text; densities of falling branches go towards it.
+    /// Colour of text; densities of falling branches are mixed with it.
     pub(crate) text: [u8; 3],
-    /// Of what stands behind the lines.
+    /// Colour of guide lines.
     pub(crate) guide: [u8; 3],
 }
 
 impl Inks {
-    /// On a light ground.
+    /// Colours on a light background.
     pub(crate) const PRINT: Self = Self {
         conventional: color::CONVENTIONAL,
         compensated: color::COMPENSATED,
@@ -58,33 +58,33 @@ impl Inks {
     }
 }
 
-/// Loops as they are looked at.
+/// Loops with the display settings.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopView<'a> {
     /// The loops.
     pub(crate) plot: &'a LoopPlot,
-    /// Name and unit of the gauge that goes up, where one does.
+    /// Name and unit of the gauge on the vertical axis, if it shows one.
     pub(crate) gauge: (&'a str, &'a str),
-    /// Which loop the figures are of.
+    /// Kind of loop that the figures describe.
     pub(crate) figures_of: FiguresOf,
-    /// Those of the curves that are shown.
+    /// Curves that are shown.
     pub(crate) shown: Vec<&'a LoopCurve>,
 }
 
 impl<'a> LoopView<'a> {
-    /// All curves; the figures are of the mean loop where there is one and another is not asked for.
+    /// Returns all curves. The figures describe the mean loop if it exists and no other was requested.
     pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
         Self {
             plot,
             gauge,
-            // A few cycles have no mean loop: what is shown then is the largest of them, and called so.
+            // Too few cycles have no mean loop; the largest cycle is shown instead, with this label.
             figures_of: if has_mean { asked } else { FiguresOf::Largest },
             shown: plot.curves.iter().collect(),
         }
     }
 
-    /// The loop of a curve that the figures are of.
+    /// Returns the loop of a curve that the figures describe.
     pub(crate) fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
         match self.figures_of {
             FiguresOf::Mean => curve.mean.as_ref(),
@@ -92,13 +92,13 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// Those of all curves that have it.
+    /// Returns the loops of all curves that have one.
     pub(crate) fn found(&self) -> Vec<(Option<Output>, &'a LoopFigures)> {
         let found = self.shown.iter();
         found.filter_map(|curve| Some((curve.output, self.figures(curve).ok()?))).collect()
     }
 
-    /// The unit of what goes up.
+    /// Returns the unit of the vertical axis.
     pub(crate) fn unit(&self) -> &'a str {
         match self.plot.question.up {
             Up::Gauge(_) => self.gauge.1,
@@ -106,7 +106,7 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// What goes across and up, each with its unit.
+    /// Returns the labels of both axes, with units.
     fn labels(&self) -> [String; 2] {
         let axis = self.plot.question.axis;
         let up = match self.plot.question.up {
@@ -117,13 +117,13 @@ impl<'a> LoopView<'a> {
         [axis.label_of(Trace::Calculated.label()), up]
     }
 
-    /// What goes up over what goes across.
+    /// Returns the title: vertical quantity over horizontal quantity.
     pub(crate) fn title(&self) -> String {
         let [across, up] = self.labels();
         format!("{up} over {across}")
     }
 
-    /// The same in short, with what the thick loop is of.
+    /// Returns the title with the kind of the thick loop.
     fn long_title(&self) -> String {
         let axis = self.plot.question.axis.symbol();
         let what = match self.plot.question.up {
@@ -148,7 +148,7 @@ impl<'a> LoopView<'a> {
         format!("{what}: {of}, {share} % of the loads")
     }
 
-    /// All branches thin, the loop that the figures are of thick above them with the way it goes, its falling branch dashed.
+    /// Returns the figure: all branches thin, the described loop thick with arrows, its falling branch dashed.
     pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
         let frame = frame.unwrap_or(self.plot.whole);
         let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
@@ -193,8 +193,8 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    /// The mean width of the full cycles over the rate of their load; `None` where their rates are too alike to tell lag from
-    /// hysteresis.
+    /// Returns the mean width of the full cycles over the rate of their load; `None` if the rates are too similar to
+    /// distinguish lag from hysteresis.
     pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
         let spread = |curve: &&LoopCurve| {
             let ends = curve.by_rate.first().zip(curve.by_rate.last());
@@ -232,7 +232,7 @@ impl<'a> LoopView<'a> {
         })
     }
 
-    /// The width over the load.
+    /// Returns the width over the load.
     pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
         let found = self.found();
         let widths = found.iter().flat_map(|(_, figures)| &figures.widths);
@@ -254,7 +254,7 @@ impl<'a> LoopView<'a> {
 }
 
 impl CrossPlot {
-    /// The figure, `labels` saying what goes across and up.
+    /// Returns the figure with these axis labels.
     pub(crate) fn figure(
         &self,
         labels: [String; 2],
@@ -286,7 +286,7 @@ impl CrossPlot {
     }
 }
 
-/// What of the branches is drawn as their density, rising ones in this colour, falling ones halfway to that of the ink.
+/// Returns the branches that are drawn as density: rising ones in this colour, falling ones halfway to the colour of text.
 fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
@@ -300,7 +300,7 @@ fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
         .collect()
 }
 
-/// Means of neighbouring points, in groups of about equal size.
+/// Returns the means of neighbouring points, in groups of about equal size.
 fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     const GROUPS: usize = 12;
     let means = points.chunks(points.len().div_ceil(GROUPS).max(1)).map(|group| {
@@ -318,7 +318,7 @@ fn name(output: Option<Output>) -> &'static str {
     }
 }
 
-/// In the middle of a branch, whose points stand by rising load.
+/// Returns an arrow in the middle of a branch, whose points are sorted by rising load.
 fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     let middle = branch.len() / 2;
     let around = (branch.len() / ARROW_SHARE).max(1);
@@ -330,7 +330,8 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// The more lines lie over each other, the fainter each is, so that the thick ones stand out; one alone is seen all the same.
+/// Returns the opacity of thin lines. It falls with the number of lines, so that the thick lines stand out, but a single line
+/// stays visible.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);

@@ -3,8 +3,8 @@
 use crate::min_max::MinMax;
 use crate::scoring::loops::Frame;
 
-/// More points than this of rising or of falling branches are drawn as their density, even where a larger picture could show them
-/// as lines: those of both outputs are about as many as the traces of six axes have, and a frame costs no more than theirs.
+/// Number of points of rising or falling branches above which their density is drawn, even in a large plot. Both outputs then
+/// have about as many points as the traces of six axes, and a frame takes no longer.
 pub(crate) const MAX_POINTS: usize = 8000;
 
 /// Margin around the points, as a share of the width and height.

@@ -8,14 +8,14 @@ use crate::report::table::{Cell, Column, Table};
 use crate::scoring::holds::Drift;
 use crate::scoring::numbers::significant;
 
-/// Cycles whose rates differ by this factor tell lag from hysteresis.
+/// Ratio of rates above which cycles distinguish lag from hysteresis.
 pub(crate) const RATES_APART: f64 = 2.0;
 
-/// Says how late the gauges are, and what that explains.
+/// Returns the lag of the gauges and its effect, in words.
 pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let lag = match &found.lag {
         Ok(lag) => lag,
-        Err(reason) => return format!("Time lag not known: {reason}."),
+        Err(reason) => return format!("Time lag unknown: {reason}."),
     };
     let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
     let samples = significant(lag.samples, 3);
@@ -35,29 +35,29 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")
 }
 
-/// What loops stand over, and what their figures are shares of.
+/// Axes and scales of loops and their figures.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopScale<'a> {
-    /// The axis that they stand over.
+    /// Axis of the reference load.
     pub axis: Axis,
-    /// Its full scale.
+    /// Full scale of the axis.
     pub full_scale: f64,
-    /// The unit of the gauge that goes up, where one does rather than a load of this axis.
+    /// Unit of the gauge on the vertical axis; `None` for a load.
     pub gauge_unit: Option<&'a str>,
-    /// What is 100 % of what goes up; 0 where nothing is.
+    /// 100 % of the vertical axis; 0 if there is none.
     pub output_scale: f64,
 }
 
-/// What is known of one loop.
+/// Figures of one loop.
 #[derive(Clone, Copy, Debug)]
 pub struct LoopMeasures {
-    /// Of which load; `None` for a gauge.
+    /// Load of the loop; `None` for a gauge.
     pub trace: Option<Trace>,
-    /// Largest width, mean width, area and dissipated work, in their units, with what each rests on.
+    /// Largest width, mean width, area and dissipated work, in their units, each with its basis.
     pub figures: [(f64, Basis); 4],
 }
 
-/// By how much half and twice the dead band would change a figure.
+/// Returns the change of a figure with half and twice the dead band.
 pub(crate) fn moves(value: f64, basis: &Basis) -> String {
     let others = [basis.dead_band_halved, basis.dead_band_doubled];
     let moved = others.map(|other| match other {
@@ -75,21 +75,21 @@ pub(crate) fn moves(value: f64, basis: &Basis) -> String {
     format!("{}, {} %", moved[0], moved[1])
 }
 
-/// What [`moves`] means.
-pub(crate) const MOVES: &str = "By how much the figure would change with half, and with twice the dead band; a dash where it would not be there";
+/// Explanation of [`moves`].
+pub(crate) const MOVES: &str = "Change of the figure with half and with twice the dead band; a dash if the figure would be missing";
 
-/// What a line says of a figure.
+/// Lines for each figure.
 enum Line {
     /// The figure itself.
     Units,
-    /// Its share of this.
+    /// The figure as a share of this value.
     Percent(f64),
-    /// How far it depends on the dead band.
+    /// Dependence of the figure on the dead band.
     Moves,
 }
 
-/// Largest width, mean width, area and dissipated work of each loop, in units and in percent, by how much the second differs from the first,
-/// and how far each depends on the dead band.
+/// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent, the change from the
+/// first loop to the second, and the dependence on the dead band.
 pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
     let unit = of.gauge_unit.unwrap_or(of.axis.unit());
     let area_unit = match (of.gauge_unit, of.axis.is_force()) {
@@ -169,7 +169,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         .table("", "")
 }
 
-/// The exponential that each load's error follows over one dwell; `None` where no time passes.
+/// Returns the fitted exponential of each load's error over one dwell; `None` if no time passes.
 pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
     let reasons = drifts.iter().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;
@@ -209,7 +209,7 @@ pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
 mod tests {
     use super::*;
 
-    /// Full scale 20 N: a width of 1 N is 5 %, an area of 8 N² 2 % of its square.
+    /// Full scale 20 N: a width of 1 N is 5 %, an area of 8 N² is 2 % of its square.
     #[test]
     fn figures_stand_in_units_in_percent_and_as_a_change() {
         let of =

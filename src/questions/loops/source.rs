@@ -1,4 +1,4 @@
-//! The samples behind a picture: recordings as the analysis uses them, with the loads that the calibration gives.
+//! Samples behind a plot: recordings as in the analysis, with the loads of the calibration.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -24,26 +24,26 @@ pub(crate) struct Part {
     pub(crate) samples: Range<usize>,
 }
 
-/// The lag of one output behind its reference.
+/// Lag of one output behind its reference.
 #[derive(Clone, Debug)]
 pub struct OutputLag {
-    /// The lag, or why it is not known.
+    /// The lag, or the reason why it is unknown.
     pub lag: Result<Lag, NoLag>,
-    /// What the loop measures with and without it; `None` without a lag or without a loop.
+    /// Widths of the loop with and without the lag; `None` without a lag or without a loop.
     pub widths: Option<Widths>,
-    /// Brings reference and output to one time; `None` without a lag.
+    /// Shifts the reference to the time of the output; `None` without a lag.
     pub(crate) in_time: Option<InTime>,
 }
 
 impl OutputLag {
-    /// Returns true where the lag explains more than a tenth of the loop's width.
+    /// Returns true if the lag explains more than a tenth of the loop's width.
     pub fn is_worth_removing(&self) -> bool {
         self.lag.as_ref().is_ok_and(Lag::is_significant)
             && self.widths.is_some_and(|widths| widths.explained_share() > WORTH_REMOVING)
     }
 }
 
-/// All recordings, with the loads of those that were asked for.
+/// All recordings, with the computed loads of the requested ones.
 #[derive(Debug)]
 pub(crate) struct Source {
     set: Arc<RecordingSet>,
@@ -51,14 +51,14 @@ pub(crate) struct Source {
     pub(crate) calibration: Arc<Calibration>,
     recordings: Vec<Arc<Recording>>,
     applied: Vec<Option<AppliedLoads>>,
-    /// Of every sample, so that what counts as a reversal does not change with the decimation.
+    /// Noise and range of all samples, so that the reversal threshold does not depend on the decimation.
     extents: Vec<LoadExtent>,
-    /// Those that were asked for, by the output's column.
+    /// Computed lags, by the output's column.
     lags: HashMap<(usize, Output), OutputLag>,
 }
 
 impl Source {
-    /// Takes over from the source `before` what does not depend on the calibration that changed.
+    /// Takes over the data of the source `before` that do not depend on the changed calibration.
     pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
         let axes = &request.calibration.axes;
         let lags = before.as_ref().map(|own| own.lags_of(request)).unwrap_or_default();
@@ -81,7 +81,7 @@ impl Source {
         }
     }
 
-    /// The lags of the conventional loads, if these are the same.
+    /// Returns the lags of the conventional loads, if the loads are unchanged.
     fn lags_of(&self, request: &LookRequest) -> HashMap<(usize, Output), OutputLag> {
         let same = Arc::ptr_eq(&self.set, &request.recordings)
             && self.decimation == request.decimation
@@ -91,11 +91,11 @@ impl Source {
         lags.map(|(which, lag)| (*which, lag.clone())).collect()
     }
 
-    /// Measures the lag of an output, once: over the training recordings that have a reference for every axis, else over all
-    /// that have.
+    /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all such
+    /// recordings.
     ///
     /// # Errors
-    /// [`LookError`] where the calibration does not apply, or the work is cancelled.
+    /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
     pub(crate) fn lag(
         &mut self,
         column: usize,
@@ -138,7 +138,7 @@ impl Source {
         })
     }
 
-    /// The reference of an axis as late as an output.
+    /// Returns the reference of an axis, delayed like an output.
     pub(crate) fn late_loads(&self, part: &Part, axis: Axis, lag: &InTime) -> Option<Vec<f64>> {
         let whole = Part { samples: 0..usize::MAX, ..part.clone() };
         let loads = self.loads(&whole, axis)?;
@@ -146,21 +146,21 @@ impl Source {
         Some(late[part.samples.clone()].to_vec())
     }
 
-    /// An output with its gains fitted to the late reference.
+    /// Returns an output with its gains fitted to the delayed reference.
     pub(crate) fn refitted(&self, part: &Part, output: Output, lag: &InTime) -> Option<Vec<f64>> {
         let values = output.of(self.applied.get(part.recording)?.as_ref()?);
         let width = self.calibration.axes.len();
         Some(lag.output(&values[part.samples.start * width..part.samples.end * width]))
     }
 
-    /// What the loads do, if the request is about the same recordings and axes.
+    /// Returns noise and range of the loads, if the request has the same recordings and axes.
     fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
         let same = Arc::ptr_eq(&self.set, &request.recordings)
             && self.calibration.axes == request.calibration.axes;
         same.then_some(self.extents)
     }
 
-    /// The rules of all questions.
+    /// Returns the rules of all questions.
     pub(crate) fn rules<'a>(&'a self, measuring: &'a MetrologySettings) -> Rules<'a> {
         Rules {
             axes: &self.calibration.axes,
@@ -176,7 +176,7 @@ impl Source {
             && self.decimation == request.decimation
     }
 
-    /// The chosen samples, with their loads at hand.
+    /// Returns the requested samples, and computes their loads.
     pub(crate) fn parts(
         &mut self,
         span: Span,
@@ -211,7 +211,7 @@ impl Source {
         Ok(parts)
     }
 
-    /// Makes the loads of these recordings that are not there yet.
+    /// Computes the loads of these recordings, if they are missing.
     pub(crate) fn apply(
         &mut self,
         recordings: impl Iterator<Item = usize>,
@@ -225,7 +225,7 @@ impl Source {
                 progress.check()?;
                 let applied = self.calibration.apply(&self.recordings[*at])?;
                 progress.advance(1);
-                // Which past sample it was plays no part here.
+                // Past samples are not needed here.
                 Ok(AppliedLoads { past: Vec::new(), ..applied })
             })
             .collect::<Result<Vec<_>, LookError>>()?;
@@ -235,7 +235,7 @@ impl Source {
         Ok(())
     }
 
-    /// Lets go of loads of more samples than memory is worth.
+    /// Drops the loads of samples beyond the memory limit.
     pub(crate) fn forget_many(&mut self) {
         let kept = self.recordings.iter().zip(&self.applied);
         let kept = kept.filter(|(_, applied)| applied.is_some());
@@ -245,7 +245,7 @@ impl Source {
         }
     }
 
-    /// Lets go of all loads.
+    /// Drops all loads.
     pub(crate) fn forget_all(&mut self) {
         self.applied.fill_with(|| None);
     }
@@ -254,32 +254,32 @@ impl Source {
         self.recordings.get(at)
     }
 
-    /// A recording with its loads, where they were made.
+    /// Returns a recording with its loads, if they are computed.
     pub(crate) fn run(&self, at: usize) -> Option<Run<'_>> {
         Some(Run::new(self.recordings.get(at)?, self.applied.get(at)?.as_ref()?))
     }
 
-    /// All recordings whose loads were made.
+    /// Returns all recordings with computed loads.
     pub(crate) fn runs(&self) -> Vec<Run<'_>> {
         let all = 0..self.recordings.len();
         all.filter_map(|at| self.run(at)).collect()
     }
 
-    /// The reference load of an axis; `None` where the recording has none.
+    /// Returns the reference load of an axis; `None` if the recording has none.
     pub(crate) fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
         let recording = self.recordings.get(part.recording)?;
         let at = recording.axes().iter().position(|own| *own == axis)?;
         Some(column(recording.loads(), recording.axes().len(), at, &part.samples))
     }
 
-    /// A gauge channel; `None` where there is none of that number.
+    /// Returns a gauge channel; `None` if there is none with this number.
     pub(crate) fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
         let recording = self.recordings.get(part.recording)?;
         let width = recording.n_gauges();
         (gauge < width).then(|| column(recording.gauges(), width, gauge, &part.samples))
     }
 
-    /// What the calibration gives for the axis in this column.
+    /// Returns the output of the calibration for the axis in this column.
     pub(crate) fn output(&self, part: &Part, column_at: usize, output: Output) -> Option<Vec<f64>> {
         let applied = self.applied.get(part.recording)?.as_ref()?;
         let width = self.calibration.axes.len();

@@ -1,4 +1,4 @@
-//! Known loops, and what must hold for every question.
+//! Loops with known figures, and properties of all questions.
 
 use std::sync::Arc;
 
@@ -21,10 +21,10 @@ use crate::report::figure::DOTTED;
 use crate::scoring::loops::Frame;
 use crate::scoring::loops::Stroke;
 
-/// The half-width of the play in the gauge.
+/// Half-width of the play in the gauge.
 const RADIUS: f64 = 0.5;
 
-/// A load that goes up and down between ±10 at 20 Hz, one gauge that follows it with play, another that follows at once.
+/// A load between ±10 at 20 Hz, one gauge that follows with play, and one without play.
 fn with_play(name: &str, axes: Vec<Axis>) -> Recording {
     let loads: Vec<f64> =
         (0..2000).map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin()).collect();
@@ -72,7 +72,7 @@ fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
     }
 }
 
-/// The same with this dead band.
+/// The same request with this dead band.
 fn behind(dead_band: f64, request: LookRequest) -> LookRequest {
     let dead_bands = vec![Some(dead_band)];
     LookRequest {
@@ -108,15 +108,14 @@ fn points(strokes: &[Stroke]) -> usize {
     strokes.iter().map(|stroke| stroke.points.len()).sum()
 }
 
-/// Points of lines, and cells that are touched where samples are too dense for lines.
+/// Number of points of lines, and of cells of densities.
 fn n_drawn(drawn: &picture::Drawn) -> usize {
     let touched = drawn.clouds.iter().map(|cloud| cloud.density.touched().count());
     points(&drawn.strokes) + touched.sum::<usize>()
 }
 
-/// Falling, the play gauge stands at load + r, rising at load − r: a width of 2 r, but for the ends, where it turns over
-/// 2 r of load. 5 periods begin at zero and have 10 turns, so 4 full cycles and
-/// two halves at the ends, of which one makes a cycle with what is left over.
+/// The play gauge is load + r while falling and load − r while rising: a width of 2 r, except at the ends, where it turns
+/// over 2 r of load. 5 periods from zero have 10 turns: 4 full cycles and two halves at the ends, which make another cycle.
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -134,8 +133,8 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     assert!(points(&curve.drawn.strokes) <= 2000 + 2 * curve.drawn.strokes.len());
 }
 
-/// Noise turns at every sample. On a picture of 400 × 300 pixels all of it is drawn in fewer points than there are branches,
-/// rising and falling ones alike, and so is what is zoomed in on.
+/// Noise turns at every sample. In a plot of 400 × 300 pixels, all of it is drawn with fewer points than branches, for rising
+/// and falling branches, and after zooming in.
 #[test]
 fn very_many_branches_are_all_drawn_in_few_points() {
     let n = 60_000;
@@ -159,7 +158,7 @@ fn very_many_branches_are_all_drawn_in_few_points() {
         let [curve] = &picture.curves[..] else { panic!("one gauge is one curve") };
         assert!(picture.n_cycles > 15_000, "{}", picture.n_cycles);
         if zoomed {
-            // A hundredth of the picture is few enough lines.
+            // A hundredth of the plot has few enough lines.
             assert!((100..20_000).contains(&points(&curve.drawn.strokes)));
             continue;
         }
@@ -245,7 +244,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoChannel);
 }
 
-/// Half a minute at 4 with an error that creeps by 0.5 with τ = 5 s in the gauge.
+/// Half a minute at 4, while the gauge's error creeps by 0.5 with τ = 5 s.
 #[test]
 fn a_rest_shows_its_drift_and_time_constant() {
     let n = 1200;
@@ -295,8 +294,8 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
 }
 
-/// On screen, in files and in the report: an arrow up the rising and one down the falling branch of each output, and the line on
-/// which a load stands over itself.
+/// On screen, in files and in the report: an arrow on the rising and one on the falling branch of each output, and the line
+/// of zero error.
 #[test]
 fn a_figure_of_loops_says_which_way_they_go() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -329,7 +328,7 @@ fn a_figure_of_loops_says_which_way_they_go() {
     }
 }
 
-/// Of two recordings, one with a tenth of the other's load: a dead band of 5 % of all loads, whichever is looked at.
+/// Two recordings, one with a tenth of the other's load: the dead band is 5 % of the range of all loads for every view.
 #[test]
 fn whatever_is_looked_at_the_dead_band_is_the_same() {
     let large = with_play("large", vec![Axis::Fz]);
@@ -363,15 +362,15 @@ fn a_cancelled_look_says_so() {
     let request = request(&recordings, Question::Loops(loops(Up::Load, Span::All)));
     let looked = Viewer::default().look(&request, &progress);
     assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
-    // Where the loads are there already, too.
+    // The result is the same if the loads are already computed.
     let mut viewer = Viewer::default();
     viewer.look(&request, &Progress::default()).unwrap();
     let looked = viewer.look(&request, &progress);
     assert_eq!(looked.unwrap_err(), LookError::Cancelled(Cancelled));
 }
 
-/// A slow triangle with noise, drifting, in twenty million samples: everything measured is within a pixel of something drawn, and
-/// everything drawn within a pixel of something measured. In a debug build it takes half a minute.
+/// A slow, noisy, drifting triangle of twenty million samples: each measured point is within a pixel of a drawn point, and
+/// each drawn point within a pixel of a measured one. A debug build takes half a minute.
 #[test]
 #[cfg_attr(debug_assertions, ignore = "slow without optimisation: `cargo test --release` runs it")]
 fn twenty_million_samples_are_drawn_to_the_pixel() {
@@ -400,7 +399,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     let [n_across, n_up] = curve.drawn.clouds[0].density.cells;
     let place =
         |value: f64, (low, high): (f64, f64), n: usize| (value - low) / (high - low) * n as f64;
-    // By another way than it is drawn: places along the steps from sample to sample, a fifth of a pixel apart.
+    // Computed independently: points on the steps between samples, a fifth of a pixel apart.
     let mut measured = vec![false; n_across * n_up];
     let mut last = None;
     for k in 0..n {
@@ -417,7 +416,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     let drawn = |at: usize| densities().any(|levels| levels[at] > 0);
     let sampled = |at: usize| densities().any(|levels| levels[at] > 1);
     let drawn: Vec<bool> = (0..measured.len()).map(drawn).collect();
-    // A cell is half a pixel, so one beside another is within a pixel.
+    // A cell is half a pixel, so neighbouring cells are within a pixel.
     let is_near = |cells: &[bool], at: usize| {
         let (column, row) = (at % n_across, at / n_across);
         let rows = row.saturating_sub(1)..=(row + 1).min(n_up - 1);
@@ -435,7 +434,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     }
 }
 
-/// Behind a low-pass without hysteresis nothing of the loop is left once the lag is removed; with play its width of 2 r is.
+/// Behind a low-pass without hysteresis, no loop remains after the lag is removed; with play, its width of 2 r remains.
 #[test]
 fn without_its_lag_a_loop_is_as_wide_as_the_hysteresis() {
     for (late, width) in

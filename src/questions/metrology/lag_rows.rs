@@ -1,11 +1,12 @@
-//! The rows that tell a time lag from hysteresis.
+//! Metrology rows that distinguish a time lag from hysteresis.
 
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::lag::{LagRun, WORTH_REMOVING, widths};
 
-/// The lag of one output for one axis, and its hysteresis without it; the share of the mean width that the lag explains.
+/// Returns the lag of one output on one axis, its hysteresis without the lag, and the share of the mean width that the lag
+/// explains.
 pub(crate) fn figures(
     view: &AxisView<'_>,
     place: usize,

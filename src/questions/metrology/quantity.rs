@@ -1,4 +1,5 @@
-//! What the table has rows of: each quantity with its definition, its source, and what a free-running recording lacks.
+//! Rows of the metrology table: each quantity with its definition, its source, and the conditions that a free-running
+//! recording does not meet.
 
 use std::mem::discriminant;
 
@@ -13,25 +14,25 @@ pub enum Quantity {
     Hysteresis,
     /// Largest width of the mean loop of the full cycles.
     MeanLoopHysteresis,
-    /// Mean width of that loop.
+    /// Mean width of the mean loop.
     MeanWidth,
-    /// Rising branch against the line between its ends.
+    /// Deviation of the rising branch from the line between its ends.
     TerminalNonlinearity,
-    /// Rising branch against its best-fit line.
+    /// Deviation of the rising branch from its best-fit line.
     BestFitNonlinearity,
-    /// Both branches against the line between the ends of the rising one.
+    /// Deviation of both branches from the line between the ends of the rising branch.
     CombinedError,
     /// Spread of repeated branches of one recording.
     Repeatability,
-    /// Output at zero after a load less that before.
+    /// Output at zero after a load, minus the output before the load.
     ZeroReturn,
-    /// How late the output is behind the reference.
+    /// Delay of the output behind the reference.
     TimeLag,
-    /// Hysteresis with the output and the reference brought to one time.
+    /// Hysteresis after the time lag is removed.
     HysteresisWithoutLag,
-    /// Change of the output under a load that stands still.
+    /// Change of the output under a constant load.
     Creep,
-    /// Time constant of that change.
+    /// Time constant of the creep.
     CreepTime,
     /// Change of the output at zero after a load.
     CreepRecovery,
@@ -43,27 +44,27 @@ pub enum Quantity {
     Rmse,
     /// Largest error.
     LargestError,
-    /// What 95 % of the errors stay within.
+    /// Value within which 95 % of the errors lie.
     Error95,
 }
 
-/// What a row means, for whoever reads it in the window, in a file or in print.
+/// Definition of a row, for window, files and print.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Definition {
-    /// Short and stable, for programs.
+    /// Short, constant id for programs.
     pub id: String,
-    /// Short, for people.
+    /// Short name for people.
     pub name: String,
-    /// How it is computed.
+    /// Computation of the figure.
     pub definition: &'static str,
-    /// Whose definition it follows.
+    /// Source of the definition.
     pub source: &'static str,
-    /// Which conditions of that source a free-running recording does not meet; empty where there are none.
+    /// Conditions of the source that a free-running recording does not meet; may be empty.
     pub free_running: &'static str,
 }
 
 impl Definition {
-    /// How it is computed, whose definition that follows, and what a free-running recording does not meet: a sentence each.
+    /// Returns the computation, the source, and the unmet conditions, one sentence each.
     pub fn sentences(&self) -> Vec<String> {
         let mut sentences =
             vec![format!("{}.", self.definition), format!("Source: {}.", self.source)];
@@ -75,7 +76,7 @@ impl Definition {
 }
 
 impl Quantity {
-    /// All rows for these axes, in the order of the table.
+    /// Returns all rows for these axes, in the order of the table.
     pub fn all(axes: &[Axis]) -> Vec<Self> {
         let all = QUANTITIES.iter().flat_map(|(quantity, _)| match quantity {
             Self::Crosstalk(_) => axes.iter().copied().map(Self::Crosstalk).collect(),
@@ -87,7 +88,7 @@ impl Quantity {
         all.collect()
     }
 
-    /// The axis that is loaded while the others are read, for crosstalk.
+    /// Returns the loaded axis of a crosstalk row.
     pub fn crosstalk_from(self) -> Option<Axis> {
         match self {
             Self::Crosstalk(axis) | Self::CrosstalkDeviation(axis) => Some(axis),
@@ -95,7 +96,7 @@ impl Quantity {
         }
     }
 
-    /// What the row is called whichever axis is loaded; `None` where the definition's name says it.
+    /// Returns a name for any loaded axis; `None` if the definition's name is general.
     pub fn general_name(self) -> Option<&'static str> {
         match self {
             Self::Crosstalk(_) => Some("Crosstalk"),
@@ -104,12 +105,12 @@ impl Quantity {
         }
     }
 
-    /// Whether the figures are times in seconds rather than loads.
+    /// Returns true if the figures are times in seconds, not loads.
     pub fn is_time(self) -> bool {
         matches!(self, Self::CreepTime | Self::TimeLag)
     }
 
-    /// What the row means.
+    /// Returns the definition of the row.
     pub fn definition(self) -> Definition {
         let is_own = |(of, _): &&(Self, _)| discriminant(of) == discriminant(&self);
         let (_, texts) = QUANTITIES.iter().find(is_own).expect("every quantity has a row");
@@ -125,25 +126,20 @@ impl Quantity {
     }
 }
 
-const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time and everything else with nothing; here the others may \
-    carry up to 2 %, and what drift and hysteresis of the axis do along with the load counts too";
+const OTHERS_NEARLY_UNLOADED: &str = "a bench loads one axis at a time; here the other axes may carry up to 2 %, and drift and hysteresis of the axis during the load also count";
 
-const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here \
-    other axes may be loaded too, and what they add at equal load counts as width";
+const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as width";
 
-/// All quantities in the order of the table, crosstalk as from Fx, each with its id, name, definition, source, and what a free-running
-/// recording lacks.
+/// All quantities in the order of the table, each with id, name, definition, source, and the conditions that a free-running
+/// recording does not meet. Crosstalk is listed for Fx.
 const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
     (
         Quantity::Hysteresis,
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| output at equal load, in the one cycle (counted by rainflow) whose branches share the widest \
-        range of loads; branches, without the cycles on their way, averaged over hundredths of their range and compared at 101 \
-        loads",
-            "OIML R 60-1, 3.7 (difference at the same load, up from the least and down from the greatest); over full scale, as \
-        VDI/VDE 2638 refers errors to the nominal load",
+            "largest |falling − rising| output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads",
+            "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -152,10 +148,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_mean_loop",
             "Hysteresis, mean loop",
-            "largest |falling − rising| of the mean loop of all cycles that cover at least 80 % of the largest one's range, over the \
-        loads that all of them have; of three cycles or more, over more than half of all loads",
-            "as hysteresis; averaging over cycles is this program's, as it leaves what repeats and drops what other axes happened to \
-        do",
+            "largest |falling − rising| of the mean loop of all cycles that cover at least 80 % of the largest one's range, over the loads that all of them share; needs three cycles or more, and more than half of all loads",
+            "as hysteresis; averaging over cycles is added by this program, to keep the repeated part and to reduce effects of other axes",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -165,7 +159,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
             "mean |falling − rising| over the load range of the mean loop",
-            "as the mean loop; noise of single loads does not raise it as it raises the largest",
+            "as the mean loop; noise at single loads increases the largest width, but hardly the mean",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -174,11 +168,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "nonlinearity_terminal",
             "Nonlinearity, terminal line",
-            "largest deviation of the rising branch of the largest cycle from the straight line through its ends (the outer \
-        averages over hundredths of its range, carried on to the ends)",
+            "largest deviation of the rising branch of the largest cycle from the straight line through its ends (averages over the outer hundredths of its range, extrapolated to the ends)",
             "load-cell makers' glossaries: from no load to rated load, rising only",
-            "the branch goes from the least to the greatest load that was recorded, not from no load to rated load, and its start \
-        still carries hysteresis of what was before",
+            "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and its start contains hysteresis of earlier loads",
         ],
     ),
     (
@@ -186,8 +178,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "nonlinearity_best_fit",
             "Nonlinearity, best-fit line",
-            "largest deviation of the rising branch of the largest cycle from its least-squares line, every hundredth of its range \
-        counting alike",
+            "largest deviation of the rising branch of the largest cycle from its least-squares line, with equal weight for every hundredth of its range",
             "sensor makers' data sheets (best-fit straight line), rising only",
             "as for the terminal line",
         ],
@@ -207,11 +198,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "repeatability",
             "Repeatability",
-            "largest difference at equal load between branches that go the same way, of two or more cycles that follow each other and \
-        repeat: they turn at the same loads within 5 % of the largest cycle's range, and at equal load every other axis is \
-        loaded alike within 5 % of its full scale; the worst recording",
+            "largest difference at equal load between branches of the same direction, of two or more successive, repeated cycles: they turn at the same loads within 5 % of the largest cycle's range, and at equal load the loads of all other axes agree within 5 % of full scale; maximum over the recordings",
             "load-cell makers' glossaries: same load, same direction, same conditions",
-            "conditions are the same only as far as the recording repeats itself: the speed may differ from cycle to cycle",
+            "conditions may differ between cycles, for example the speed",
         ],
     ),
     (
@@ -219,11 +208,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "time_lag",
             "Time lag",
-            "how late the output is behind the reference, as a delay or as the time constant of a first-order low-pass, whichever leaves \
-             less over; by least squares on the late reference of all axes, its play operators of several radii, its squares and cubes, \
-             and slow creep. Assumed: one lag for all loads, hysteresis that does not depend on the rate, creep slower than three \
-             times the time in which the load moves by its own size",
-            "system identification; no standard asks for it",
+            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever has the smaller residual; by least squares on the delayed reference of all axes, its play operators of several radii, its squares and cubes, \
+             and slow creep. Assumptions: one lag for all loads, hysteresis that does not depend on the rate, creep slower than three times the time in which the load changes by its own size",
+            "system identification; no standard defines it",
             "the load must move at rates that differ by a factor of about two: at one rate, lag and hysteresis look alike",
         ],
     ),
@@ -232,10 +219,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference made as late as the \
-             output, by the same delay or low-pass; the gains of the output, and its crosstalk, fitted anew to that reference by \
-             least squares over these recordings. Given where the lag explains \
-             more than a tenth of the mean width",
+            "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference delayed like the output, by the same delay or low-pass; gains and crosstalk of the output are fitted again to this reference by least squares over these recordings. Given if the lag explains more than a tenth of the mean width",
             "as hysteresis",
             ONE_AXIS_AT_REST,
         ],
@@ -245,10 +229,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "zero_return",
             "Zero return",
-            "mean output − load over the first seconds at zero after the axis was loaded, less that over the last seconds at zero \
-        before (seconds: the shortest hold); the largest of the recordings, with its sign",
-            "OIML R 60-1, 2.1.5 (output at the least load after a load less that before)",
-            "the standard keeps the load on for 30 min; here it is as long as the recording has it",
+            "mean output − load over the first seconds at zero after the axis was loaded, minus that over the last seconds at zero before the load (seconds: the shortest dwell); the largest of all recordings, with its sign",
+            "OIML R 60-1, 2.1.5 (output at minimum load after a load, minus the output before)",
+            "the standard applies the load for 30 min; here the time depends on the recording",
         ],
     ),
     (
@@ -256,11 +239,10 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "creep",
             "Creep",
-            "change of output − load from the beginning to the end of the longest hold with the axis loaded, on a fitted first-order \
+            "change of output − load from the beginning to the end of the longest dwell with the axis loaded, on a fitted first-order \
         exponential, with its sign",
             "OIML R 60-1, 2.1.5 (change of the output under a constant load)",
-            "the standard holds 90 to 100 % of the greatest load for 30 min; here half of full scale is enough, and the hold is as \
-        long as the recording has it",
+            "the standard holds 90 to 100 % of the maximum load for 30 min; here half of full scale is enough, and the time depends on the recording",
         ],
     ),
     (
@@ -268,8 +250,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "creep_time_constant",
             "Creep, time constant",
-            "τ of output − load = a + b (1 − exp(−t / τ)), fitted over the hold that gives the creep",
-            "a first-order creep element; no standard asks for it",
+            "τ of output − load = a + b (1 − exp(−t / τ)), fitted over the dwell of the creep figure",
+            "a first-order creep element; no standard defines it",
             "",
         ],
     ),
@@ -278,10 +260,10 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "creep_recovery",
             "Creep recovery",
-            "change of output − load from the beginning to the end of the longest rest at zero after the axis was loaded, on a \
+            "change of output − load from the beginning to the end of the longest dwell at zero after the axis was loaded, on a \
         fitted first-order exponential, with its sign",
-            "load-cell makers' glossaries: change of zero after a load that was held is removed",
-            "the load need not have been held before it was removed",
+            "load-cell makers' glossaries: change of zero after a held load is removed",
+            "here the load may have been removed without a dwell",
         ],
     ),
     (
@@ -289,9 +271,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "crosstalk_from",
             "Crosstalk from Fx",
-            "what the axis reads, output − load, at full load of the other named axis alone: slope of a least-squares line, each \
-        recording with an offset of its own, times the full scale of the loaded axis; over the samples in which the others \
-        stay within 2 % of their full scale, where the loaded one reaches 50 % of its own or more (shares can be chosen)",
+            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis; over samples in which all other axes are within 2 % of full scale, if the loaded axis reaches 50 % of its own (both shares can be set)",
             "common practice for multi-axis sensors",
             OTHERS_NEARLY_UNLOADED,
         ],
@@ -301,10 +281,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "crosstalk_deviation_from",
             "Crosstalk from Fx, largest",
-            "largest systematic deviation of the axis while the other named axis alone is loaded: output − load less its value at no \
-        load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors counts as \
-        nothing",
-            "as crosstalk; with what is not linear in the load",
+            "largest systematic deviation of the axis while the named axis alone is loaded: output − load, minus its value at no load, averaged over tenths of the full scale of the loaded axis; an average within three standard errors counts as zero",
+            "as crosstalk, including its nonlinear part",
             OTHERS_NEARLY_UNLOADED,
         ],
     ),
@@ -313,8 +291,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "rmse",
             "RMSE",
-            "root of the mean squared output − load over all samples",
-            "statistics; no standard asks for it",
+            "root mean square of output − load over all samples",
+            "statistics; no standard defines it",
             "",
         ],
     ),
@@ -324,7 +302,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "largest_error",
             "Largest error",
             "largest |output − load| over all samples",
-            "statistics; no standard asks for it",
+            "statistics; no standard defines it",
             "",
         ],
     ),
@@ -333,9 +311,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "error_95",
             "95 % error",
-            "95 % of all samples have an |output − load| of at most this",
+            "|output − load| that 95 % of all samples do not exceed",
             "statistics; makers of multi-axis sensors state accuracy per axis in percent of full scale",
-            "neighbouring samples know of each other, so this is a share of time, not a confidence",
+            "neighbouring samples are correlated, so this is a share of time, not a confidence level",
         ],
     ),
 ];

@@ -37,7 +37,7 @@ pub enum Reason {
     TooFewLoads { axis: Axis, found: usize },
     #[error(
         "{} has {count} full cycle{} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
-         more than {} %. The largest cycle stands by itself",
+         more than {} %. Only the largest cycle is shown",
         .axis.symbol(), if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
@@ -54,12 +54,12 @@ pub enum Reason {
     #[error("{} has no full scale, as it is never loaded; enter one", .axis.symbol())]
     NoFullScale { axis: Axis },
     #[error(
-        "no {} s in which the load stands still with {} at {} % of full scale or above",
+        "no interval of {} s in which the load is constant with {} at {} % of full scale or above",
         short(*.secs), .axis.symbol(), short(100.0 * .share)
     )]
     NoHold { axis: Axis, share: f64, secs: f64 },
     #[error(
-        "no {} s in which the load dwells at zero (every axis within {} % of full scale)",
+        "no interval of {} s in which the load dwells at zero (every axis within {} % of full scale)",
         short(*.secs), short(100.0 * .share)
     )]
     NoZero { share: f64, secs: f64 },
@@ -73,9 +73,9 @@ pub enum Reason {
         .axis.symbol(), short(100.0 * .share)
     )]
     NoRecovery { axis: Axis, share: f64 },
-    #[error("the time lag of {} is not known: {reason}", .axis.symbol())]
+    #[error("the time lag of {} is unknown: {reason}", .axis.symbol())]
     NoLag { axis: Axis, reason: NoLag },
-    #[error("the time lag explains {:.0} % of the mean width of {}: hysteresis is as it stands above", 100.0 * .share, .axis.symbol())]
+    #[error("the time lag explains {:.0} % of the mean width of {}: hysteresis is that of the row above", 100.0 * .share, .axis.symbol())]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(transparent)]
     NoTimeConstant(#[from] NoTimeConstant),

@@ -9,12 +9,13 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
-/// | `dead_bands` | none | ≥ 0 | per axis, in its unit: a reversal counts beyond it; where `None`, from noise and range |
-/// | `hold_secs` | 5 s | > 0 | a load that stands still for this long is a hold |
-/// | `still_share` | 0.01 | 0 to 1 | standing still: each axis within this share of its full scale (or ten times its noise) |
-/// | `zero_share` | 0.01 | 0 to 1 | resting at zero: each axis within this share of its full scale from zero |
+/// | `dead_bands` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
+/// | `hold_secs` | 5 s | > 0 | shortest dwell |
+/// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale (or ten times its noise)
+/// |
+/// | `zero_share` | 0.01 | 0 to 1 | at zero each axis is within this share of its full scale from zero |
 /// | `loaded_share` | 0.5 | 0 to 1 | an axis counts as loaded from this share of its full scale |
-/// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone while all others stay within this share of theirs |
+/// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone if all others are within this share of their full scales |
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MetrologySettings {

@@ -12,13 +12,13 @@ use crate::scoring::numbers::significant;
 
 type Output = fn(&metrology::Cell) -> &Figure;
 
-/// What is measured, and where its figures are.
+/// The loads and their outputs.
 const OUTPUTS: [(Trace, Output); 2] = [
     (Trace::Conventional, |cell| &cell.conventional),
     (Trace::Compensated, |cell| &cell.compensated),
 ];
 
-/// The figures of the axis at this place, one row each, but those of crosstalk.
+/// Returns the figures of the axis at this index, one row each, without crosstalk.
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
     let title = format!(
@@ -68,7 +68,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
         let basis = OUTPUTS.iter().find_map(|(_, output)| output(cell).as_ref().ok()?.basis);
         basis.map_or_else(String::new, |basis| cycles(&basis))
     })
-    .about("How many cycles the figure rests on, and which share of all loads they have in common")
+    .about("Number of cycles of the figure, and their common share of all loads")
     .columns(
         OUTPUTS,
         |(trace, _)| {
@@ -84,13 +84,13 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     .table(title, "")
 }
 
-/// How many, and over how much.
+/// Returns the number of cycles and their share of the loads, as text.
 fn cycles(basis: &Basis) -> String {
     let share = significant(100.0 * basis.range_share, 2);
     format!("{} over {share} %", basis.n_cycles)
 }
 
-/// A figure in the unit of its cell, or in percent of full scale.
+/// Returns the cell of a figure, in its unit or in percent of full scale.
 fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: Shown) -> Cell {
     let is_time = cell.unit == "s";
     let shown = match value.percent_fs {
@@ -106,7 +106,7 @@ fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: S
     }
 }
 
-/// A figure with all that is known of it.
+/// Returns the hover text of a figure.
 fn told(cell: &metrology::Cell, value: &Value) -> String {
     let mut about = format!("{} {}", significant(value.value, 4), cell.unit);
     if let Some(percent) = value.percent_fs {
@@ -130,12 +130,12 @@ fn missing(reason: &Reason) -> Cell {
     Cell::missing(reason.word(), reason.to_string())
 }
 
-/// A row's name, with what it means.
+/// Returns the cell of a row's name with its definition.
 fn defined(row: &Row, name: String) -> Cell {
     Cell::words(name).about(row.definition.sentences().join("\n"))
 }
 
-/// All axes beside each other.
+/// Returns the figures of all axes side by side.
 pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     let title = match shown {
         Shown::PercentFs => "% of full scale",
@@ -148,7 +148,7 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     Table::beside(title, tables)
 }
 
-/// Two rows per loaded axis, one column per axis that reads it; or one row with the reason why there is nothing to read.
+/// Returns two rows per loaded axis, with one column per axis that reads it; or one row with the reason for missing figures.
 /// `None` for a single axis.
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
@@ -179,7 +179,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
                 let cell = &row.cells[*at];
                 match output.and_then(|(_, output)| output(cell).as_ref()) {
                     Ok(value) => figure_cell(cell, value, true, Shown::PercentFs),
-                    // That the loaded axis is the loaded one is no news.
+                    // The column of the loaded axis itself stays empty without a reason.
                     Err(reason @ Reason::LoadedAxis { .. }) => {
                         Cell::words(reason.word()).about(reason.to_string())
                     }
@@ -191,7 +191,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     (axes.len() > 1).then_some(table)
 }
 
-/// Why no axis but the loaded one has a figure, if it is the same for all.
+/// Returns the reason for missing figures, if it is the same for all axes except the loaded one.
 fn shared_reason(row: &Row) -> Option<&Reason> {
     let figures = row.cells.iter().flat_map(|cell| [&cell.conventional, &cell.compensated]);
     let mut others = figures.filter(|figure| !matches!(figure, Err(Reason::LoadedAxis { .. })));
@@ -199,8 +199,8 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
     others.all(|other| other.as_ref().err() == Some(reason)).then_some(reason)
 }
 
-/// One row per quantity and axis, for a file: conventional beside compensated, each in the axis' unit and in % of full
-/// scale, with where it comes from, or with the reason why there is no figure; then what the quantity means.
+/// Returns one row per quantity and axis, for a file: conventional beside compensated, in the axis' unit and in % of full
+/// scale, with the place of the figure or the reason why it is missing; then the definition of the quantity.
 ///
 /// Full scale and dead band are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {
@@ -267,7 +267,7 @@ mod tests {
     use crate::questions::metrology::tests::table_of;
     use crate::recording::Axis;
 
-    /// Fx of 10 N full scale and Mx of none; Conv. is 1 off and Comp. 0.5, everywhere.
+    /// Fx with 10 N full scale and Mx without one. The error is 1 for Uncompensated and 0.5 for Compensated at all samples.
     fn measured() -> Metrology {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();
         let loads =

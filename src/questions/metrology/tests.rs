@@ -1,4 +1,4 @@
-//! Known answers for every row, and a sentence wherever there is none.
+//! Known values for every row, and the reason for every missing figure.
 
 use crate::questions::metrology::*;
 use crate::recording::Axis;
@@ -7,7 +7,7 @@ use crate::recording::simulated::{LAG_SECS, Late, PLAY_NEWTONS};
 use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::loops::LoadExtent;
 
-/// Times at 20 Hz, a load, and two outputs of it, for one axis.
+/// Times at 20 Hz, the load of one axis, and two outputs.
 struct One {
     times: Vec<f64>,
     load: Vec<f64>,
@@ -48,7 +48,7 @@ pub(crate) fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> M
     table(runs, axes, full_scale, &MetrologySettings::default()).unwrap()
 }
 
-/// The table by rules that come from these runs alone.
+/// The table with rules from these runs alone.
 fn table(
     runs: &[Run<'_>],
     axes: &[Axis],
@@ -100,7 +100,7 @@ fn assert_near(actual: f64, expected: f64, share: f64) {
     assert!(off < share, "{actual} is not {expected}");
 }
 
-/// Straight from one corner to the next, in so many steps each.
+/// Straight lines between the corners, each in this number of steps.
 fn path(corners: &[f64], steps: usize) -> Vec<f64> {
     let legs = corners.windows(2);
     let moving = legs
@@ -108,7 +108,7 @@ fn path(corners: &[f64], steps: usize) -> Vec<f64> {
     moving.chain(corners.last().copied()).collect()
 }
 
-/// Follows the load only when pushed, starting pushed downwards.
+/// Output of a play operator that starts at its lower end.
 fn play(load: &[f64], radius: f64) -> Vec<f64> {
     let mut state = load[0] + radius;
     let follow = |&load: &f64| {
@@ -118,7 +118,7 @@ fn play(load: &[f64], radius: f64) -> Vec<f64> {
     load.iter().map(follow).collect()
 }
 
-/// A play operator of radius 0.3 lags 0.6 between its branches: 6 % of 10. What lags not has no width.
+/// A play operator of radius 0.3 has a width of 0.6: 6 % of 10. The compensated load has no hysteresis and no width.
 #[test]
 fn hysteresis_of_a_play_operator_is_twice_its_radius() {
     let load = path(&[-10.0, 10.0, -10.0, 10.0, -10.0, 10.0, -10.0], 1000);
@@ -148,8 +148,8 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
     }
 }
 
-/// `c x (1 − x)` over 0..1 is c/4 above the line between its ends, and its best-fit line, at c/6, is farthest from the
-/// ends, by c/6. On the way back `2 c x (1 − x)`, so the combined error is c/2.
+/// `c x (1 − x)` over 0..1 is c/4 above the line between its ends. Its best-fit line, at c/6, has its largest deviation c/6
+/// at the ends. The falling branch is `2 c x (1 − x)`, so the combined error is c/2.
 #[test]
 fn nonlinearity_of_a_parabola_is_known() {
     let load = path(&[0.0, 1.0, 0.0], 5000);
@@ -179,7 +179,7 @@ fn repeatability_is_the_spread_of_cycles_at_equal_load() {
     assert!(value(&cell.compensated) < 1e-9);
 }
 
-/// 10 s at zero, up, 120 s at 10, down, 80 s at zero.
+/// 10 s at zero, a rise, 120 s at 10, a fall, 80 s at zero.
 fn held() -> Vec<f64> {
     let still = |value: f64, secs: usize| vec![value; 20 * secs];
     [
@@ -192,7 +192,7 @@ fn held() -> Vec<f64> {
     .concat()
 }
 
-/// The load plus 3 % of its first-order low-pass: creep in a sensor of one time constant.
+/// The load plus 3 % of its first-order low-pass: creep with one time constant.
 fn crept(load: &[f64], tau_secs: f64) -> Vec<f64> {
     let share = -(-1.0 / (20.0 * tau_secs)).exp_m1();
     let mut slow = 0.0;
@@ -203,7 +203,7 @@ fn crept(load: &[f64], tau_secs: f64) -> Vec<f64> {
     load.iter().map(creep).collect()
 }
 
-/// A ramp of T to x leaves the element at `x (1 − τ/T (1 − exp(−T/τ)))`; in the hold of 6 τ it goes on towards x.
+/// A ramp of duration T to x takes the element to `x (1 − τ/T (1 − exp(−T/τ)))`; in the dwell of 6 τ it approaches x.
 #[test]
 fn creep_of_a_first_order_element_is_known() {
     let load = held();
@@ -241,7 +241,7 @@ fn rests_are_found_with_their_levels() {
     assert_near(found[1].place.to_secs - found[1].place.from_secs, 120.0, 1e-3);
 }
 
-/// The zero is 0.2 higher from the middle of the hold on.
+/// The zero is 0.2 higher from the middle of the dwell on.
 #[test]
 fn zero_return_is_what_the_zero_has_moved_by() {
     let load = held();
@@ -270,7 +270,7 @@ fn error_figures_of_known_errors() {
     assert_eq!(largest.place.unwrap().samples, 99..100);
 }
 
-/// Fx alone to 10 adds 0.02 of itself to Fy; Fy is never alone.
+/// Fx alone up to 10 adds 0.02 of itself to Fy; Fy is never loaded alone.
 #[test]
 fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
     let alone = path(&[0.0, 10.0, 0.0], 100);
@@ -402,8 +402,8 @@ fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
     assert_eq!(reason(&table, Quantity::Creep), Reason::NoFullScale { axis: Axis::Fz });
 }
 
-/// Up, down by 3 and up again on the way, and down: behind a small dead band the 3 are a cycle of their own, and the large
-/// one is the same.
+/// The load rises, falls by 3, rises again, and falls. With a small dead band, the fall by 3 is a separate cycle, and the
+/// large cycle is unchanged.
 #[test]
 fn a_chosen_dead_band_decides_how_small_a_cycle_is_counted() {
     let load = path(&[0.0, 10.0, 7.0, 10.0, 0.0], 100);
@@ -418,15 +418,15 @@ fn a_chosen_dead_band_decides_how_small_a_cycle_is_counted() {
     }
 }
 
-/// Numbers in ±1 that look random and are the same every time.
+/// Reproducible pseudo-random numbers in ±1.
 fn uniform(k: usize) -> f64 {
     let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Two axes, one loaded after the other; the outputs are the loads with noise of so much of full scale, Fy reading `onto` of
-/// Fx and its square besides.
+/// Two axes, loaded one after the other. The outputs are the loads plus noise (share of full scale); Fy also reads Fx and its
+/// square times `onto`.
 fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     let ramp = path(&[0.0, 10.0, 0.0, -10.0, 0.0], 200);
     let loads = (ramp.iter().map(|x| [*x, 0.0])).chain(ramp.iter().map(|x| [0.0, *x]));
@@ -451,7 +451,7 @@ fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     table_of(&[run], &[Axis::Fx, Axis::Fy], &[10.0, 10.0])
 }
 
-/// With noise of 0.03 % of full scale the largest error of a sensor without crosstalk is about 0.09 %.
+/// With noise of 0.03 % of full scale, the largest error of a sensor without crosstalk is about 0.09 %.
 #[test]
 fn noise_and_offset_are_no_crosstalk() {
     let table = bench(3e-4, [0.0; 2]);
@@ -466,8 +466,8 @@ fn noise_and_offset_are_no_crosstalk() {
     }
 }
 
-/// `0.01 x` is 0.1 at full load; with `0.02 x² / 10` the mean over the outermost tenth is about `0.095 + 0.18`, less what
-/// the square adds to the line's offset, a third of its 0.2.
+/// `0.01 x` is 0.1 at full load. With `0.02 x² / 10` the mean over the outermost tenth is about `0.095 + 0.18`, minus the
+/// effect of the square on the line's offset, a third of 0.2.
 #[test]
 fn crosstalk_that_is_not_linear_shows_in_the_largest_deviation() {
     let table = bench(3e-4, [0.01, 0.02]);
@@ -480,7 +480,7 @@ fn crosstalk_that_is_not_linear_shows_in_the_largest_deviation() {
     assert!((0.2..0.3).contains(&largest), "{largest}");
 }
 
-/// Other turning points in each cycle, or another axis that goes its own way: nothing is repeated.
+/// With other turning points in each cycle, or an independent load on another axis, no cycle is repeated.
 #[test]
 fn repeatability_is_only_of_cycles_that_repeat() {
     let free = path(&[0.0, 10.0, 1.5, 8.5, -1.0, 9.5, 0.5], 100);
@@ -488,14 +488,14 @@ fn repeatability_is_only_of_cycles_that_repeat() {
     let axis = Axis::Fz;
     assert_eq!(reason(&table, Quantity::Repeatability), Reason::NotRepeated { axis });
 
-    // A rest and a way to the first turn belong to no cycle that repeats, whatever the output does there.
+    // A dwell and the path to the first turn belong to no repeated cycle.
     let late = path(&[0.0, 5.0, -5.0, 5.0, -5.0, 5.0, -5.0, 0.0], 100);
     let off = |(k, load): (usize, &f64)| if k < 100 { load + 3.0 } else { *load };
     let output = late.iter().enumerate().map(off).collect();
     let table = One::new(late, output).table(5.0);
     let found = fz(&table, Quantity::Repeatability).conventional.clone().unwrap();
     assert!(found.value < 1e-9, "{found:?}");
-    // Small cycles are alike by chance.
+    // Small cycles may be similar by chance.
     let small = path(&[0.0, 10.0, 2.0, 8.0, 2.0, 8.0, 2.0, 8.0, 0.0], 100);
     let table = One::new(small.clone(), small).table(10.0);
     assert_eq!(reason(&table, Quantity::Repeatability), Reason::NotRepeated { axis });
@@ -532,7 +532,7 @@ fn what_does_not_fit_together_is_refused() {
     assert!(matches!(refused, Err(MetrologyError::Shape { expected: 10, actual: 9, .. })));
 }
 
-/// A low-pass of 30 ms is a lag and no hysteresis; play is hysteresis and no lag.
+/// A low-pass of 30 ms is a lag without hysteresis; play is hysteresis without lag.
 #[test]
 fn a_lag_and_hysteresis_have_rows_of_their_own() {
     for (late, tau) in [(Late::Lag, LAG_SECS), (Late::Both, LAG_SECS), (Late::Hysteresis, 0.0)] {

@@ -1,4 +1,4 @@
-//! What compensation makes better and worse, figure by figure and axis by axis.
+//! Improvement and deterioration by compensation, for each figure and axis.
 
 use crate::calibration::Quality;
 use crate::questions::metrology::figures::Metrology;
@@ -6,7 +6,7 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::recording::Axis;
 use crate::scoring::metrics::percent_change;
 
-/// The figures of the metrology table that count in the verdict.
+/// Figures of the metrology table that the verdict contains.
 const COUNTED: [Quantity; 5] = [
     Quantity::LargestError,
     Quantity::Hysteresis,
@@ -20,11 +20,11 @@ const COUNTED: [Quantity; 5] = [
 pub struct VerdictFigure {
     /// Short name.
     pub name: String,
-    /// Definition, and the samples that it is taken from.
+    /// Definition of the figure and its samples.
     pub about: String,
-    /// Whether it is an RMSE, which the table of errors shows; the metrology table shows the others.
+    /// True for an RMSE, which is in the table of errors; other figures are in the metrology table.
     pub is_rmse: bool,
-    /// Magnitudes per axis, uncompensated and compensated; `None` where the samples give none.
+    /// Magnitudes per axis, uncompensated and compensated; `None` if the samples do not determine them.
     pub of_axes: Vec<Option<[f64; 2]>>,
 }
 
@@ -38,7 +38,7 @@ impl VerdictFigure {
     }
 }
 
-/// What compensation changes.
+/// Changes by compensation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The axes.
@@ -48,8 +48,8 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Compares both calibrations by their RMSE on held-out samples (without these on test samples, then on training samples) and by
-    /// the metrology table.
+    /// Compares both calibrations by the metrology table and by their RMSE on held-out samples, else on test samples, else on
+    /// training samples.
     pub fn of(quality: &Quality, metrology: &Metrology) -> Self {
         let both = [&quality.conventional, &quality.compensated];
         let sets: [(&str, [Option<&Vec<f64>>; 2]); 3] = [
@@ -95,7 +95,7 @@ mod tests {
     use crate::questions::metrology::figures::Run;
     use crate::questions::metrology::tests::table_of;
 
-    /// The compensated load is half as far off, but for one sample that is far off.
+    /// The error of the compensated load is halved, except for one sample with a large error.
     #[test]
     fn a_lower_rmse_hides_no_larger_error() {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();

@@ -55,23 +55,32 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            let pieces = training.into_iter().map(|(entry, group)| {
-                let part = numbers.binary_search(&group).unwrap_or_default();
-                let fold = match is_one_run {
-                    true => part * n_folds / n_groups,
-                    false => fit_without(part, n_groups),
-                };
-                Piece { fold, part, entry }
-            });
-            let pieces: Vec<Piece> = pieces.collect();
+            // The presses of one file are no groups: one press alone says little.
+            let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
+            let pieces: Vec<Piece> = (training.into_iter())
+                .map(|(entry, group)| {
+                    let group = numbers.binary_search(&group).unwrap_or_default();
+                    let fold = match is_one_run {
+                        true => group * n_folds / n_groups,
+                        false => fit_without(group, n_groups),
+                    };
+                    Piece { fold, part: if is_coarse { fold } else { group }, entry }
+                })
+                .collect();
             let what = CrossValidation { by: groups.by, groups: n_groups, parts: n_folds };
             let name = |part: usize| {
-                let own = pieces.iter().find(|piece| piece.part == part);
-                let own = own.map(|own| &own.entry);
-                let group = own.and_then(|own| own.group.as_deref());
-                group.or(own.map(|own| own.recording.name())).unwrap_or_default().to_owned()
+                let mut own = pieces.iter().filter(|piece| piece.part == part).map(|piece| {
+                    let group = piece.entry.group.as_deref();
+                    group.unwrap_or(piece.entry.recording.name())
+                });
+                let first = own.next().unwrap_or_default();
+                match own.next_back().filter(|last| *last != first) {
+                    Some(last) => format!("{first} to {last}"),
+                    None => first.to_owned(),
+                }
             };
-            let parts = (0..n_groups).map(name).collect();
+            let n_parts = if is_coarse { n_folds } else { n_groups };
+            let parts = (0..n_parts).map(name).collect();
             (pieces, parts, what)
         } else {
             let segments = |(entry, _): (Entry, usize)| {
@@ -133,7 +142,7 @@ fn collected(entries: impl Iterator<Item = Entry>) -> RecordingSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::simulated;
+    use crate::recording::{Recording, Source, simulated};
 
     fn of_lengths(n: usize) -> RecordingSet {
         let mut set = RecordingSet::default();
@@ -183,6 +192,32 @@ mod tests {
         };
         assert!(last(Role::Train) < last(Role::Test));
         assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
+    }
+
+    /// Twelve presses of one file are judged in five parts, those of twelve files each by itself.
+    #[test]
+    fn presses_of_one_file_are_no_groups() {
+        let all = simulated::recordings(1);
+        let parts = |file: &dyn Fn(usize) -> String| {
+            let mut set = RecordingSet::default();
+            for at in 0..12 {
+                let own = all.entries()[at].recording.decimated(20);
+                let own = Recording::new(
+                    format!("press #{}", at + 1),
+                    Source::File(file(at).into()),
+                    own.times().to_vec(),
+                    own.gauge_names().to_vec(),
+                    own.gauges().to_vec(),
+                    own.axes().to_vec(),
+                    own.loads().to_vec(),
+                );
+                set.push(Entry::new(own.unwrap(), Role::Train)).unwrap();
+            }
+            NestedFolds::of(&set).unwrap().parts
+        };
+        let of_one = parts(&|_| "/a.csv".to_owned());
+        assert_eq!((of_one.len(), &*of_one[0]), (5, "press #1 to press #3"));
+        assert_eq!(parts(&|at| format!("/{at}.csv")).len(), 12);
     }
 
     /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.

@@ -1,10 +1,12 @@
 //! What learns, fitted to all training recordings: networks and kernels, alone or behind least squares.
 //!
-//! Guarantees: features are made again in each pass, only a network's samples are kept (in single precision, since it draws
-//! them in a new order every epoch).
+//! Guarantees: features are made once where a kernel's rows are few, and again in each pass where they are many. A network's
+//! samples are kept in single precision, since it draws them in a new order every epoch.
 
 use std::sync::Arc;
 use std::time::Duration;
+
+use rayon::prelude::*;
 
 use crate::calibration::kernel::{Kernel, LinearStage, RowBlock, Rows, TakeRows};
 use crate::calibration::network::{Network, Samples};
@@ -27,6 +29,8 @@ const HELD_OUT: usize = 10;
 const FEWEST_GROUPS: usize = 3;
 /// A kernel's strengths are chosen on no more parts than this.
 const MAX_PARTS: usize = 10;
+/// Maximum number of values in a kernel's rows that are kept between passes: 64 MB.
+const MOST_KEPT: usize = 8_000_000;
 /// Rows that are made before they are passed on.
 const BLOCK: usize = 128;
 /// Standard deviations on each side of the load that its band reaches.
@@ -156,7 +160,10 @@ pub(crate) fn fit_all(
         rows.holds_out = settings.network.early_stopping;
         calibration.learned = Some(match learner {
             Learner::Kernel => {
-                let found = Kernel::fit(&rows, &settings.kernel, progress);
+                let found = match rows.kept() {
+                    Some(kept) => Kernel::fit(&kept, &settings.kernel, progress),
+                    None => Kernel::fit(&rows, &settings.kernel, progress),
+                };
                 let found = found.map_err(LearnedError::from)?;
                 calibration.quality.kernel_ridge_edge = found.edge;
                 Learned::Kernel(found.kernel)
@@ -252,6 +259,23 @@ impl<'a> TrainingRows<'a> {
         (0..self.runs.len()).map(|run| self.n_samples(run)).sum()
     }
 
+    /// Returns the rows with features that are made once; `None` if that takes too much memory.
+    fn kept(&self) -> Option<KeptRows<'_>> {
+        let (n_inputs, n_axes) = self.widths();
+        let n_linear = self.linear_stage().map_or(0, |stage| stage.kinds.len());
+        let width = n_inputs + n_linear + n_axes;
+        (self.n_samples_in_all() * width <= MOST_KEPT).then(|| {
+            let run = |run| {
+                let mut blocks = Vec::new();
+                self.pass(run, &mut |RowBlock { fold, inputs, linear, targets }| {
+                    blocks.push((fold, [inputs, linear, targets].map(<[f64]>::to_vec)));
+                });
+                blocks
+            };
+            KeptRows { rows: self, runs: (0..self.runs.len()).into_par_iter().map(run).collect() }
+        })
+    }
+
     /// Whether a network does not learn from sample `at` (over all) of a run, so that it can say when it was best: whole
     /// groups of recordings, or with few of them the last tenth of all samples.
     fn is_held_out(&self, run: usize, at: usize) -> bool {
@@ -343,11 +367,12 @@ impl Rows for TrainingRows<'_> {
         let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = vec![0.0; self.n_axes];
         for piece in *pieces {
-            for start in piece.samples.clone().step_by(BLOCK) {
+            let length = BLOCK * self.step;
+            for start in piece.samples.clone().step_by(length) {
                 inputs.clear();
                 linear.clear();
                 targets.clear();
-                for k in start..(start + BLOCK).min(piece.samples.end) {
+                for k in start..(start + length).min(piece.samples.end) {
                     from.raw_row(&mut stream, |at| past[at][k], k, &mut raw);
                     if k % self.step != 0 {
                         continue;
@@ -375,6 +400,37 @@ impl Rows for TrainingRows<'_> {
                     });
                 }
             }
+        }
+    }
+}
+
+/// Training rows with features that are made once.
+struct KeptRows<'a> {
+    rows: &'a TrainingRows<'a>,
+    /// For each run its blocks: fold; inputs, columns of the linear stage, and targets.
+    runs: Vec<Vec<(usize, [Vec<f64>; 3])>>,
+}
+
+impl Rows for KeptRows<'_> {
+    fn n_runs(&self) -> usize {
+        self.rows.n_runs()
+    }
+
+    fn n_samples(&self, run: usize) -> usize {
+        self.rows.n_samples(run)
+    }
+
+    fn widths(&self) -> (usize, usize) {
+        self.rows.widths()
+    }
+
+    fn linear_stage(&self) -> Option<&LinearStage> {
+        self.rows.linear_stage()
+    }
+
+    fn pass(&self, run: usize, take: TakeRows<'_>) {
+        for (fold, [inputs, linear, targets]) in &self.runs[run] {
+            take(RowBlock { fold: *fold, inputs, linear, targets });
         }
     }
 }

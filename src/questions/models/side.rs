@@ -20,9 +20,11 @@ use crate::recording::{RecordingSet, Role};
 const GRID: usize = 12;
 /// Values of a block that are spread over what the recordings can show.
 const SPREAD: usize = 6;
-/// Lags of every sample, and columns that they make.
+/// Maximum number of lags of every sample, and of columns that they make.
 const MOST_LAGS: usize = 160;
 const MOST_LAG_COLUMNS: usize = 200;
+/// Maximum number of products that the sums of these columns take in each fold.
+const MOST_LAG_WORK: usize = 400_000_000;
 /// How a gauge may follow auxiliary channels (s): at once, and more and more slowly.
 const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
 /// A lag must bring the squared error below this share of that without one.
@@ -203,8 +205,9 @@ impl Side {
         let shortest =
             training.map(|own| own.recording.duration_secs()).fold(f64::INFINITY, f64::min);
         let n_gauges = self.recordings.layout().gauge_names.len();
-        let n =
-            MOST_LAGS.min(MOST_LAG_COLUMNS / n_gauges.max(1)).min((0.1 * shortest / step) as usize);
+        let n_samples = self.recordings.n_samples(Role::Train) / self.settings.decimation;
+        let columns = MOST_LAG_COLUMNS.min((MOST_LAG_WORK / n_samples.max(1)).isqrt());
+        let n = MOST_LAGS.min(columns / n_gauges.max(1)).min((0.1 * shortest / step) as usize);
         (1..=n).map(|lag| significant_secs(lag as f64 * step)).collect()
     }
 

@@ -160,7 +160,7 @@ impl Mark {
 }
 
 /// The name of the column that tells models apart best.
-pub const RELATIVE: &str = "of Conv.";
+pub const RELATIVE: &str = "relative RMSE";
 
 /// A row of the table of models.
 pub struct ModelRow<'a> {

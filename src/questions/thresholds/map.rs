@@ -55,8 +55,8 @@ impl ScoreSet {
             }
             Self::LeftOut => {
                 "Each group of training recordings scored by a fit to the others; with \
-                 fewer than three recordings, five contiguous blocks of them take turns: choose by this one. The look-back's trigger \
-                 stays the conventional calibration of all"
+                 fewer than three recordings, five contiguous blocks are left out in turn. Choose by these errors. The look-back always \
+                 uses the conventional calibration of all training recordings"
             }
         }
     }

@@ -1,16 +1,15 @@
-//! Choosing thresholds: the errors at every pair of F_th and t_th, and which pair the left-out recordings favour.
+//! Choice of thresholds: the errors at every pair of F_th and t_th, and the pair with the lowest held-out error.
 //!
-//! | part | file |
+//! | contents | type |
 //! |---|---|
-//! | which pairs, and in which order | [`ThresholdGrid`] |
+//! | pairs to try, and their order | [`ThresholdGrid`] |
 //! | all scores of one F_th over every t_th, from sums | [`Scorer`](scorer::Scorer) |
-//! | what is shown of six axes: one number | [`Measure`] |
-//! | the errors over both thresholds, and the curves in them | [`ThresholdMap`] |
-//! | the pair to take, and how flat the choice is | [`Suggestion`] |
-//! | what a pair does to the samples | [`PastAges`] |
-//!
-//! Guarantees: every number is that of a fresh fit at that pair, up to rounding; where the past never differs, it is that
-//! of the conventional calibration exactly. Test recordings are scored, and take no part in a suggestion.
+//! | one number for the errors of six axes | [`Measure`] |
+//! | errors over both thresholds, and curves through them | [`ThresholdMap`] |
+//! | proposed pair, and the range of equally good pairs | [`Suggestion`] |
+//! | effect of a pair on the samples | [`PastAges`] |
+//! Guarantees: every number equals that of a new fit at its pair, up to rounding. If no past sample differs, it is exactly
+//! that of the conventional calibration. Test recordings are scored, but do not influence a proposal.
 
 pub mod asked;
 mod grid;

@@ -141,7 +141,7 @@ mod tests {
     use crate::questions::thresholds::measure::MeasureScale;
     use crate::recording::Axis;
 
-    /// A point with these mean squared errors on four parts of ten samples.
+    /// Returns a point with these mean squared errors on four parts of ten samples.
     fn point(mean_squares: [f64; 4]) -> PointScores {
         let mean = mean_squares.iter().sum::<f64>() / 4.0;
         PointScores {
@@ -165,7 +165,7 @@ mod tests {
         map
     }
 
-    /// Forty rows of about 2 N, of which one finds hardly any past sample.
+    /// Forty rows of about 2 N, one of which finds hardly any past sample.
     #[test]
     fn one_bad_pair_does_not_take_all_colours() {
         let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();
@@ -174,14 +174,14 @@ mod tests {
         let (low, high) = of(&rows).unwrap();
         assert_eq!(low, 2.0);
         assert!((2.05..2.1).contains(&high), "{high}");
-        // Where all but it are alike, it is what there is to see.
+        // If all other pairs are equal, the different one must be visible.
         let mut rows = vec![[4.0; 4]; 40];
         rows[39] = [900.0; 4];
         assert_eq!(of(&rows), Some((2.0, 30.0)));
     }
 
-    /// Row 3 is best. Row 2 loses and wins by turns: mean +0.05, far less than its standard error. Row 4 is worse by 0.1 on
-    /// every part, with no spread at all; row 5 would be flat again, but beyond row 4. Row 1 is far.
+    /// Row 3 is best. Row 2 alternates between better and worse: mean +0.05, far below its standard error. Row 4 is worse by
+    /// 0.1 on every part, without spread. Row 5 would be as good, but is beyond row 4. Row 1 is much worse.
     #[test]
     fn the_range_holds_neighbours_whose_excess_may_be_luck() {
         let map = map(&[

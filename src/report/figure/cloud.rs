@@ -1,26 +1,26 @@
-//! Densities as pictures: colour by how often, whatever lies there told apart by its hue.
+//! Densities as images: the hue shows the curve, its strength the number of samples.
 
 use std::io;
 use std::sync::Arc;
 
 use crate::scoring::loops::{Density, Frame};
 
-/// How strong a cell is that a path only passes, and one with the fewest samples.
+/// Opacity of a cell that a path only crosses, and of a cell with the fewest samples.
 const WEAKEST: (f32, f32) = (0.2, 0.35);
 
-/// How densely paths lie, in a colour.
+/// Density of paths, in one colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cloud {
-    /// How densely.
+    /// The density.
     pub density: Arc<Density>,
     /// Red, green, blue.
     pub color: [u8; 3],
 }
 
-/// A picture of clouds over one frame.
+/// Image of clouds over one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CloudPicture {
-    /// What it covers.
+    /// Range that the image covers.
     pub frame: Frame,
     /// Width and height in pixels.
     pub size: [usize; 2],
@@ -29,8 +29,8 @@ pub struct CloudPicture {
 }
 
 impl CloudPicture {
-    /// Pictures of these clouds, one for all that cover the same frame in the same cells; `cells_per_pixel` across and up
-    /// make one pixel. Where clouds overlap, their colours are mixed by how dense each is.
+    /// Returns images of these clouds, one for all clouds with the same frame and cells. One pixel covers `cells_per_pixel`
+    /// cells across and up. Where clouds overlap, their colours are mixed by density.
     pub fn of(clouds: &[Cloud], cells_per_pixel: usize) -> Vec<Self> {
         let mut groups: Vec<Vec<&Cloud>> = Vec::new();
         for cloud in clouds {
@@ -80,10 +80,10 @@ impl CloudPicture {
         Self { frame, size, rgba }
     }
 
-    /// As the content of a PNG file.
+    /// Returns the contents of a PNG file.
     ///
     /// # Errors
-    /// As the encoder, where the picture is empty.
+    /// The error of the encoder if the image is empty.
     pub fn png(&self) -> io::Result<Vec<u8>> {
         let mut file = Vec::new();
         let [width, height] = self.size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
@@ -99,7 +99,7 @@ impl CloudPicture {
     }
 }
 
-/// In letters and digits (RFC 4648, section 4).
+/// Returns the bytes in base64 (RFC 4648, section 4).
 pub(crate) fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
@@ -128,7 +128,7 @@ mod tests {
         }
     }
 
-    /// Eight by four cells: one path along the lowest row, another with most of its samples above on the right.
+    /// Eight by four cells: one path along the lowest row, another with most of its samples at the upper right.
     #[test]
     fn what_was_measured_is_in_the_picture_and_nothing_else() {
         let low = cloud(&[[0.1, 0.1], [3.9, 0.1]], [200, 0, 0]);

@@ -1,4 +1,4 @@
-//! Colours that eyes of every kind can tell apart, the same in files and in the window. All are red, green, blue.
+//! Colours that can be told apart with any colour vision, the same in files and in the window. All are red, green, blue.
 
 // Okabe and Ito (2008).
 /// Blue.
@@ -8,28 +8,29 @@ pub const PURPLE: [u8; 3] = [204, 121, 167];
 /// A light blue.
 pub const SKY: [u8; 3] = [86, 180, 233];
 
-/// Calc. on a light ground.
+/// Reference on a light background.
 pub const CALCULATED: [u8; 3] = [60, 60, 60];
-/// Conv. on a light ground.
+/// Uncompensated on a light background.
 pub const CONVENTIONAL: [u8; 3] = [184, 78, 0];
-/// Comp. on a light ground.
+/// Compensated on a light background.
 pub const COMPENSATED: [u8; 3] = BLUE;
-/// The look-back, and raw gauges, on a light ground.
+/// Look-back and raw gauges on a light background.
 pub const LOOK_BACK: [u8; 3] = [0, 120, 90];
-/// What stands behind the lines on a light ground.
+/// Guide lines on a light background.
 pub const GUIDE: [u8; 3] = [100, 100, 100];
-/// Factory on a light ground.
+/// Factory on a light background.
 pub const FACTORY: [u8; 3] = [160, 70, 120];
 
-/// Scores of every kind on a light ground: colours tell loads apart, so these go by their dashes.
+/// Scores on a light background. Colours distinguish loads, so scores are distinguished by dashes.
 pub const SCORE: [u8; 3] = [60, 60, 60];
 
-/// The colour of the falling branches beside the rising ones, halfway to that of the ink.
+/// Returns the colour of falling branches, halfway between that of rising branches and that of text.
 pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
     [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
 }
 
-/// The colour of a share of a range, 0 to 1: ever lighter, so that it reads without colour too, and in steps that look even.
+/// Returns the colour of a share of a range, 0 to 1. Lightness increases with the share in steps that look even, so that it
+/// reads without colour.
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0)).as_array()
 }

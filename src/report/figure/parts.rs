@@ -1,64 +1,64 @@
-//! A figure as plain data: two scales, and the lines or the cells that stand on them.
+//! A figure as plain data: two scales, and lines or cells on them.
 
 use std::borrow::Cow;
 
 use crate::report::figure::cloud::Cloud;
 
-/// Width and height of a figure that stands alone, in its own units.
+/// Width and height of a separate figure, in its own units.
 pub const STANDS_ALONE: (f64, f64) = (800.0, 600.0);
-/// What tells a line from a solid one: the length of its dashes and of the gaps between them, in points of the screen.
+/// Lengths of the dashes and gaps of a dashed line (points).
 pub const DASHED: [f32; 2] = [7.0, 4.0];
-/// What tells a line from both.
+/// Lengths of the dots and gaps of a dotted line (points).
 pub const DOTTED: [f32; 2] = [2.0, 4.0];
 
-/// How far the tip of an arrow is ahead of its place, how far its other corners are behind it and beside it, in points of the
-/// screen: slim, since a triangle of equal sides points three ways.
+/// Shape of an arrow (points): distance of the tip ahead of its place, distance of the other corners behind and beside it.
+/// The triangle is slim, because an equilateral one shows no direction.
 const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
 
 /// Lines or a heat map over two scales.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure<'a> {
-    /// What it shows.
+    /// Title of the figure.
     pub title: String,
-    /// What goes across.
+    /// Horizontal scale.
     pub across: Scale,
-    /// What goes up.
+    /// Vertical scale.
     pub up: Scale,
     /// Colours under the lines.
     pub heat_map: Option<HeatMap>,
     /// Densities under the lines.
     pub clouds: Vec<Cloud>,
-    /// In the order of drawing.
+    /// Lines, in the order of drawing.
     pub lines: Vec<Line<'a>>,
-    /// Which way lines go, over these.
+    /// Arrows over the lines.
     pub arrows: Vec<Arrow>,
-    /// An interval of the scale across that is shaded.
+    /// Shaded interval of the horizontal scale.
     pub shaded: Option<(f64, f64)>,
-    /// A place on the scale across that is marked by an upright line.
+    /// Place on the horizontal scale that a vertical line marks.
     pub marked: Option<f64>,
 }
 
-/// One of the two scales, or that of the colours.
+/// A horizontal, vertical or colour scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scale {
-    /// What is measured, with its unit.
+    /// Quantity with its unit.
     pub label: String,
-    /// Least and greatest value on the figure.
+    /// Minimum and maximum of the scale.
     pub range: (f64, f64),
-    /// Where cells of width one stand side by side from 0 on: the value that each is for. Else empty.
+    /// Value of each cell, for cells of width one that begin at 0; empty for a continuous scale.
     pub cells: Vec<f64>,
 }
 
 /// A line in one or more pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line<'a> {
-    /// What it is; lines with an empty name are not in the legend.
+    /// Name in the legend; lines with an empty name are not in the legend.
     pub name: String,
     /// Red, green, blue.
     pub color: [u8; 3],
-    /// From 0, invisible, to 1.
+    /// Opacity from 0 (invisible) to 1.
     pub opacity: f32,
-    /// In points of the screen.
+    /// Width (points).
     pub width: f32,
     /// Dashes and gaps, such as [`DASHED`].
     pub dash: Option<[f32; 2]>,
@@ -66,12 +66,12 @@ pub struct Line<'a> {
     pub pieces: Vec<Cow<'a, [[f64; 2]]>>,
 }
 
-/// The head of an arrow on a line: which way it goes there.
+/// Arrowhead that shows the direction of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrow {
-    /// Where it stands.
+    /// Place of the arrow.
     pub at: [f64; 2],
-    /// It points as from the first of these to the second.
+    /// Two points; the arrow points from the first to the second.
     pub way: [[f64; 2]; 2],
     /// Red, green, blue.
     pub color: [u8; 3],
@@ -80,21 +80,22 @@ pub struct Arrow {
 /// A number for every pair of cells of the two scales.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeatMap {
-    /// What the colours stand for.
+    /// Quantity and range of the colours.
     pub shades: Scale,
-    /// `n_across × n_up`, row-major: all up of the first across come first. What is not known is grey.
+    /// Values, `n_across × n_up`, row-major: all vertical cells of the first column come first. Unknown values are grey.
     pub values: Vec<Option<f64>>,
-    /// The pair that is marked, by its positions across and up.
+    /// Marked pair, by its horizontal and vertical index.
     pub marked: Option<(usize, usize)>,
 }
 
 impl Scale {
-    /// Of this range.
+    /// Returns a scale with this range.
     pub fn new(label: impl Into<String>, range: (f64, f64)) -> Self {
         Self { label: label.into(), range, cells: Vec::new() }
     }
 
-    /// Spans the finite numbers with this share of their range as room on both sides; a single number has some about it too.
+    /// Returns a scale around the finite numbers, with this share of their range as a margin; a single number also gets a
+    /// margin.
     pub fn spanning(
         label: impl Into<String>,
         numbers: impl IntoIterator<Item = f64>,
@@ -116,14 +117,14 @@ impl Scale {
         Self::new(label, range)
     }
 
-    /// A cell of the same size for every value, however these are spaced.
+    /// Returns a scale with a cell of equal size for each value.
     pub fn of_cells(label: impl Into<String>, values: &[f64]) -> Self {
         Self { cells: values.to_vec(), ..Self::new(label, (0.0, values.len().max(1) as f64)) }
     }
 }
 
 impl Figure<'_> {
-    /// In words, for whoever does not see it.
+    /// Returns a description in words, for screen readers.
     pub fn described(&self) -> String {
         let mut names: Vec<&str> =
             self.lines.iter().map(|line| &*line.name).filter(|name| !name.is_empty()).collect();
@@ -132,7 +133,7 @@ impl Figure<'_> {
         format!("{}, {} over {}{of}", self.title, self.up.label, self.across.label)
     }
 
-    /// The same, whatever its lines were borrowed from.
+    /// Returns the same figure with its own copy of the lines.
     pub fn into_owned(self) -> Figure<'static> {
         let owned = |Line { name, color, opacity, width, dash, pieces }: Line<'_>| {
             let pieces = pieces.into_iter();
@@ -154,7 +155,7 @@ impl Figure<'_> {
 }
 
 impl Arrow {
-    /// Its corners, the tip first, where `place` gives those of points on the picture; `None` where it points nowhere.
+    /// Returns the corners, the tip first. `place` maps points to the image. `None` for an arrow without direction.
     pub fn corners(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Option<[[f64; 2]; 3]> {
         let [from, to] = self.way.map(&place);
         let way = [to[0] - from[0], to[1] - from[1]];
@@ -173,7 +174,7 @@ impl Arrow {
 }
 
 impl<'a> Line<'a> {
-    /// The line on which a load stands over itself, where it passes these ranges across and up.
+    /// Returns the line of equal load and output, within these ranges.
     pub fn one_to_one(across: (f64, f64), up: (f64, f64), color: [u8; 3]) -> Option<Self> {
         let (low, high) = (across.0.max(up.0), across.1.min(up.1));
         (low < high).then(|| Self {
@@ -183,7 +184,7 @@ impl<'a> Line<'a> {
         })
     }
 
-    /// A solid line.
+    /// Returns a solid line.
     pub fn new(
         name: impl Into<String>,
         color: [u8; 3],
@@ -204,7 +205,7 @@ impl<'a> Line<'a> {
 mod tests {
     use super::*;
 
-    /// On a picture whose y goes down, an arrow that goes up points up.
+    /// In an image whose y axis points down, an arrow along a rising line points up.
     #[test]
     fn an_arrow_points_the_way_of_its_line() {
         let arrow = |way| Arrow { at: [1.0, 2.0], way, color: [0; 3] };

@@ -1,7 +1,6 @@
-//! A figure as a picture that stays sharp at any size (SVG 1.1), one file that needs nothing beside it.
+//! A figure as an SVG 1.1 image in a single file.
 //!
-//! Guarantees: text is escaped, whatever it says; numbers that are not finite are left out; the same figure gives the same
-//! file.
+//! Guarantees: text is escaped; numbers that are not finite are omitted; the same figure gives the same file.
 
 use std::fmt;
 
@@ -13,21 +12,21 @@ use crate::scoring::loops::Frame;
 use crate::scoring::numbers::{tick_text, ticks};
 use crate::shown::for_xml;
 
-/// What is left free around the plot: left, top, right, bottom.
+/// Margins of the plot: left, top, right, bottom.
 const ROOM: [f64; 4] = [80.0, 50.0, 24.0, 60.0];
-/// And to the right for the scale of the colours.
+/// Additional right margin for the colour scale.
 const ROOM_FOR_SHADES: f64 = 120.0;
-/// About so far apart ticks stand at least, across and up.
+/// Approximate minimum distance of ticks, horizontally and vertically.
 const APART: (f64, f64) = (80.0, 45.0);
-/// At most so many cells are named along a scale.
+/// Maximum number of labelled cells along a scale.
 const MAX_NAMED_CELLS: usize = 12;
-/// So far around the plot lines are still drawn: no join is to be seen at its edge.
+/// Distance outside the plot up to which lines are drawn, so that no ends are visible at its edge.
 const BEYOND: f64 = 40.0;
-/// Steps of the scale of the colours.
+/// Number of steps of the colour scale.
 const SHADE_STEPS: usize = 64;
 
 impl Figure<'_> {
-    /// The figure as SVG of this width and height, with ticks, labels and a legend.
+    /// Returns the figure as SVG of this width and height, with ticks, labels and a legend.
     pub fn svg(&self, (width, height): (f64, f64)) -> String {
         let [left, top, mut right, bottom] = ROOM;
         if self.heat_map.is_some() {
@@ -75,7 +74,7 @@ impl fmt::Display for Svg<'_> {
             self.line(line, out)?;
         }
         self.arrows(out)?;
-        // What runs out of the plot is covered rather than clipped: every reader of SVG can do that.
+        // Lines outside the plot are covered, not clipped, because every SVG viewer supports that.
         writeln!(
             out,
             r#"<path fill="white" fill-rule="evenodd" d="M0 0H{width}V{height}H0ZM{left} {top}H{right}V{bottom}H{left}Z"/>"#
@@ -113,7 +112,7 @@ impl Svg<'_> {
         place(value, self.figure.up.range, self.plot[3], self.plot[1])
     }
 
-    /// What both scales name, and where.
+    /// Returns the labels of both scales and their places.
     fn named(&self) -> [Vec<(f64, String)>; 2] {
         let [left, top, right, bottom] = self.plot;
         let across = named(&self.figure.across, (right - left) / APART.0).into_iter();
@@ -174,7 +173,7 @@ impl Svg<'_> {
             let Some(mut from) = places.next() else {
                 continue;
             };
-            // Where the pen is, if it is on the paper.
+            // Position of the pen, if it is inside.
             let mut pen = None;
             for to in places {
                 if let Some([start, end]) = self.on_paper(from, to) {
@@ -210,7 +209,7 @@ impl Svg<'_> {
         Ok(())
     }
 
-    /// The part of a step that lies on the plot or near it; what is cut off stays where it was, however far the rest goes.
+    /// Returns the part of a step inside or near the plot, at its exact place, even if the rest is far outside.
     fn on_paper(&self, from: [f64; 2], to: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         let [left, top, right, bottom] = self.plot;
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
@@ -234,7 +233,7 @@ impl Svg<'_> {
         (start <= end).then(|| [at(start), at(end)])
     }
 
-    /// One row of named lines above the plot.
+    /// Writes one row of named lines above the plot.
     fn legend(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let lines = self.figure.lines.iter();
         let named: Vec<_> = lines.filter(|line| !line.name.is_empty()).collect();
@@ -270,7 +269,7 @@ impl Svg<'_> {
         rect(out, marked, r#"fill="none" stroke="black" stroke-width="2""#)
     }
 
-    /// The scale of the colours, beside the plot.
+    /// Writes the colour scale beside the plot.
     fn shades(&self, scale: &Scale, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [_, top, right, bottom] = self.plot;
         let (left, width) = (right + 22.0, 18.0);
@@ -278,7 +277,7 @@ impl Svg<'_> {
         for at in 0..SHADE_STEPS {
             let y = bottom - (at + 1) as f64 * height;
             let fill = hex(color::shade((at as f64 + 0.5) / SHADE_STEPS as f64));
-            // A little higher than they are apart, so that no seam shines through.
+            // Slightly higher than their distance, so that no gaps are visible.
             rect(out, [left, y, width, height + 0.5], &format!(r#"fill="{fill}""#))?;
         }
         for (value, name) in named(scale, (bottom - top) / APART.1) {
@@ -289,7 +288,7 @@ impl Svg<'_> {
     }
 }
 
-/// What a scale names: its cells, at most about `most` round numbers where it has none.
+/// Returns the labels of a scale: its cells, or about `most` round numbers.
 fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     let (low, high) = scale.range;
     let (step, ticks) = ticks((low, high), (high - low) / most);
@@ -302,14 +301,14 @@ fn named(scale: &Scale, most: f64) -> Vec<(f64, String)> {
     cells.map(|(at, value)| (at as f64 + 0.5, value.to_string())).collect()
 }
 
-/// A value's place on the picture, wherever that is.
+/// Returns the position of a value in the image, also far outside.
 fn far(value: f64, (low, high): (f64, f64), start: f64, end: f64) -> f64 {
     let share = if high > low { (value - low) / (high - low) } else { 0.5 };
-    // Of greater numbers the step to them could not be computed.
+    // Larger numbers would overflow.
     start + (end - start) * share.clamp(-1e100, 1e100)
 }
 
-/// A value's place on the picture; kept where a reader of SVG still computes well.
+/// Returns the position of a value in the image, limited to numbers that SVG viewers can handle.
 fn place(value: f64, range: (f64, f64), start: f64, end: f64) -> f64 {
     far(value, range, start, end).clamp(-1e4, 1e4)
 }
@@ -331,7 +330,7 @@ fn text(out: &mut fmt::Formatter<'_>, at: (f64, f64), anchor: &str, words: &str)
     )
 }
 
-/// Text that runs upwards.
+/// Writes vertical text.
 fn upright(out: &mut fmt::Formatter<'_>, (x, y): (f64, f64), words: &str) -> fmt::Result {
     writeln!(
         out,
@@ -373,23 +372,26 @@ mod tests {
             title: title.to_owned(),
             across: Scale::new("Fx [N]", range),
             up: Scale::new("error [N]", range),
-            lines: vec![Line { dash: Some(DASHED), ..Line::new("Conv.", [213, 94, 0], [points]) }],
+            lines: vec![Line {
+                dash: Some(DASHED),
+                ..Line::new("Uncompensated", [213, 94, 0], [points])
+            }],
             ..Figure::default()
         }
     }
 
-    /// 0 to 10 goes from 80 to 776 across and from 540 to 50 up, so the point (10, 1) stands at (776, 491).
+    /// 0 to 10 maps to 80 to 776 horizontally and 540 to 50 vertically, so the point (10, 1) is at (776, 491).
     #[test]
     fn points_stand_where_the_scales_say() {
         let svg = figure("Loops", (0.0, 10.0)).svg(SIZE);
         assert!(svg.contains(r#"d="M80.0 540.0L776.0 491.0""#), "{svg}");
         assert!(svg.contains("#d55e00") && svg.contains("stroke-dasharray"));
-        assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Conv.</text>"));
+        assert!(svg.contains(">Fx [N]</text>") && svg.contains(">Uncompensated</text>"));
         assert!(svg.contains(">10</text>") && !svg.contains("NaN"));
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
     }
 
-    /// Every point of a line stands within a tenth of a unit of its place, however many there are.
+    /// Every point of a line is within a tenth of a unit of its place, for any number of points.
     #[test]
     fn every_point_is_drawn() {
         let points: Vec<[f64; 2]> = (0..500)
@@ -411,7 +413,7 @@ mod tests {
         }
     }
 
-    /// A density stands where its frame says, under the lines.
+    /// A density covers its frame, under the lines.
     #[test]
     fn a_density_covers_its_frame() {
         let frame = Frame { loads: (0.0, 5.0), outputs: (0.0, 10.0) };
@@ -428,7 +430,7 @@ mod tests {
         assert!(svg.contains(start) && svg.contains("data:image/png;base64,iVBOR"), "{svg}");
     }
 
-    /// From (0, 0) to far above the right end: within the plot the line goes on where it went.
+    /// From (0, 0) to far above the right end: inside the plot the line keeps its direction.
     #[test]
     fn a_line_that_leaves_the_picture_keeps_its_way() {
         let points = vec![[0.0, 0.0], [1e7, 5e6], [5.0, -1e9], [5.0, 5.0]];
@@ -441,7 +443,7 @@ mod tests {
         assert!(svg.contains(&format!("M428.0 {:.1}L428.0 295.0", 540.0 + BEYOND)), "{svg}");
     }
 
-    /// As above: 2 stands at 219.2 across, 4 at 358.4.
+    /// As above: 2 is at 219.2, 4 at 358.4 horizontally.
     #[test]
     fn an_interval_is_shaded_and_a_place_marked() {
         let svg = Figure { shaded: Some((2.0, 4.0)), marked: Some(2.0), ..figure("", (0.0, 10.0)) }
@@ -467,7 +469,7 @@ mod tests {
         }
     }
 
-    /// Two by two cells between 80 and 680 across and between 540 and 50 up.
+    /// Two by two cells between 80 and 680 horizontally and between 540 and 50 vertically.
     #[test]
     fn least_and_greatest_have_the_ends_of_the_colours_and_gaps_are_grey() {
         let values = vec![Some(1.0), Some(3.0), None, Some(f64::NAN)];
@@ -483,7 +485,7 @@ mod tests {
             ..Figure::default()
         }
         .svg(SIZE);
-        // The first pair stands below on the left, the second above it.
+        // The first pair is at the lower left, the second above it.
         let cell = r#"width="300.00" height="245.00""#;
         let below = format!(r##"x="80.00" y="295.00" {cell} fill="#440154""##);
         let above = format!(r##"x="80.00" y="50.00" {cell} fill="#fde725""##);

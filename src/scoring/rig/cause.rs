@@ -12,9 +12,9 @@ use crate::scoring::rig::{Rig, chance};
 /// A correction is named where it leaves this share of the left-out error at most: of a fault that adds a quarter 0.8 would be left by the
 /// true correction, and a little more by an estimated one.
 const MATTERS: f64 = 0.87;
-/// Least change of the load by a tare, over the error that is left without it. A tare that adds a quarter to the error changes the load by
-/// 1.5 times that at least; hysteresis, which leaves the zero where the last loads put it, by less than once.
-const SHIFT: f64 = 1.2;
+/// Smallest change of the load by a tare, over the error that is left without it. Hysteresis leaves the zero where the last loads put it,
+/// which changes the load by less than once the error.
+const SHIFT: f64 = 1.0;
 /// Share of full scale that the left-out error must fall by, too: less is below what references hold.
 const FALLS: f64 = 0.0003;
 /// Chance that one of all corrections that are tried is found in units that have no fault.
@@ -157,9 +157,10 @@ impl Rig {
         refits.push(self.drift(trials.len()));
         let matters = |without: f64| without < MATTERS * with && with - without > FALLS;
         let is_shift = |own: &Refit| {
-            let is_tare = trials.get(own.trial).is_some_and(|trial| trial.cause == Cause::Tare);
+            let trial = trials.get(own.trial).filter(|trial| trial.cause == Cause::Tare);
             let squares: f64 = own.values.iter().map(|value| value * value).sum();
-            !is_tare || (squares / own.values.len() as f64).sqrt() > SHIFT * own.error
+            let shift = (squares / own.values.len() as f64).sqrt();
+            trial.is_none_or(|trial| shift > self.smallest_shift(&trial.is_here) * own.error)
         };
         let is_found = |own: &&Refit| {
             let of_runs = if own.trial < trials.len() { places.len() } else { 1 };
@@ -686,16 +687,32 @@ impl Rig {
         (0..self.n_runs()).map(of_run).unzip()
     }
 
+    /// Returns for each run whether it has such units.
+    fn runs_here(&self, is_here: &[bool]) -> Vec<bool> {
+        let of_run =
+            |run| self.units.iter().zip(is_here).any(|(unit, here)| unit.run == run && *here);
+        (0..self.n_runs()).map(of_run).collect()
+    }
+
+    /// Returns the smallest change of the load by a tare, over the error that is left without it, that makes the error larger by as much
+    /// as matters. Where `n` parts are left out in turn and `m` have the tare, it adds `m (n − m) / (n − 1)²` of its square.
+    fn smallest_shift(&self, is_here: &[bool]) -> f64 {
+        let parts = match self.n_runs() < fits::FEWEST_RUNS {
+            true => is_here.to_vec(),
+            false => self.runs_here(is_here),
+        };
+        let (n, m) = (parts.len() as f64, parts.iter().filter(|here| **here).count() as f64);
+        let added = m * (n - m) / (n - 1.0).powi(2);
+        ((MATTERS.powi(-2) - 1.0) / added).sqrt().max(SHIFT)
+    }
+
     fn chances(&self, values: &[Vec<f64>], weights: &[f64], is_here: &[bool]) -> [f64; 2] {
         let of_units = chance::of_difference(values, weights, is_here);
         if self.n_runs() < ENOUGH_RUNS {
             return [of_units, 0.0];
         }
         let (values, weights) = self.by_run(values, weights);
-        let of_run =
-            |run| self.units.iter().zip(is_here).any(|(unit, here)| unit.run == run && *here);
-        let is_here: Vec<bool> = (0..self.n_runs()).map(of_run).collect();
-        [of_units, chance::of_difference(&values, &weights, &is_here)]
+        [of_units, chance::of_difference(&values, &weights, &self.runs_here(is_here))]
     }
 }
 

@@ -11,7 +11,7 @@ const NOTHING: f64 = 1e-9;
 /// Variance of a gauge, over that of its whole signal, below which it is as good as exact.
 const EXACT: f64 = 1e-10;
 /// Fewest runs that are left out in turn; of fewer, units are.
-const FEWEST_RUNS: usize = 3;
+pub(super) const FEWEST_RUNS: usize = 3;
 
 /// The columns of the sums: one, time, gauges, loads over full scale.
 #[derive(Clone, Debug)]

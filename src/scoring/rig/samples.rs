@@ -20,10 +20,9 @@ const OF_LOAD: f64 = 0.99;
 const BENDS: f64 = 0.005;
 /// Ratio of the share that a bend explains of one gauge to that of each other: a bend of all gauges is the sensor's own.
 const OTHERS_BEND: f64 = 4.0;
-/// Minimum number of visits of a load to its largest value.
-const VISITS: usize = 3;
-/// Standard errors by which the gauges rise in these visits: less than one in a million by noise.
-const RISES: f64 = 5.0;
+/// Mean rise of the gauges while a load stays at its largest value, times the root of the number of visits, over the error of the
+/// fit. Errors of this size alone lower the middle of a visit by 0.8 and scatter by 1.2: three are exceeded once in a thousand times.
+const RISES: f64 = 3.0;
 /// Highest harmonic of the loads in which hysteresis leaves much.
 const HARMONIC: usize = 3;
 
@@ -49,6 +48,8 @@ pub enum ChannelFault {
         load: f64,
         /// How often.
         visits: usize,
+        /// Mean rise of the gauges meanwhile, as a share of full scale.
+        rise: f64,
     },
 }
 
@@ -214,59 +215,60 @@ impl Rig {
         is_bent.then_some(ChannelFault::Bent(most, bend))
     }
 
-    /// Axes whose reference stays at its largest value while the gauges rise and fall again.
+    /// Returns the axes whose reference stays at its largest value while the gauges rise and fall again.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
         for (axis, own_axis) in shape.axes.iter().enumerate() {
-            for outward in [-1.0, 1.0] {
-                let columns = recordings.iter().filter(|own| !own.is_static()).filter_map(|own| {
-                    Some((*own, own.axes().iter().position(|axis| axis == own_axis)?))
+            // Loads and what the gauges show of them, over full scale.
+            let runs = recordings.iter().filter(|own| !own.is_static()).filter_map(|own| {
+                let at = own.axes().iter().position(|axis| axis == own_axis)?;
+                let loads = own.loads()[at..].iter().step_by(own.axes().len());
+                let shown = own.gauges().chunks_exact(shape.n_gauges).map(|row| -> f64 {
+                    let gauges = row.iter().zip(&self.scales).enumerate();
+                    gauges
+                        .map(|(at, (own, (mean, scale)))| back[(axis, at)] * (own - mean) / scale)
+                        .sum()
                 });
-                let columns: Vec<_> = columns.collect();
-                let end = (columns.iter())
-                    .flat_map(|(own, at)| own.loads()[*at..].iter().step_by(own.axes().len()))
-                    .fold(f64::NEG_INFINITY, |end, load| end.max(outward * load));
-                let (mut rises, mut bends) = (Vec::new(), Vec::new());
-                for (own, at) in &columns {
-                    let load = |k: usize| own.loads()[k * own.axes().len() + at];
-                    let shown = |k: usize| -> f64 {
-                        let gauges = own.gauges_at(k).iter().zip(&self.scales).enumerate();
-                        gauges
-                            .map(|(gauge, (value, (mean, scale)))| {
-                                outward * back[(axis, gauge)] * (value - mean) / scale
-                            })
-                            .sum()
-                    };
-                    let all: Vec<f64> = (0..own.n_samples()).map(shown).collect();
-                    bends.extend(all.windows(3).map(|own| bend([own[0], own[1], own[2]])));
-                    let samples: Vec<usize> = (0..own.n_samples()).collect();
-                    for visit in samples
-                        .chunk_by(|a, b| outward * load(*a) == end && outward * load(*b) == end)
-                    {
-                        let n = visit.len();
-                        if n < 3 {
-                            continue;
-                        }
-                        let inner = &visit[n / 4..n - n / 4];
-                        let inner = &inner[usize::from(n < 4)..inner.len() - usize::from(n < 4)];
-                        let mean = inner.iter().map(|k| all[*k]).sum::<f64>() / inner.len() as f64;
-                        // The greater of both ends: noise alone makes this negative.
-                        rises.push(mean - all[visit[0]].max(all[visit[n - 1]]));
-                    }
-                }
-                let visits = rises.len() as f64;
-                let noise = deviation(bends.into_iter());
-                let mean = rises.iter().sum::<f64>() / visits.max(1.0);
-                if rises.len() >= VISITS && mean * visits.sqrt() > RISES * noise {
-                    let load = outward * end;
-                    found.push(ChannelFault::ClippedReference { axis, load, visits: rises.len() });
+                Some(loads.map(|load| load / shape.full_scale[axis]).zip(shown).collect())
+            });
+            let runs: Vec<Vec<(f64, f64)>> = runs.collect();
+            let all = || runs.iter().flatten();
+            let n = all().count().max(1) as f64;
+            let mean = all().map(|(load, shown)| shown - load).sum::<f64>() / n;
+            let squares = all().map(|(load, shown)| (shown - load - mean).powi(2)).sum::<f64>();
+            let error = (squares / n).sqrt();
+            let steps =
+                runs.iter().flat_map(|run| run.windows(2)).map(|own| (own[1].0 - own[0].0).abs());
+            let resolution = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+            for outward in [-1.0, 1.0] {
+                let end = all().map(|own| outward * own.0).fold(f64::NEG_INFINITY, f64::max);
+                let is_there = |own: &(f64, f64)| outward * own.0 == end;
+                let visits =
+                    runs.iter().flat_map(|run| run.chunk_by(|a, b| is_there(a) && is_there(b)));
+                let rises: Vec<f64> = visits
+                    .filter(|visit| visit.len() > 2 && is_there(&visit[0]))
+                    .map(|visit| rise(visit.iter().map(|own| outward * own.1).collect()))
+                    .collect();
+                let (visits, mean) =
+                    (rises.len(), rises.iter().sum::<f64>() / rises.len().max(1) as f64);
+                if mean * (visits as f64).sqrt() > RISES * error && mean > resolution {
+                    let load = outward * end * shape.full_scale[axis];
+                    found.push(ChannelFault::ClippedReference { axis, load, visits, rise: mean });
                 }
             }
         }
         found
     }
+}
+
+/// Returns by how much the middle half of the values lies above both ends. Without a rise it is negative, by noise alone.
+fn rise(values: Vec<f64>) -> f64 {
+    let n = values.len();
+    let skipped = (n / 4).max(1);
+    let inner = &values[skipped..n - skipped];
+    inner.iter().sum::<f64>() / inner.len() as f64 - values[0].max(values[n - 1])
 }
 
 /// How far three samples are from a straight line, as large as the noise of one of them.

@@ -19,10 +19,10 @@ const SCALE: &str = "Factor of the values; -1 changes the sign";
 const SELECT: &str = "Name in the file. Click a row to select it; Ctrl adds a row, Shift a range. A role that is chosen for one of them applies to all";
 const MISSING: &str = "A number that stands for a missing value";
 
-/// One row a column: what it is, its name and unit, its sign and scale, what it holds.
+/// Draws one row for each column: role, name, unit, scale factor, missing value, first values.
 pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
-    // Without names the room is for what the columns hold.
+    // Without names, the values get their width.
     let has_names = reports.iter().any(|report| !report.header.is_empty());
     let header_width = if has_names { 130.0 } else { 52.0 };
     let mut selection: Selection =
@@ -73,7 +73,7 @@ pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], tab
                         let before = rule.clone();
                         row.set_selected(selection.rows.contains(&row.index()));
                         let alike = reports.iter().filter(|own| own.header == report.header);
-                        // What a screen reader calls it.
+                        // Name of the row for a screen reader.
                         let name = match (report.header.as_str(), alike.count()) {
                             ("", _) => format!("column {}", report.number),
                             (header, 1) => format!("column {header}"),

@@ -48,7 +48,7 @@ pub(super) fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut Co
         for (method, label, explanation) in [
             (JoinMethod::Interpolate, "interpolate", "Interpolates linearly between two samples"),
             (JoinMethod::Nearest, "take the nearest", "Takes the sample whose time is nearest"),
-            (JoinMethod::Hold, "hold the last", "Holds each sample until the next one"),
+            (JoinMethod::Hold, "hold the last", "Holds each sample until the next sample"),
         ] {
             ui.select_radio(&mut map.join.method, method, label, explanation);
         }

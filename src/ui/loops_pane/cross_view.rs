@@ -1,4 +1,4 @@
-//! Any channel over any other.
+//! Draws any channel over any other channel.
 
 use super::{LoopsPane, channel_name, channel_unit};
 use crate::engine::Engine;
@@ -26,9 +26,7 @@ pub(super) fn show(
         ui.strong(format!("{} over {}", drawing.up.label, drawing.across.label));
         ui.weak(format!("{} samples", picture.n_samples));
         if [picture.question.across, picture.question.up].contains(&Channel::Time) {
-            ui.weak(
-                "Time is that on each recording's own clock, so recordings lie over each other.",
-            );
+            ui.weak("Each recording's time starts on its own clock, so recordings overlap.");
         }
     });
 }

@@ -1,4 +1,4 @@
-//! Where the load dwells: the list, the chosen one's curve, its fitted exponential.
+//! Draws the list of dwells, the error of the chosen dwell, and its fitted exponential.
 
 use super::{LoopsPane, for_print, rgb, trace_of};
 use crate::engine::Engine;
@@ -12,7 +12,7 @@ use crate::ui::numbers::significant;
 use crate::ui::plots::Zoom;
 use crate::ui::table;
 
-/// Height of the list of dwells.
+/// Height of the list of dwells (points).
 const LIST_HEIGHT: f32 = 170.0;
 
 pub(super) fn show(
@@ -22,7 +22,7 @@ pub(super) fn show(
     picture: &DwellPlot,
     out: &mut Vec<Command>,
 ) {
-    // An answer to another time than the one that stands above is no answer to look at.
+    // Skips an answer that was computed for another shortest dwell than the present one.
     if picture.hold_secs != engine.project().measuring.hold_secs {
         return;
     }
@@ -56,7 +56,7 @@ fn list(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
     };
     ui.horizontal(|ui| {
         ui.label(format!("{n} dwell{}", if n == 1 { "" } else { "s" }));
-        if ui.press_small("Copy list", "As tab-separated text") {
+        if ui.press_small("Copy list", "Copies the list as tab-separated text") {
             let place = |at: &usize| &picture.dwells[*at].place;
             let list = Table::of(0..picture.dwells.len())
                 .words("recording", |at| &place(at).name)
@@ -99,7 +99,7 @@ fn figures(ui: &mut egui::Ui, picture: &DwellPlot, curve: &DwellCurve) {
         outputs.map(|(output, own)| (trace_of(output), own.drift.as_ref())).collect();
     let figures = drifts(picture.question.axis, &outputs);
     table::show(ui, &figures);
-    if ui.press("Copy figures", "As tab-separated text") {
+    if ui.press("Copy figures", "Copies the figures as tab-separated text") {
         ui.copy_text(figures.tab_separated());
     }
 }

@@ -1,4 +1,4 @@
-//! The loop and the traces show the same sample: what one points at in one of them is marked and told in both.
+//! Links the loop with the traces: the sample under the pointer in one of them is marked in both.
 
 use std::ops::Range;
 
@@ -15,39 +15,39 @@ use crate::ui::palette;
 use crate::ui::plots::Drawn;
 use crate::ui::time_view::TimeView;
 
-/// The pointer means a line that is no farther away than this.
+/// Largest distance between the pointer and the line it points at (points).
 const NEAR: f32 = 12.0;
-/// No more samples than this are looked at in a frame.
+/// Maximum number of samples that are searched in a frame.
 const MAX_SAMPLES: usize = 200_000;
-/// Characters of a recording's name that have room.
+/// Number of characters of a recording's name that fit.
 const NAME_LENGTH: usize = 44;
 
-/// The samples of a loop that the traces show too.
+/// Samples of a loop that are also in the traces.
 pub(super) struct Shared<'a> {
     plot: &'a LoopPlot,
     traces: &'a TraceSet,
     axis: &'a AxisTraces,
-    /// Empty where a recording in the traces has no reference, so that they have none.
+    /// The parts of the loop, one for each recording. Empty if a recording in the traces has no reference.
     parts: Vec<Part<'a>>,
 }
 
-/// Those of one recording.
+/// Samples of one recording.
 struct Part<'a> {
     segment: &'a Segment,
-    /// Counted over the traces.
+    /// Range of samples, counted over all traces.
     samples: Range<usize>,
     calculated: &'a Series,
     recording: &'a Recording,
     decimation: usize,
 }
 
-/// A cycle that holds a sample.
+/// A cycle that contains the sample under the pointer.
 struct Found {
-    /// Which it is of all, from one.
+    /// Number of the cycle, counted from one.
     number: usize,
-    /// How many smaller ones are on its way.
+    /// Number of smaller cycles inside this cycle.
     n_within: usize,
-    /// Counted over the traces.
+    /// Range of samples, counted over all traces.
     samples: Range<usize>,
 }
 
@@ -73,18 +73,18 @@ impl<'a> Shared<'a> {
         Some(Self { parts: plot.parts.iter().filter_map(part).collect(), plot, traces, axis })
     }
 
-    /// What of the loop cannot be found in the traces, and why.
+    /// Returns the reason why a part of the loop is not in the traces.
     pub(super) fn missing(&self) -> Option<String> {
         let symbol = self.axis.axis.symbol();
         match (self.parts.len(), self.plot.parts.len()) {
             (n, all) if n == all => None,
             _ if self.axis.calculated.is_none() => Some(format!(
-                "Not linked with Traces: a recording there has no reference {symbol}."
+                "Not linked with Traces: a recording in Traces has no reference {symbol}."
             )),
             (0, _) => Some("Not linked with Traces, which shows other recordings.".to_owned()),
-            (n, all) => {
-                Some(format!("Linked with Traces for {n} of {all} recordings, those shown there."))
-            }
+            (n, all) => Some(format!(
+                "Linked with Traces for the {n} of {all} recordings that Traces shows."
+            )),
         }
     }
 
@@ -92,7 +92,7 @@ impl<'a> Shared<'a> {
         self.parts.iter().find(|part| part.samples.contains(&k))
     }
 
-    /// Where a sample of the traces stands in the loop.
+    /// Returns the place of a sample of the traces in the loop.
     fn point(&self, part: &Part<'_>, output: Option<Output>, k: usize) -> Option<[f64; 2]> {
         let up = match (self.plot.question.up, output) {
             (Up::Gauge(gauge), _) => {
@@ -114,7 +114,7 @@ impl<'a> Shared<'a> {
         Some([part.calculated.value(k), up])
     }
 
-    /// The sample that is drawn nearest to the pointer, and of which output.
+    /// Returns the drawn sample nearest to the pointer, and its output.
     fn nearest(
         &self,
         drawn: &Drawn,
@@ -136,7 +136,7 @@ impl<'a> Shared<'a> {
         (found.0 <= NEAR * NEAR).then_some((found.1, found.2))
     }
 
-    /// The innermost cycle that holds a sample.
+    /// Returns the innermost cycle that contains a sample.
     fn cycle_at(&self, k: usize) -> Option<Found> {
         let segment = self.part_of(k)?.segment;
         let first = segment.samples.start;
@@ -152,15 +152,15 @@ impl<'a> Shared<'a> {
         };
         Some(Found {
             number: at + 1,
-            // It is within itself.
+            // The cycle counts itself, so one is subtracted.
             n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
             samples: first + samples.start..first + samples.end,
         })
     }
 }
 
-/// Marks in the loop what the traces look at; tells of what the pointer is near and marks it in the traces. The samples of its cycle,
-/// where it was pressed.
+/// Marks the sample of the traces in the loop. Marks and describes the sample under the pointer in both. Returns the samples
+/// of its cycle if the mouse was pressed.
 pub(super) fn link(
     ui: &egui::Ui,
     drawn: &Drawn,
@@ -227,12 +227,14 @@ fn tell(
         if let Some(Found { number, n_within, .. }) = cycle {
             let within = match n_within {
                 0 => String::new(),
-                n => format!(" with {n} smaller in it"),
+                n => format!("with {n} smaller cycles inside"),
             };
             let n_cycles = shared.plot.n_cycles;
-            ui.label(format!("cycle {number} of {n_cycles}{within}; a press shows it alone"));
+            ui.label(format!(
+                "cycle {number} of {n_cycles}{within}; click to show this cycle alone"
+            ));
         }
-        ui.label(format!("{symbol} Calc. {} {unit}", significant(load, 4)));
+        ui.label(format!("{symbol} Reference {} {unit}", significant(load, 4)));
         let what = match shared.plot.question.up {
             Up::Error => format!("{symbol} error"),
             Up::Load => format!("{symbol} {label}"),

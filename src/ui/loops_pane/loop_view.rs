@@ -13,7 +13,7 @@ use crate::ui::palette::inks;
 use crate::ui::time_view::TimeView;
 use crate::ui::{plots, table};
 
-/// Height of the plot of widths.
+/// Height of the plot of widths (points).
 const WIDTHS_HEIGHT: f32 = 150.0;
 
 pub(super) fn show(
@@ -53,7 +53,7 @@ pub(super) fn show(
                 (
                     FiguresOf::Largest,
                     "Largest cycle",
-                    "Figures of the cycle whose branches share the widest range of loads",
+                    "Figures of the cycle whose branches share the largest range of loads",
                 ),
             ] {
                 let can = has_mean || of == FiguresOf::Largest;
@@ -84,7 +84,7 @@ pub(super) fn show(
     if let Some(shared) = shared
         && let Some(samples) = linked::link(ui, &drawn, &view, &shared, time)
     {
-        // Its cycle alone, wherever it is looked at.
+        // The cycle is shown alone by making it the visible time.
         pane.span = Span::Visible;
         time.show_samples(samples);
     }
@@ -105,7 +105,8 @@ fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     );
 }
 
-/// A width that grows with the rate is lag; one that stays is hysteresis.
+/// Draws the width over the rate of the cycles. A width that grows with the rate shows lag; a constant width shows
+/// hysteresis.
 fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
     const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width that grows in proportion to the rate is lag, \
                          one that stays is hysteresis";
@@ -193,7 +194,7 @@ fn figures(ui: &mut egui::Ui, view: &LoopView<'_>) {
         .collect();
     let figures = loop_figures(&figures, scale);
     egui::ScrollArea::horizontal().id_salt("loop figures").show(ui, |ui| table::show(ui, &figures));
-    if ui.press("Copy figures", "As tab-separated text") {
+    if ui.press("Copy figures", "Copies the figures as tab-separated text") {
         ui.copy_text(figures.tab_separated());
     }
     ui.add_space(4.0);

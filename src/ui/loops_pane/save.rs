@@ -1,4 +1,4 @@
-//! Images of a plot by typed path: SVG from the lines themselves, PNG from the screen.
+//! Saves a plot to a typed path: SVG with the lines as vectors, PNG as on screen.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::ui::command::{Command, ImageTo};
 use crate::ui::controls::Controls as _;
 use crate::ui::picture::svg;
 
-/// Draws the field for the path with its button; `picture` is where the plot stands on screen.
+/// Draws the field for the path and its button. `picture` is the plot's rectangle on screen.
 pub(super) fn row(
     ui: &mut egui::Ui,
     path: &mut String,
@@ -18,11 +18,9 @@ pub(super) fn row(
 ) {
     ui.horizontal(|ui| {
         let field = egui::TextEdit::singleline(path).desired_width(150.0);
-        ui.field("Figure", field, "Where the figure is written; .svg or .png");
-        let save = ui.press(
-            "Save",
-            "A path ending in .svg gets the lines themselves, in .png the plot as it is on screen",
-        );
+        ui.field("Figure", field, "Path of the figure; ends in .svg or .png");
+        let save =
+            ui.press("Save", ".svg saves the lines as vectors, .png saves the plot as on screen");
         let path = path.trim();
         if !save || path.is_empty() {
             return;

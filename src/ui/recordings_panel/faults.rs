@@ -1,8 +1,8 @@
-//! What gauges can show, and the samples that look faulty.
+//! Draws the limits of the gauges and the samples that look faulty.
 
 use super::*;
 
-/// What a gauge can show, how many samples look faulty, and the way to leave them out.
+/// Draws the limits of the gauges, the number of samples that look faulty, and the button that excludes them.
 pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
@@ -20,6 +20,16 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         gauge_range(ui, project, &mut entered);
         if entered != project.gauge_range {
             out.push(Edit::GaugeRange(entered.filter(GaugeRange::rises)).into());
+        }
+        if project.settings.full_scale.iter().any(Option::is_some) {
+            let tolerance = project.overload_tolerance.unwrap_or(ValidRange::RATED_TOLERANCE);
+            let mut percent = 100.0 * tolerance;
+            ui.label("Overload above rated by");
+            let field = egui::DragValue::new(&mut percent).range(0.0..=100.0).speed(0.1).suffix(" %");
+            let field = ui.add(field);
+            if field.on_hover_text("Part of the rated load by which a load may exceed it before it counts as overload").changed() {
+                out.push(Edit::OverloadTolerance(percent / 100.0).into());
+            }
         }
         let entries = project.recordings.entries();
         let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
@@ -54,12 +64,12 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
     });
 }
 
-/// The ends of what gauges can show: of all, or of each.
+/// Draws the fields of the lower and upper limit, of all gauges or of one.
 fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeRange>) {
     let Some(range) = entered else { return };
     let names = &project.recordings.layout().gauge_names;
     let ends = |ui: &mut egui::Ui, (low, high): &mut (f64, f64), of: &str| {
-        for (value, what) in [(low, "Least value"), (high, "Greatest value")] {
+        for (value, what) in [(low, "Minimum value"), (high, "Maximum value")] {
             let speed = (0.001 * value.abs()).max(1e-6);
             let field = egui::DragValue::new(value).speed(speed);
             ui.add(field).on_hover_text(format!("{what} of {of}"));
@@ -72,7 +82,7 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
     if ui.tick(
         &mut by_gauge,
         "by gauge",
-        "Limits of its own for each gauge, where they are wired to other amplifiers",
+        "Sets limits for each gauge, for gauges on different amplifiers",
     ) {
         let own = |gauge: usize| range.of(gauge);
         *range = match by_gauge {
@@ -95,7 +105,11 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
             egui::Grid::new("limits of gauges").show(ui, |ui| {
                 for (gauge, (name, own)) in names.iter().zip(ranges).enumerate() {
                     let mut knows = own.is_some();
-                    if ui.tick(&mut knows, printable(name), "Whether its limits are known") {
+                    if ui.tick(
+                        &mut knows,
+                        printable(name),
+                        "Ticked if the limits of this gauge are known",
+                    ) {
                         let entries = project.recordings.entries();
                         *own = knows.then(|| gauge_extremes(entries, Some(gauge)));
                     }
@@ -107,10 +121,10 @@ fn gauge_range(ui: &mut egui::Ui, project: &Project, entered: &mut Option<GaugeR
             });
         });
     });
-    response.on_hover_text("The limits of each gauge; those without are found");
+    response.on_hover_text("Limits of each gauge; gauges without limits get limits from the data");
 }
 
-/// The least and the greatest value of all gauges, or of one, and nought.
+/// Returns the minimum and maximum value of all gauges or of one gauge, including zero.
 fn gauge_extremes(entries: &[Entry], gauge: Option<usize>) -> (f64, f64) {
     let ranges = entries.iter().flat_map(|entry| {
         let ranges = entry.recording.gauge_ranges();

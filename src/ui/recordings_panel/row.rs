@@ -1,8 +1,8 @@
-//! One recording of the list: its role, its name with what can be done with it, its group and its errors.
+//! Draws one recording of the list: role, name with its menu, group and errors.
 
 use super::*;
 
-/// The group of a recording: as it was set, else as it was found.
+/// Returns the group of a recording: the one set by the user, else the detected one.
 pub(super) fn group_of(engine: &Engine, at: usize) -> Option<&str> {
     let entry = engine.entries().get(at)?;
     let found = || engine.result_of(at)?.group.as_deref();
@@ -25,7 +25,7 @@ pub(super) fn group_button(
     });
 }
 
-/// Says what group one recording is in, or all.
+/// Draws the menu that sets the group of one recording, or of all.
 fn group_menu(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -39,7 +39,7 @@ fn group_menu(
         *text = group_of(engine, at).unwrap_or_default().to_owned();
     }
 
-    let field = egui::TextEdit::singleline(text).hint_text("as found; Enter sets it");
+    let field = egui::TextEdit::singleline(text).hint_text("detected; Enter sets it");
     let field =
         ui.labelled("Group: recordings that repeat a programme, a day or a mounting", field);
     let set = |group: Option<String>| {
@@ -78,7 +78,7 @@ fn group_menu(
     }
 }
 
-/// Says on which day the recordings of one file were recorded.
+/// Draws the menu that sets the date of the recordings of one file.
 fn day_menu(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -122,14 +122,14 @@ fn day_menu(
 
 pub(super) fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut Vec<Command>) {
     let roles = [
-        ("Train", Role::Train, "The fit uses it"),
-        ("Test", Role::Test, "It only scores the fit"),
-        ("Off", Role::Off, "It takes no part"),
+        ("Train", Role::Train, "Used by the fit"),
+        ("Test", Role::Test, "Used only to score the fit"),
+        ("Off", Role::Off, "Used neither by the fit nor for scores"),
     ];
     let label = (roles.iter()).find_map(|(label, role, _)| (*role == entry.role).then_some(*label));
     if !entry.recording.has_reference() {
         ui.weak("–").on_hover_text(
-            "No reference load: it can be shown with a calibration, but neither fitted nor scored",
+            "No reference load: a calibration can be applied to it, but it can be neither fitted nor scored",
         );
         return;
     }
@@ -143,7 +143,7 @@ pub(super) fn role_menu(ui: &mut egui::Ui, at: usize, entry: &Entry, out: &mut V
         }
     })
     .response
-    .on_hover_text("What this recording is for: it trains, it tests, or it is off");
+    .on_hover_text("Role of this recording: train, test or off");
 }
 
 pub(super) fn name_button(
@@ -218,7 +218,7 @@ pub(super) fn name_button(
     });
 }
 
-/// A name that fits the room.
+/// Returns a name that fits into this width.
 fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
@@ -228,7 +228,7 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     if fits(name) {
         return name.to_owned();
     }
-    // By bisection: a name may be long, and every row is drawn in every frame.
+    // Bisection, because a name may be long and every row is drawn in every frame.
     let (mut most, mut too_many) = (1, name.chars().count());
     while too_many - most > 1 {
         let middle = most.midpoint(too_many);
@@ -240,28 +240,27 @@ fn shortened(ui: &egui::Ui, name: &str, room: f32) -> String {
     elided(name, most)
 }
 
-/// Ways to tare one recording.
+/// Draws the menu that tares one recording.
 fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Over its first quiet half second").on_hover_text(
-        "The mean gauges of the first quiet half second in which the reference shows no load are taken off. Undo takes it back",
+        "Subtracts the mean gauges of the first quiet half second in which the reference is zero. Undo restores the values",
     );
     if quiet.clicked() {
         out.push(Action::Tare(vec![at], Tare::Auto).into());
         ui.close();
     }
     for secs in [0.5, 1.0, 2.0, 5.0] {
-        if ui.press(
-            format!("Over its first {secs} s"),
-            "The mean gauges of this interval are taken off",
-        ) {
+        if ui
+            .press(format!("Over its first {secs} s"), "Subtracts the mean gauges of this interval")
+        {
             out.push(Action::Tare(vec![at], Tare::Interval(0.0, secs)).into());
             ui.close();
         }
     }
     if ui.press(
-        "Over the span between the cursors",
-        "The mean gauges between cursor A and cursor B are taken off",
+        "Over the interval between the cursors",
+        "Subtracts the mean gauges between cursor A and cursor B",
     ) {
         out.push(Command::TareBetweenCursors(at));
         ui.close();
@@ -269,7 +268,7 @@ fn tare_menu(ui: &mut egui::Ui, at: usize, name: &str, out: &mut Vec<Command>) -
     quiet
 }
 
-/// The rate with every `step`-th sample used.
+/// Returns the sample rate after decimation by `step`, as text.
 pub(super) fn rate_text(entry: &Entry, step: usize) -> String {
     let rate = entry.recording.rate_hz();
     rate.map_or_else(|| "–".to_owned(), |rate| significant(rate / step.max(1) as f64, 3))

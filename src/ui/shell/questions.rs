@@ -1,4 +1,4 @@
-//! What the window asks a person, in front of everything else.
+//! Modal questions of the window to the user.
 
 use std::path::Path;
 
@@ -10,41 +10,41 @@ use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;
 use crate::ui::numbers::{elided, file_size};
 
-/// Height of a list of sessions or files.
+/// Height of a list of sessions or files (points).
 const LIST_HEIGHT: f32 = 320.0;
-/// Of the path of a file that is lost so many characters have room.
+/// Number of characters of a missing file's path that fit.
 const LOST_CHARS: usize = 70;
-/// So many files of each are named.
+/// Maximum number of file names listed for each unsaved session.
 const LEFT_FILES: usize = 4;
 
-/// A path that is being typed for what waits to be saved.
+/// A typed path for content that waits to be saved.
 struct Naming {
     content: FileContent,
     path: String,
-    /// Whether it was not drawn yet.
+    /// True until the field was drawn once.
     is_new: bool,
 }
 
-/// What is typed into the answers.
+/// Text fields of the answers.
 #[derive(Default)]
 pub struct Questions {
     naming: Option<Naming>,
-    /// Where files of the session are now.
+    /// Folder that now holds the files of the session.
     found: String,
 }
 
 impl Questions {
-    /// Asks where to write this.
+    /// Asks for a path for this content.
     pub fn ask_path(&mut self, content: FileContent) {
         self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
     }
 
-    /// What waits for a path; it waits no longer.
+    /// Takes the content that waits for a path, which ends the question.
     pub fn take_content(&mut self) -> Option<FileContent> {
         Some(self.naming.take()?.content)
     }
 
-    /// Draws what is asked now.
+    /// Draws the open question.
     pub fn show(&mut self, context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
         naming(context, &mut self.naming, out);
         replacing(context, engine, out);
@@ -54,19 +54,21 @@ impl Questions {
     }
 }
 
-/// Asks before a file is written that is there already, that holds a fit which says nothing, or less than is shown.
+/// Asks before a file is replaced, and before a calibration is exported that is undetermined or differs from the screen.
 fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
     let Some((_, path, doubt)) = &engine.replacing else {
         return;
     };
     let (title, reason, yes) = match doubt {
-        Doubt::IsThere => {
-            ("The file is there already", None, ("Replace it", "What is in the file now is lost"))
-        }
+        Doubt::IsThere => (
+            "The file already exists",
+            None,
+            ("Replace it", "The present contents of the file are lost"),
+        ),
         Doubt::Undetermined(undetermined, _) => (
             "The samples do not determine this calibration",
             Some(undetermined.finding().text(Face::Window)),
-            ("Export anyway", "Nobody can tell how wrong its loads are"),
+            ("Export anyway", "The errors of its loads are unknown"),
         ),
     };
     let no = ("Leave it", "Nothing is written");
@@ -91,7 +93,7 @@ fn replacing(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
     }
 }
 
-/// Lets a path be typed where there is no dialog to choose one.
+/// Lets the user type a path if the machine has no file dialog.
 fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Command>) {
     let Some(Naming { path, is_new, .. }) = naming else {
         return;
@@ -102,8 +104,7 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Co
         let label = ui.strong("Save as");
         let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
         let field = ui.add(field).labelled_by(label.id);
-        let field =
-            field.on_hover_text("The path of the file; its ending says as what it is written");
+        let field = field.on_hover_text("Path of the file; its ending chooses the format");
         if is_new {
             field.request_focus();
         }
@@ -126,24 +127,24 @@ fn naming(context: &egui::Context, naming: &mut Option<Naming>, out: &mut Vec<Co
     }
 }
 
-/// Asks what becomes of what is not saved before the window closes or something else takes its place.
+/// Asks whether to save before the window closes or another session is opened.
 fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut Vec<Command>) {
     let Some(leaving) = &engine.leaving else {
         return;
     };
-    // It is just being saved.
+    // The session is already being saved.
     if is_naming || engine.replacing.is_some() {
         return;
     }
     let (save, discard, cancel) = match leaving {
         Leaving::Close => (
-            "Saves, then closes; asks where, if it has no file yet",
-            "Closes; what was chosen since is lost",
+            "Saves the session, then closes; asks for a path if it has no file yet",
+            "Closes; changes since the last save are lost",
             "The window stays open",
         ),
         Leaving::Open(_) | Leaving::Restore(..) => (
-            "Saves, then opens the other session; asks where, if it has no file yet",
-            "Opens the other session; what was chosen since is lost",
+            "Saves, then opens the other session; asks for a path if this one has no file yet",
+            "Opens the other session; changes since the last save are lost",
             "The other session is not opened",
         ),
     };
@@ -151,9 +152,9 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
     let modal = egui::Modal::new(egui::Id::unique("leaving")).show(context, |ui| {
         ui.set_width(420.0);
         ui.strong("The session is not saved");
-        ui.label("It names the files, their roles and every setting; the recordings themselves are not changed.");
+        ui.label("The session holds the list of files, their roles and all settings. The recordings themselves are not changed.");
         if !matches!(leaving, Leaving::Close) {
-            ui.label("Another session takes its place.");
+            ui.label("Another session is about to replace it.");
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
@@ -173,7 +174,7 @@ fn leaving(context: &egui::Context, engine: &Engine, is_naming: bool, out: &mut 
     }
 }
 
-/// Offers what windows left that did not close as they should, the newest first.
+/// Offers the unsaved sessions of windows that did not close properly, newest first.
 fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) {
     if engine.recoverable.is_empty() || !engine.shows_left {
         return;
@@ -187,7 +188,7 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
         .resizable(false)
         .show(context, |ui| {
             ui.set_width(460.0);
-            ui.label("LoopScope did not close as it should. What was not saved then was written down, and stays until it is discarded.");
+            ui.label("LoopScope did not close properly. Its unsaved work was stored, and stays stored until you discard it.");
             egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
                 for (at, left) in engine.recoverable.iter().enumerate().rev() {
                     ui.separator();
@@ -195,7 +196,7 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
                 }
             });
             ui.separator();
-            if ui.press("Later", "They stay; File > Recover sessions lists them again") {
+            if ui.press("Later", "Keeps the unsaved sessions; File > Recover sessions lists them again") {
                 say(Action::ShowLeft(false).into());
             }
         });
@@ -204,7 +205,7 @@ fn recovering(context: &egui::Context, engine: &Engine, out: &mut Vec<Command>) 
     }
 }
 
-/// When it was written, how large it is, its files, and what can be done with it.
+/// Draws the date, size, files and buttons of an unsaved session.
 fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)) {
     ui.horizontal(|ui| {
         ui.strong(utc(left.written));
@@ -225,18 +226,18 @@ fn one_left(ui: &mut egui::Ui, left: &LeftSession, say: &mut impl FnMut(Command)
     ui.horizontal(|ui| {
         let restore = ui.add_enabled(left.session.is_ok(), egui::Button::new("Restore"));
         let restore = restore
-            .on_hover_text("Opens its files with every choice of then; the others stay listed")
-            .on_disabled_hover_text("There is nothing in it that can be read");
+            .on_hover_text("Opens its files with all settings; the other sessions stay listed")
+            .on_disabled_hover_text("The stored session cannot be read");
         if restore.clicked() {
             say(Action::Restore(left.path.clone()).into());
         }
-        if ui.press("Discard", "It is lost; the recordings stay") {
+        if ui.press("Discard", "Deletes this unsaved session; the recordings stay") {
             say(Action::DropLeft(left.path.clone()).into());
         }
     });
 }
 
-/// The names of a session's files, as many as have room.
+/// Returns the names of a session's files, as many as fit.
 fn files_of(session: &Session) -> String {
     let names = session.files.iter().map(|file| {
         let path = &file.absolute;
@@ -251,15 +252,15 @@ fn files_of(session: &Session) -> String {
     }
 }
 
-/// Asks where files of the session are that are not where they were.
+/// Asks for the folder of the session's files that were moved.
 fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut Vec<Command>) {
     let lost = &engine.project().lost;
     if lost.is_empty() {
         return;
     }
     let title = match lost.len() {
-        1 => "A file of the session is not there".to_owned(),
-        n => format!("{n} files of the session are not there"),
+        1 => "A file of the session was not found".to_owned(),
+        n => format!("{n} files of the session were not found"),
     };
     egui::Window::new(title)
         .id(egui::Id::unique("lost"))
@@ -285,27 +286,27 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
                 );
                 let entered =
                     ui.entered(&field);
-                let look = ui.press("Look there", "Reads those that are found; Enter does the same");
+                let look = ui.press("Look there", "Reads the files found in this folder; Enter does the same");
                 let path = found.trim().to_owned();
                 if (look || entered) && !path.is_empty() {
                     out.push(Action::Locate(path.into()).into());
                 }
             });
             ui.horizontal(|ui| {
-                if ui.press("Choose a folder…", "Asks for the folder, and looks there") {
+                if ui.press("Choose a folder…", "Chooses the folder to search") {
                     out.push(Command::ChooseLost);
                 }
-                if ui.press("Go on without", "The session goes on without what is not found") {
+                if ui.press("Go on without", "Opens the session without the missing files") {
                     out.extend(lost.iter().map(|_| Action::Forget(0).into()));
                 }
             });
         });
 }
 
-/// Where a file was, and going on without it.
+/// Draws the former path of a missing file, and the button that drops the file.
 fn one_lost(ui: &mut egui::Ui, at: usize, path: &Path, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
-        if ui.press_small("×", "Goes on without this file") {
+        if ui.press_small("×", "Removes this file from the session") {
             out.push(Action::Forget(at).into());
         }
         let path = path.display().to_string();

@@ -1,4 +1,4 @@
-//! How old the past samples are: bars over their age, those that t_th cuts off in another colour.
+//! Histogram of the look-back ages; ages above t_th have another colour.
 
 use egui_plot::{Bar, BarChart, VLine};
 
@@ -8,7 +8,7 @@ use crate::ui::command::Command;
 use crate::ui::numbers::significant;
 use crate::ui::{palette, plots};
 
-/// Draws the bars.
+/// Draws the histogram.
 pub fn ages(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -27,7 +27,7 @@ pub fn ages(
         };
         Bar::new(bin.from_secs + 0.5 * wide, share(bin.count)).width(0.92 * wide).fill(color)
     });
-    let name = "Age of the past";
+    let name = "Look-back age";
     let plot = plots::still("ages", size);
     let response = plots::scales(plot, Some("look-back age [s]"), "samples [%]")
         .show_grid([false, true])
@@ -39,7 +39,7 @@ pub fn ages(
         .response;
     plots::finish(&response, name, None, out);
     response.on_hover_text(format!(
-        "How long ago the past was that F_th finds. Green: found; grey: older than t_th, cut off. {} % are older than the last bar",
+        "Time since the load differed by F_th. Green: used; grey: not used, older than t_th. {} % are older than the last bar",
         significant(share(past_ages.n_beyond), 2)
     ));
 }

@@ -1,4 +1,4 @@
-//! The curves through the present pair of thresholds: forces and moments apart, over F_th and over t_th.
+//! Curves of the error through the present pair of thresholds, over F_th and over t_th, separately for forces and moments.
 
 use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
@@ -28,13 +28,17 @@ pub fn curves(
         for set in ScoreSet::ALL {
             let color = palette::score(set, ui.visuals());
             let (name, about) = match set {
-                ScoreSet::LeftOut => ("solid", "Choose by this one"),
-                ScoreSet::Train => ("dotted", "On what was fitted, which flatters"),
-                ScoreSet::Test => ("dashed", "To look at, not to choose by"),
+                ScoreSet::LeftOut => {
+                    ("solid", "Held-out errors: choose the thresholds by this curve")
+                }
+                ScoreSet::Train => ("dotted", "Errors on the fitted samples, which are too small"),
+                ScoreSet::Test => {
+                    ("dashed", "Errors on the test recordings: do not choose by this curve")
+                }
             };
             ui.colored_label(color, format!("{} ({name})", set.label())).on_hover_text(about);
         }
-        ui.weak("press or drag to set");
+        ui.weak("click or drag to set the threshold");
     });
     for group in groups {
         ui.horizontal(|ui| {
@@ -80,7 +84,7 @@ fn curve(
         && let Some(pointer) = response.response.interact_pointer_pos()
     {
         let x = response.transform.value_from_position(pointer).x / factor;
-        // As fine as one can point: three digits.
+        // The precision of pointing: three digits.
         let value = significant(x.max(0.0), 3).parse().unwrap_or(0.0);
         let wanted = match along {
             Along::F => Thresholds { f_th: value, ..present },

@@ -1,4 +1,4 @@
-//! Errors over F_th and t_th as a picture: one texture pixel a pair, t_th on a logarithmic axis.
+//! Map of the errors over F_th and t_th: one texture pixel for each pair, t_th on a logarithmic axis.
 
 use std::sync::Arc;
 
@@ -16,20 +16,20 @@ use crate::ui::numbers::significant;
 use crate::ui::palette::rgb;
 use crate::ui::plots;
 
-/// The picture, with what it was made of.
+/// The texture of the map and the values that it shows.
 #[derive(Default)]
 pub struct MapTexture {
     made: Option<(Arc<ThresholdMap>, usize, Measure, ScoreSet)>,
     texture: Option<TextureHandle>,
     range: Option<(f64, f64)>,
-    /// Whether there is more than the range of the colours.
+    /// True if some values exceed the range of the colours.
     is_cut_off: bool,
 }
 
-/// Width of the scale of colours beside the map.
+/// Width of the colour scale beside the map (points).
 const SCALE_WIDTH: f32 = 14.0;
 
-/// Draws the map and its scale of colours.
+/// Draws the map and its colour scale.
 pub fn map(
     ui: &mut egui::Ui,
     engine: &Engine,
@@ -42,9 +42,9 @@ pub fn map(
     texture.update(ui.ctx(), map, measure, set);
     let (Some(image), Some((least, greatest))) = (&texture.texture, texture.range) else {
         ui.weak(match set {
-            _ if map.n_rows_done() == 0 => "The first rows are on their way.",
+            _ if map.n_rows_done() == 0 => "The first rows are being computed.",
             ScoreSet::Test => "There are no test recordings.",
-            ScoreSet::LeftOut => "There are too few training samples to leave any out.",
+            ScoreSet::LeftOut => "There are too few training samples for held-out errors.",
             ScoreSet::Train => "There is no training recording.",
         });
         return;
@@ -101,7 +101,7 @@ pub fn map(
             let value = value.map_or_else(|| "not yet".to_owned(), |value| significant(value, 4));
             let unit = measure.unit(&map.scale);
             response.response.clone().on_hover_text_at_pointer(format!(
-                "{}: {value} {unit}\npress to set; ◆ minimum, ○ present",
+                "{}: {value} {unit}\nclick to set; ◆ minimum, ○ present pair",
                 pair_text(map.distance, thresholds)
             ));
             if pressed(&response.response) && thresholds != present {
@@ -116,7 +116,7 @@ pub fn map(
     });
 }
 
-/// Lines at 1, 2 and 5 times powers of ten between two powers.
+/// Returns grid lines at 1, 2 and 5 times powers of ten between two powers.
 fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
     (-3..5)
         .flat_map(|power| [1.0, 2.0, 5.0].map(|digit: f64| digit.log10() + f64::from(power)))
@@ -125,13 +125,13 @@ fn decades(low: f64, high: f64) -> Vec<egui_plot::GridMark> {
         .collect()
 }
 
-/// t_th on the logarithmic axis; zero lies at its lower end.
+/// Returns the place of t_th on the logarithmic axis; zero is at its lower end.
 fn log(t_th_secs: f64, map: &ThresholdMap) -> f64 {
     let lowest = corners(map).0[1];
     if t_th_secs > 0.0 { t_th_secs.log10().max(lowest) } else { lowest }
 }
 
-/// The outer corners of the cells of the first and the last pair: F_th, log₁₀ t_th.
+/// Returns the outer corners of the cells of the first and the last pair: F_th, log₁₀ t_th.
 fn corners(map: &ThresholdMap) -> ([f64; 2], [f64; 2]) {
     let ends = |values: &[f64], place: fn(f64) -> f64| {
         let (first, last) = (place(values[0]), place(values[values.len() - 1]));
@@ -174,7 +174,7 @@ impl MapTexture {
     }
 }
 
-/// One pixel a pair, F_th to the right, t_th upwards; a row that has not come shows its nearest neighbour.
+/// Returns the image: one pixel for each pair, F_th to the right, t_th upwards. A missing row shows its nearest neighbour.
 fn picture(map: &ThresholdMap, values: &[Option<f64>], (low, high): (f64, f64)) -> ColorImage {
     let (n_f, n_t) = (map.grid.f_ths().len(), map.grid.t_ths_secs().len());
     let has_row = |f_at: usize| values[f_at * n_t].is_some();

@@ -1,4 +1,4 @@
-//! Two cursors in time: what lies at each, between them, and the figures of the span.
+//! Two cursors in time: the values at each cursor, their differences, and statistics of the interval between them.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,19 +15,19 @@ use crate::ui::palette;
 use crate::ui::palette::Trace;
 use crate::ui::status_line::busy;
 
-/// So many values are added up in one frame: a frame must not wait for millions.
+/// Maximum number of values summed in one frame, so that a frame does not wait for millions of values.
 const VALUES_PER_FRAME: usize = 400_000;
 
-/// The two cursors (s on the time axis), and what is known of the span between them.
+/// The two cursors (s on the time axis) and the statistics between them.
 #[derive(Debug, Default)]
 pub struct Cursors {
     at: [Option<f64>; 2],
     span: Option<Span>,
-    /// Whether the table was asked for.
+    /// True if the table is open.
     table: bool,
 }
 
-/// The figures of one series over the span, as far as they have been added up.
+/// Statistics of one series between the cursors, as far as they are summed.
 #[derive(Clone, Copy, Debug, Default)]
 struct Figures {
     n: usize,
@@ -71,7 +71,7 @@ struct Row {
 #[derive(Debug)]
 struct Span {
     samples: Range<usize>,
-    /// The next sample to be added up.
+    /// Index of the next sample to sum.
     next: usize,
     rows: Vec<Row>,
 }
@@ -82,7 +82,7 @@ impl Span {
         Self { next: samples.start, samples, rows: shown.flat_map(rows).collect() }
     }
 
-    /// Adds up a part of what is missing; whether all is there.
+    /// Sums a part of the missing values. Returns true if all are summed.
     fn go_on(&mut self) -> bool {
         let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
         let end = (self.next + n).min(self.samples.end);
@@ -94,7 +94,7 @@ impl Span {
         end == self.samples.end
     }
 
-    /// Whether it is of these series.
+    /// Returns true if the statistics belong to these series and samples.
     fn is_of(&self, traces: &TraceSet, samples: &Range<usize>, engine: &Engine) -> bool {
         let shown = traces.axes.iter().filter(|axis| engine.project().is_shown(axis.axis));
         let series = shown.flat_map(rows).map(|row| Arc::as_ptr(&row.series));
@@ -122,7 +122,7 @@ impl Cursors {
         self.at[which] = Some(time);
     }
 
-    /// Takes both away.
+    /// Removes both cursors.
     pub fn clear(&mut self) {
         *self = Self { table: self.table, ..Self::default() };
     }
@@ -132,22 +132,22 @@ impl Cursors {
         self.table = !self.table;
     }
 
-    /// Whether the table was asked for.
+    /// Returns true if the table is open.
     pub fn has_table(&self) -> bool {
         self.table
     }
 
-    /// Where both stand, if they do.
+    /// Returns the times of both cursors, if both are set.
     pub fn both(&self) -> Option<(f64, f64)> {
         self.at[0].zip(self.at[1])
     }
 
-    /// Where cursor A stands.
+    /// Returns the time of cursor A.
     pub fn first(&self) -> Option<f64> {
         self.at[0]
     }
 
-    /// Marks them in a pane.
+    /// Draws the cursors in a pane.
     pub fn mark(&self, plot: &mut PlotUi<'_>, visuals: &egui::Visuals) {
         for time in self.at.into_iter().flatten() {
             let line = VLine::new("", time)
@@ -159,7 +159,7 @@ impl Cursors {
         }
     }
 
-    /// Draws the table, once it was asked for, while there is a cursor.
+    /// Draws the table, if it is open and a cursor is set.
     pub fn show(&mut self, ui: &egui::Ui, engine: &Engine, traces: &TraceSet) {
         if !self.table {
             return;
@@ -181,7 +181,7 @@ impl Cursors {
         egui::Window::new("Cursors")
             .open(&mut open)
             .default_size([640.0, 260.0])
-            // Beside the plots, where there is room for it.
+            // The table is beside the plots if there is room.
             .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
             .show(ui.ctx(), |ui| {
                 let figures = table(span, a, b);
@@ -200,7 +200,7 @@ impl Cursors {
                         ),
                         None => format!("A {}; Shift and click puts cursor B", time(a)),
                     });
-                    if ui.press("Copy table", "As tab-separated text") {
+                    if ui.press("Copy table", "Copies the table as tab-separated text") {
                         ui.copy_text(figures.tab_separated());
                     }
                     if !complete {
@@ -214,7 +214,7 @@ impl Cursors {
     }
 }
 
-/// What lies at A and at B, between them, and the figures of the span; of A alone without a B.
+/// Returns the table of values at A and B, their differences and the statistics; of A alone without B.
 fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
     let number = |number: Option<f64>| match number {
         Some(_) => Cell::digits(number, 4),
@@ -246,7 +246,7 @@ fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
 mod tests {
     use super::*;
 
-    /// Of 1, 2, 4, 9: mean 4, squared differences 9 + 4 + 0 + 25, so a variance of 38/4.
+    /// Values 1, 2, 4, 9: mean 4, squared differences 9 + 4 + 0 + 25, variance 38/4.
     #[test]
     fn figures_are_those_of_the_finite_values() {
         let mut figures = Figures::default();

@@ -1,18 +1,18 @@
-//! Going through time, as if the recording were measured now.
+//! Plays through a recording as if it were being measured.
 
 use crate::questions::TraceSet;
 use crate::ui::choice::choice;
 
-/// How many seconds go by in one, to choose from.
+/// Selectable speeds: seconds of the recording per second.
 const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
 
-/// Where it is, and whether it moves.
+/// The playing position and state.
 #[derive(Debug)]
 pub struct Playing {
-    /// On the time axis (s); `None` before it was begun.
+    /// Time on the time axis (s); `None` before playing started.
     time: Option<f64>,
     running: bool,
-    /// Whether it was put there by a key since the pointer last moved.
+    /// True if a key moved the position after the pointer last moved.
     stepped: bool,
     speed: f64,
 }
@@ -24,12 +24,12 @@ impl Default for Playing {
 }
 
 impl Playing {
-    /// Goes on, or stops.
+    /// Plays or stops.
     pub fn toggle(&mut self) {
         self.running = !self.running;
     }
 
-    /// Forgets where it was.
+    /// Discards the position.
     pub fn clear(&mut self) {
         (self.time, self.running, self.stepped) = (None, false, false);
     }
@@ -39,12 +39,12 @@ impl Playing {
         (self.time, self.running, self.stepped) = (Some(time), false, true);
     }
 
-    /// The pointer moved: the sample under it is the one to show.
+    /// Makes the sample under the pointer the present one, because the pointer moved.
     pub fn let_pointer_lead(&mut self) {
         self.stepped = false;
     }
 
-    /// Whether the sample to show is this one rather than the one under the pointer.
+    /// Returns true if the present sample is the playing position, not the sample under the pointer.
     pub fn leads(&self) -> bool {
         self.stepped
     }
@@ -53,12 +53,12 @@ impl Playing {
     pub fn controls(&mut self, ui: &mut egui::Ui) {
         let label = if self.running { "Stop" } else { "Play" };
         let button = ui.button(label).on_hover_text(
-            "Goes through time from cursor A, or from what is on screen; the look-back is drawn at each sample (Space)",
+            "Plays from cursor A, or from the start of the visible time; draws the look-back at each sample (Space)",
         );
         if button.clicked() {
             self.toggle();
         }
-        let about = "Seconds of the recording in one second";
+        let about = "Speed: seconds of the recording per second";
         let button = egui::ComboBox::from_id_salt("speed")
             .selected_text(format!("{}×", self.speed))
             .width(48.0);
@@ -67,7 +67,7 @@ impl Playing {
         choice(ui, button, &mut self.speed, items).on_hover_text(about);
     }
 
-    /// Goes on by `passed` seconds on the clock; returns the sample it is at and its time.
+    /// Advances the position by `passed` seconds of clock time. Returns the sample there and its time.
     pub fn go_on(&mut self, passed: f64, from: f64, traces: &TraceSet) -> Option<(usize, f64)> {
         let last = *traces.times.last()?;
         if self.running {
@@ -82,7 +82,7 @@ impl Playing {
         Some((traces.sample_at(time)?, time))
     }
 
-    /// Whether it moves.
+    /// Returns true while playing.
     pub fn is_running(&self) -> bool {
         self.running
     }

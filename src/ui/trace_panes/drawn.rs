@@ -1,4 +1,4 @@
-//! The line of a trace, which stays what it was while nothing about it changes: most frames are drawn because a pointer moved.
+//! The shapes of a trace, which are kept while nothing about them changes, because most frames only follow the pointer.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -16,10 +16,10 @@ use crate::ui::palette::Trace;
 use crate::ui::plots;
 use crate::ui::time_view::Kind;
 
-/// The lines that were drawn last, by where they stand.
+/// The lines of the last frame, by pane and trace.
 pub type DrawnLines = RefCell<HashMap<(Axis, Kind, Trace), Drawn>>;
 
-/// A line as it was drawn, and all that it was drawn of. What that was is not kept alive by it.
+/// A drawn line with the inputs it was drawn from. The inputs are held by weak references.
 #[derive(Debug)]
 pub struct Drawn {
     series: Weak<Series>,
@@ -28,7 +28,7 @@ pub struct Drawn {
     mesh: Arc<Mesh>,
 }
 
-/// Where on the screen, and how.
+/// Place and style of a line on screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     bounds: PlotBounds,
@@ -60,7 +60,7 @@ impl TraceLine<'_> {
             plots::piece_shapes(&piece, style, transform, pixel, &mut shapes);
         }
         let options = ui.ctx().tessellation_options(|options| *options);
-        // There is no text, and no disc, among them.
+        // The shapes contain neither text nor discs.
         let mut tessellator = Tessellator::new(look.pixels_per_point, options, [1, 1], Vec::new());
         tessellator.set_clip_rect(look.frame);
         let mut mesh = Mesh::default();
@@ -71,7 +71,7 @@ impl TraceLine<'_> {
     }
 }
 
-/// What is drawn of a series in these columns.
+/// Returns the shapes of a series in these columns.
 pub fn piece(series: &Series, times: &[f64], columns: &Columns) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     series.draw_in(columns, times, |time, value| points.push([time, value]));

@@ -1,4 +1,4 @@
-//! The look-back at the sample under the pointer: what the thresholds search, and what they find.
+//! The look-back of the sample under the pointer: the searched interval and the past sample.
 
 use egui::{Color32, Stroke};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
@@ -10,16 +10,16 @@ use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;
 use crate::ui::palette::Trace;
 
-/// Characters of a recording's name that have room.
+/// Number of characters of a recording's name that fit.
 const NAME_LENGTH: usize = 44;
-/// Size of the picture of the rule.
+/// Size of the figure of the look-back rule (points).
 const STRIP: egui::Vec2 = egui::Vec2::new(270.0, 96.0);
-/// Size of its words.
+/// Font size in the figure (points).
 const STRIP_TEXT: f32 = 11.0;
-/// It looks at no more samples than this in a frame.
+/// Maximum number of samples that the figure reads in a frame.
 const STRIP_SAMPLES: usize = 50_000;
 
-/// Draws what is searched: t_th as an interval of time. F_th is a distance over several axes, which no box around one of them shows;
+/// Draws the searched interval of length t_th. F_th is a distance over several axes, which a box around one axis cannot show;
 /// see [`strip`].
 pub fn thresholds(
     plot: &mut PlotUi<'_>,
@@ -41,7 +41,7 @@ pub fn thresholds(
     plot.span(searched);
 }
 
-/// Marks the present sample and the past one that was found for it.
+/// Marks the present sample and its past sample.
 pub fn samples(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -115,7 +115,7 @@ pub fn tooltip(
         });
 }
 
-/// What each load is at a sample, and its error.
+/// Returns each load at a sample, and its error.
 fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, String)> {
     let unit = axis.axis.unit();
     Trace::LISTED.into_iter().filter_map(move |trace| {
@@ -127,7 +127,7 @@ fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, St
     })
 }
 
-/// What the tooltip shows, for whoever cannot see it.
+/// Returns the contents of the tooltip for screen readers.
 pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     let loads = loads(axis, k).map(|(trace, load, error)| {
         let said = format!("{} {load} {error}", trace.label());
@@ -140,8 +140,8 @@ pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
     format!("{} at {when}: {}", axis.axis.symbol(), all.join(", "))
 }
 
-/// Draws the rule as it is: the distance d(k, j) to the present load going back from sample `k` to t_th ago, the line F_th, and the
-/// sample where it is crossed.
+/// Draws the look-back rule: the distance d(k, j) to the present load, from sample `k` back to t_th ago, the threshold F_th,
+/// and the past sample.
 fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let Some(segment) = traces.segment_of(k) else {
         return;
@@ -152,7 +152,7 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     let points = going_back(traces, thresholds.t_th_secs, segment.samples.start, k);
     let reaches = points.iter().fold(0.0, |most: f64, (_, d)| most.max(*d));
     let top = 1.15 * reaches.max(thresholds.f_th).max(f64::MIN_POSITIVE);
-    // Where the recording is younger than t_th, all of it is shown.
+    // If the recording is younger than t_th, the figure shows all of it.
     let since_start = traces.times[k] - traces.times[segment.samples.start];
     let longest = since_start.min(thresholds.t_th_secs).max(f64::MIN_POSITIVE);
     let at = |age: f64, d: f64| {
@@ -191,13 +191,13 @@ fn strip(ui: &mut egui::Ui, traces: &TraceSet, thresholds: Thresholds, k: usize)
     write(egui::pos2(plot.right(), below), egui::Align2::RIGHT_TOP, now, text);
 }
 
-/// How long ago, and how far away, samples are, going back from `k` to `t_th_secs` ago or to the first; of many the farthest in each of
-/// as many steps as can be told apart.
+/// Returns age and distance of the samples from `k` back to `t_th_secs` ago, or to the first. Of many samples only the
+/// farthest in each column of the figure is returned.
 fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<(f64, f64)> {
     let now = traces.times[k];
     let oldest = first + traces.times[first..=k].partition_point(|time| now - time > t_th_secs);
     let n = k - oldest + 1;
-    // What is near in time is near in load: of too many samples the first of each column stand for the others.
+    // Samples close in time have similar loads, so the first sample of each column represents the others.
     let width = n.div_ceil(STRIP.x as usize).max(1);
     let looked_at = width.min(STRIP_SAMPLES / STRIP.x as usize);
     let mut points = Vec::new();
@@ -214,14 +214,14 @@ fn going_back(traces: &TraceSet, t_th_secs: f64, first: usize, k: usize) -> Vec<
     points
 }
 
-/// What the look-back found, in words.
+/// Returns the result of the look-back in words.
 fn look_back_words(traces: &TraceSet, thresholds: Thresholds, k: usize) -> String {
     let shown = ShownFTh::of(traces.distance);
     let amount = |d: f64| format!("{} {}", significant(shown.factor * d, 3), shown.unit);
     let past = traces.past_of(k);
     if past == k {
         return format!(
-            "no past sample found: nothing differs by {} within {} s",
+            "no past sample found: no load differs by {} within {} s",
             amount(thresholds.f_th),
             significant(thresholds.t_th_secs, 3),
         );

@@ -1,4 +1,4 @@
-//! One axis: the pane with its traces, and the one with their errors under it.
+//! The two panes of one axis: traces, and errors below them.
 
 use crate::min_max::MinMax;
 use std::ops::Range;
@@ -22,33 +22,33 @@ use crate::ui::time_view::{Kind, TimeView, all_of, within};
 use crate::ui::trace_panes::drawn::{DrawnLines, TraceLine, piece};
 use crate::ui::trace_panes::overlay;
 
-/// The share of a cell's height that the traces get; the errors get the rest.
+/// Share of a cell's height for the traces; the rest is for the errors.
 const TRACES_SHARE: f32 = 0.55;
-/// Marks between recordings that are nearer to each other (pixels, in the mean) would hide them.
+/// Minimum mean distance of the marks between recordings (pixels). Closer marks would hide the traces.
 const MARKS_APART: usize = 8;
-/// A picture in a file has at least so many.
+/// Minimum number of columns of a saved figure.
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
-/// How high a cell is, and whether the time axis stands under it.
+/// Height of a cell, and whether it has the time axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub height: f32,
     pub time_axis: Option<f32>,
 }
 
-/// The part of time and samples that is on screen.
+/// Visible time and samples.
 struct Visible {
     time: (f64, f64),
     samples: Range<usize>,
 }
 
 impl Visible {
-    /// How long one of so many columns lasts.
+    /// Returns the duration of one column, if there are this many.
     fn column_secs(&self, columns: usize) -> f64 {
         (self.time.1 - self.time.0) / columns.max(1) as f64
     }
 }
 
-/// Draws both panes of an axis; returns the sample under the pointer.
+/// Draws both panes of an axis. Returns the sample under the pointer.
 pub fn cell(
     ui: &mut egui::Ui,
     traces: &TraceSet,
@@ -108,7 +108,7 @@ fn pane(
         columns: &shared,
         times: &traces.times,
         stroke: trace.stroke(&visuals),
-        // Dashes of a line that goes up and down within a pixel would be noise.
+        // Dashes would look like noise on a line that goes up and down within a pixel.
         dash: (trace.is_dashed() && lie_apart).then_some(figure::DASHED),
         drawn,
     });
@@ -156,7 +156,7 @@ fn pane(
         ),
     });
     let sample = sample_under_pointer(&response, traces);
-    // While it plays, the first pane says what there is.
+    // While playing, the first pane shows the values.
     let is_first =
         kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
     let told = match (sample, is_first && panes.playing.leads()) {
@@ -164,7 +164,7 @@ fn pane(
         (None, true) => hovered.map(|k| (k, Some(response.response.rect))),
         (None, false) => None,
     };
-    // It would lie over the menu.
+    // The tooltip would cover the menu.
     if let Some((k, beside)) = told.filter(|_| !response.response.context_menu_opened()) {
         overlay::tooltip(ui, &response.response, traces, axis, (k, beside));
     }
@@ -178,7 +178,7 @@ fn title(axis: Axis, kind: Kind) -> String {
     }
 }
 
-/// All of the time axis, or the chosen interval, with the samples in it and one to each side.
+/// Returns the whole time axis or the chosen interval, with its samples and one more on each side.
 fn visible(traces: &TraceSet, chosen: Option<(f64, f64)>) -> Option<Visible> {
     traces.times.first()?;
     let time = chosen.unwrap_or_else(|| all_of(&traces.times));
@@ -205,7 +205,7 @@ fn shown_series<'a>(
         .collect()
 }
 
-/// The range of the visible values with a margin; of errors always with zero in it.
+/// Returns the range of the visible values with a margin; for errors it includes zero.
 fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Kind) -> (f64, f64) {
     let zero = (kind == Kind::Error).then_some((0.0, 0.0));
     let all = shown.iter().filter_map(|(_, series)| series.min_max(samples.clone())).chain(zero);
@@ -215,7 +215,7 @@ fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Ki
     (low - margin, high + margin)
 }
 
-/// The recordings on screen.
+/// Returns the recordings on screen.
 fn visible_segments<'a>(
     traces: &'a TraceSet,
     samples: &Range<usize>,
@@ -226,8 +226,8 @@ fn visible_segments<'a>(
     &segments[first..end.max(first)]
 }
 
-/// The columns of each line: of a line for each recording, so that none is joined to the next, while they are wide enough to be
-/// seen.
+/// Returns the columns of each line: one line for each recording, so that recordings are not joined, as long as recordings
+/// are wide enough to be visible.
 fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Columns> {
     let column_secs = visible.column_secs(columns);
     let of = |samples: Range<usize>| Columns::of(&traces.times, samples, column_secs);
@@ -245,7 +245,7 @@ fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Colum
         .collect()
 }
 
-/// All of them as a picture in a file has them.
+/// Returns the figure of the pane for a file.
 fn printed(
     shown: &[(Trace, &Arc<Series>)],
     traces: &TraceSet,
@@ -264,7 +264,7 @@ fn printed(
     shown.iter().map(line).collect()
 }
 
-/// Shades where the load lies with about 95 %, where the regressor knows it.
+/// Shades the interval that contains the load with about 95 % probability, if the regressor computes one.
 fn shade_band(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -297,7 +297,7 @@ fn shade_band(
     plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
 }
 
-/// Shades intervals in which no sample has a past.
+/// Shades intervals without past samples.
 fn shade_without_past(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -314,7 +314,7 @@ fn shade_without_past(
         let start = time_of(intervals[at].start);
         let mut end = time_of(intervals[at].end);
         at += 1;
-        // Stretches that no pixel lies between are one on screen; found by bisection, since there may be millions.
+        // Intervals less than a pixel apart are drawn as one. Bisection finds them, since there may be millions.
         loop {
             let near = at
                 + intervals[at..last]
@@ -352,7 +352,7 @@ fn shade_faulty(
         let mut at = intervals.partition_point(|(_, end)| *end < from);
         while at < intervals.len() && intervals[at].0 <= to {
             let (start, end) = intervals[at];
-            // What follows within a pixel is one on screen.
+            // Intervals less than a pixel apart are drawn as one.
             let next = at + intervals[at..].partition_point(|(later, _)| *later <= end + pixel);
             let end = intervals[next - 1].1.max(start + pixel);
             let span = Span::new("", start - offset..=end - offset)
@@ -364,7 +364,7 @@ fn shade_faulty(
     }
 }
 
-/// Marks where one recording ends and the next begins.
+/// Marks the borders between recordings.
 fn separate_segments(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -383,7 +383,7 @@ fn separate_segments(
     }
 }
 
-/// Takes over what the user did to the bounds: time for all panes, values for this one.
+/// Applies the user's zoom and drag: time for all panes, values for this pane.
 fn follow_gestures(
     ui: &egui::Ui,
     response: &PlotResponse<()>,

@@ -1,7 +1,7 @@
-//! A calibration as a library: its code in every language with examples, a test vector and self-tests that run it.
+//! A calibration as a library: its code in every language with examples, a test vector and self-tests.
 //!
-//! Guarantees: what the self-tests compare with is what [`Estimator`](crate::calibration::Estimator) gives, and the same
-//! calibration makes the same bytes.
+//! Guarantees: the self-tests compare with the results of [`Estimator`](crate::calibration::Estimator), and the same
+//! calibration gives the same bytes.
 
 mod test_vector;
 
@@ -22,10 +22,10 @@ use crate::export::template::environment;
 use crate::export::text::{for_block_comment, identifier, library_name};
 use crate::features::AuxiliaryChannel;
 
-/// How far a self-test may be off, in full scale: in double, and in single precision.
+/// Tolerance of a self-test as a share of full scale: in double, and in single precision.
 const ALLOWED: (f64, f64) = (1e-9, 2e-6);
 
-/// In single precision, where a kernel's large weights take each other away, more digits are lost.
+/// Returns the tolerance in single precision. Large weights of a kernel cancel, which loses digits.
 fn allowed_in_float(calibration: &Calibration) -> f64 {
     let Some(Learned::Kernel(kernel)) = &calibration.learned else {
         return ALLOWED.1;
@@ -39,14 +39,14 @@ fn allowed_in_float(calibration: &Calibration) -> f64 {
     lost.fold(ALLOWED.1, f64::max)
 }
 
-/// A template of this folder, and the path of the file that is made of it.
+/// A template of this folder, and the path of the generated file.
 macro_rules! template {
     ($path:literal, $name:literal) => {
         ($path, include_str!(concat!("../../templates/package/", $name)))
     };
 }
 
-/// What is written around the code: where it goes, and its template.
+/// Files beside the code: path and template.
 const TEMPLATES: [(&str, &str); 11] = [
     template!("README.md", "README.md"),
     template!("main.c", "main.c"),
@@ -72,10 +72,10 @@ pub(super) static PACKAGE: Target = Target {
     ..CODE
 };
 
-/// The files of a library: their paths in it and their content.
+/// Files of a library: paths inside it and contents.
 pub(in crate::export) type Files = Vec<(String, String)>;
 
-/// All files; `name` is what names inside are made of.
+/// Returns all files; `name` is the base of the names inside them.
 pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Result<Files> {
     let name = library_name(name);
     let export = of_target(&CODE, calibration, &name)?;
@@ -100,7 +100,7 @@ pub(in crate::export) fn files(calibration: &Calibration, name: &str) -> io::Res
     Ok(files)
 }
 
-/// All files in one archive, in a folder of its own.
+/// Returns all files in one ZIP archive, inside one folder.
 fn zipped(files: &Files, folder: &str) -> io::Result<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().last_modified_time(DateTime::default());
@@ -111,7 +111,7 @@ fn zipped(files: &Files, folder: &str) -> io::Result<Vec<u8>> {
     Ok(zip.finish()?.into_inner())
 }
 
-/// What the templates speak of.
+/// Returns the values for the templates.
 fn values(
     calibration: &Calibration,
     name: &str,
@@ -147,8 +147,8 @@ fn values(
     }
 }
 
-/// Names that no program need read, then a line for each sample: time, gauges, auxiliary channels, load, conventional load, status, whether it is
-/// at the edge of a threshold.
+/// Returns the samples as CSV. The header is for people. Each row has time, gauges, auxiliary channels, load, conventional
+/// load, status, and whether the sample is at the edge of a threshold.
 fn as_csv(calibration: &Calibration, rows: &[Answered]) -> String {
     let gauges = (1..=calibration.gauges.len()).map(|gauge| format!("gauge_{gauge}"));
     let axes = calibration.axes.iter().map(|axis| axis.symbol());

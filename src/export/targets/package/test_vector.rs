@@ -1,39 +1,42 @@
-//! Samples that try what a calibration can meet, and what the program's own estimator makes of them.
+//! Samples that cover all situations of a calibration, with the results of the program's own estimator.
 //!
-//! Guarantees: gauges move as loads within full scale move them, within the range of the training recordings, and are numbers
-//! of single precision; times are whole tenths of a millisecond. So single precision and a clock in ticks get the very same.
+//! Guarantees: gauges move like under loads within full scale, stay within the range of the training recordings, and are
+//! single-precision numbers; times are multiples of 0.1 ms. So code in single precision, or with a clock in ticks, gets the
+//! same input.
 
 use std::f64::consts::TAU;
 
 use crate::calibration::{Calibration, CalibrationError, Estimator};
 
-/// A time (s), gauges and auxiliary channels.
+/// Time (s), gauges and auxiliary channels of a sample.
 pub(super) type Sample = (f64, Vec<f64>, Vec<f64>);
 
-/// A sample and what becomes of it.
+/// A sample with its result.
 #[derive(Clone, Debug)]
 pub(super) struct Answered {
     pub sample: Sample,
     pub load: Vec<f64>,
     pub conventional: Vec<f64>,
-    /// As in exported code.
+    /// Status flags, as in exported code.
     pub status: u8,
-    /// Whether a threshold that is a little different, or a clock, gives another load.
+    /// True if a slightly different threshold or clock gives another load.
     pub at_edge: bool,
 }
 
-/// Where no recording says how fast samples come (Hz).
+/// Sample rate if no recording has one (Hz).
 const USUAL_RATE_HZ: f64 = 20.0;
-/// Share of full scale that the loads reach which move the gauges, and how many deviations the gauges reach.
+/// Largest load of the test as a share of full scale.
 const SHARE_OF_FULL_SCALE: f64 = 0.8;
+/// Largest motion of gauges without known loads, in standard deviations.
 const DEVIATIONS: f64 = 2.0;
-/// Parts of the test: fast motion, and slow motion for as long as the history is, but for no more samples than these.
+/// Number of samples of each fast motion, before and after the slow one.
 const FAST: usize = 100;
+/// Number of samples of the slow motion.
 const SLOW: usize = 500;
-/// A longer test does not show more.
+/// Number of slow samples in which the history settles, which sets their time step.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
-/// The test of a calibration.
+/// Returns the test vector of a calibration.
 pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
     let samples = samples(calibration);
     let mut rows = answered(calibration, &samples, 1.0)?;
@@ -61,7 +64,7 @@ pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, Ca
     Ok(rows)
 }
 
-/// What errors are measured by.
+/// Returns the full scale that errors are divided by.
 pub(super) fn full_scale(calibration: &Calibration) -> Vec<f64> {
     let scale = calibration.full_scale.iter();
     scale.map(|scale| if *scale > 0.0 { *scale } else { 1.0 }).collect()
@@ -90,7 +93,7 @@ fn answered(
     Ok(rows.collect())
 }
 
-/// Fast and slow motions, gauges that are no numbers, late and early stamps, a pause, a clock that is set anew.
+/// Returns the samples: fast and slow motions, gauges that are not numbers, late and early times, a pause, and a reset clock.
 fn samples(calibration: &Calibration) -> Vec<Sample> {
     let rate_hz = calibration.rate_hz.unwrap_or(USUAL_RATE_HZ);
     let fast_secs = (1.0 / rate_hz).max(1e-3);
@@ -102,7 +105,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     let (mut time, mut fast) = (12.5, 0.0);
     for k in 0..FAST + SLOW + FAST {
         let is_fast = !(FAST..FAST + SLOW).contains(&k);
-        // Uneven steps, as real clocks make them; their mean is one.
+        // Uneven steps, like those of real clocks; their mean is one.
         let uneven = 1.0 + 0.3 * (2.4 * k as f64).sin();
         time += uneven * if is_fast { fast_secs } else { slow_secs };
         if k == FAST + SLOW {
@@ -111,7 +114,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
         fast += if is_fast { 1.0 / 23.0 } else { 0.0 };
         let slow = k as f64 / SLOW as f64;
         let auxiliary = calibration.features.auxiliary.iter();
-        // A little beyond the range now and then.
+        // Sometimes a little outside the range.
         let auxiliary = auxiliary.map(|channel| {
             let middle = 0.5 * (channel.min + channel.max);
             let moved = 0.65 * (channel.max - channel.min) * (TAU * 1.7 * slow).sin();
@@ -133,7 +136,7 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     samples[60].0 = samples[50].0;
     samples[70].0 = samples[69].0;
     samples[80].0 += 1e9;
-    // A stamp as late as the next.
+    // Two samples with the same time.
     samples[FAST + 40].0 = samples[FAST + 41].0;
     for (time, ..) in &mut samples {
         *time = (*time * 1e4).round() / 1e4;
@@ -141,13 +144,13 @@ fn samples(calibration: &Calibration) -> Vec<Sample> {
     samples
 }
 
-/// Gauges as loads move them: every axis at a pace of its own; the phases are those of a slow and of a fast motion.
+/// Returns gauges that move as under loads: each axis at its own rate, as the sum of a slow and a fast phase.
 fn motion(calibration: &Calibration) -> impl Fn(f64, f64) -> Vec<f64> {
     let full_scale = full_scale(calibration);
     let gauges = 0..calibration.gauges.len();
-    // In deviations of each gauge: at full scale of each axis.
+    // Gauges at full scale of each axis, in standard deviations.
     let slopes: Vec<Vec<f64>> = match calibration.gauges_per_load() {
-        // Nothing tells loads from gauges: each gauge moves on its own.
+        // Without a map from loads to gauges, each gauge moves on its own.
         None => gauges.map(|gauge| vec![DEVIATIONS * 0.5f64.powi(gauge as i32 % 3)]).collect(),
         Some(slopes) => gauges
             .map(|gauge| {

@@ -1,12 +1,12 @@
 /*
  * The self-test: runs every sample of expected.csv through the calibration and compares its load, conventional load and status
- * with what LoopScope's own estimator gave. It prints PASS or FAIL with the largest difference, and ends with 0 or 1; with 2 if
- * the file cannot be read. It is an example of use, too.
+ * with those of LoopScope's own estimator. It prints PASS or FAIL with the largest difference, and ends with 0 or 1; with 2 if
+ * the file cannot be read. It is also an example of use.
  *
  *     cc -Isrc main.c -lm -o selftest && ./selftest expected.csv
  *
- * With -DLOOPSCOPE_REAL=float it tests single precision. A machine without files can be given the lines in another way: what
- * reads them is next_line.
+ * With -DLOOPSCOPE_REAL=float it tests single precision. On a machine without files, replace next_line, which
+ * reads the samples.
  */
 #include "{{ name }}.h"
 
@@ -19,7 +19,7 @@
 static const double full_scale[{{ NAME }}_AXES] = {{ '{' }}{{ full_scale|join(', ') }}{{ '}' }};
 static {{ name }}_state state;
 
-/* Reads numbers with commas between them; how many there were, 0 at the end. */
+/* Reads numbers separated by commas. Returns their number, 0 at the end of the file. */
 static int next_line(FILE *file, double numbers[COLUMNS])
 {
     static char line[{{ line_bytes }}];
@@ -37,7 +37,7 @@ static int next_line(FILE *file, double numbers[COLUMNS])
     return n;
 }
 
-/* How far two loads are apart, in full scale; two that are no numbers are the same. */
+/* Returns the difference of two loads as a share of full scale; two NaN are equal. */
 static double difference(double actual, double expected, double scale)
 {
     int is_none = !(actual <= 0 || actual >= 0), is_none_expected = !(expected <= 0 || expected >= 0);
@@ -70,7 +70,7 @@ int main(int argc, char **argv)
             gauges[i] = ({{ name }}_real)numbers[1 + i];
         status = {{ name }}_update(&{{ NAME }}_CALIBRATION, &state, numbers[0], gauges,{{ ' gauges + ' ~ NAME ~ '_GAUGES,' if auxiliary }} load, conventional);
         taken += 1;
-        /* At the edge of a threshold the last digit of a sum decides which past sample is found. */
+        /* At the edge of a threshold, rounding decides which past sample is found. */
         if (expected[2 * {{ NAME }}_AXES + 1] > 0)
             continue;
         compared += 1;
@@ -85,17 +85,17 @@ int main(int argc, char **argv)
             bad += 1;
             if (bad == 1) {
                 first_bad = taken + 1;
-                printf("line %ld: off by %g of full scale, status %d instead of %d\n", first_bad, off, (int)status,
+                printf("line %ld: error %g of full scale, status %d instead of %d\n", first_bad, off, (int)status,
                        (int)expected[2 * {{ NAME }}_AXES]);
             }
         }
     }
     fclose(file);
     if (n != 0 || taken != {{ n_rows }}) {
-        fprintf(stderr, "%s is not the file that was made with this calibration\n", path);
+        fprintf(stderr, "%s does not belong to this calibration\n", path);
         return 2;
     }
-    printf("%s: %ld of %ld samples compared, %ld off; largest difference %g of full scale, %g allowed\n",
+    printf("%s: %ld of %ld samples compared, %ld differ; largest difference %g of full scale, %g allowed\n",
            bad == 0 ? "PASS" : "FAIL", compared, taken, bad, worst, allowed);
     return bad == 0 ? 0 : 1;
 }

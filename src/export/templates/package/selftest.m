@@ -1,4 +1,4 @@
-% The self-test: what is in ../expected.csv is given to the calibration, and what it answers compared. An error if it is off.
+% The self-test: runs the calibration on the samples of ../expected.csv and compares the loads. Ends with an error if they differ.
 here = fileparts(mfilename('fullpath'));
 addpath(here);
 full_scale = [{{ full_scale|join(', ') }}]';
@@ -29,7 +29,7 @@ while ischar(line)
     if any(by > allowed) || status ~= expected(end - 1)
         bad = bad + 1;
         if bad == 1
-            fprintf('line %d: off by %g of full scale, status %d instead of %d\n', taken + 1, max(by), status, expected(end - 1));
+            fprintf('line %d: error %g of full scale, status %d instead of %d\n', taken + 1, max(by), status, expected(end - 1));
         end
     end
 end
@@ -38,7 +38,7 @@ verdict = 'PASS';
 if bad > 0
     verdict = 'FAIL';
 end
-fprintf('%s: %d of %d samples compared, %d off; largest difference %g of full scale, %g allowed\n', ...
+fprintf('%s: %d of %d samples compared, %d differ; largest difference %g of full scale, %g allowed\n', ...
     verdict, compared, taken, bad, worst, allowed);
 if bad > 0
     error('the calibration does not give what it should here');

@@ -1,4 +1,4 @@
-# The self-test: what is in ../expected.csv is given to the calibration, and what it answers compared. Ends with 0 if all is well.
+# The self-test: runs the calibration on the samples of ../expected.csv and compares the loads. Ends with 0 if all agree.
 import csv
 import importlib.util
 import pathlib
@@ -34,6 +34,6 @@ for k in range(len(rows)):
         if bad == 0:
             print(f"line {k + 2}: off by {off:g} of full scale, status {state.status} instead of {statuses[k, 0]:g}")
         bad += 1
-print(f"{'FAIL' if bad else 'PASS'}: {compared} of {len(rows)} samples compared, {bad} off; "
+print(f"{'FAIL' if bad else 'PASS'}: {compared} of {len(rows)} samples compared, {bad} differ; "
       f"largest difference {worst:g} of full scale, {ALLOWED:g} allowed")
 sys.exit(1 if bad else 0)

@@ -1,6 +1,6 @@
-//! The self-test: what is in expected.csv is given to the calibration, and what it answers compared. Ends with 0 if all is well.
+//! Self-test: runs the calibration on the samples of expected.csv and compares the loads. Ends with 0 if all agree.
 //!
-//!     rustc --edition 2021 -O selftest.rs && ./selftest ../expected.csv
+//! rustc --edition 2021 -O selftest.rs && ./selftest ../expected.csv
 
 #[allow(dead_code)]
 #[path = "{{ name }}.rs"]
@@ -41,12 +41,12 @@ fn main() {
         let status = f64::from(actual.status.0);
         if off > ALLOWED || status != expected[2 * AXES] {
             if bad == 0 {
-                println!("line {}: off by {off:e} of full scale, status {status} instead of {}", k + 1, expected[2 * AXES]);
+                println!("line {}: error {off:e} of full scale, status {status} instead of {}", k + 1, expected[2 * AXES]);
             }
             bad += 1;
         }
     }
     let verdict = if bad == 0 { "PASS" } else { "FAIL" };
-    println!("{verdict}: {compared} of {taken} samples compared, {bad} off; largest difference {worst:e} of full scale, {ALLOWED:e} allowed");
+    println!("{verdict}: {compared} of {taken} samples compared, {bad} differ; largest difference {worst:e} of full scale, {ALLOWED:e} allowed");
     std::process::exit(i32::from(bad > 0));
 }

@@ -1,5 +1,5 @@
 /*
- * The calibration as a shared library with a handle, for what loads functions by their names: LabVIEW, C#, Python's ctypes, PLCs.
+ * The calibration as a shared library with a handle, for programs that load functions by name: LabVIEW, C#, Python's ctypes, PLCs.
  *
  *     {{ name }}_sensor *{{ name }}_sensor_create(void);                          NULL without memory
  *     int {{ name }}_sensor_update(sensor, seconds, gauges, auxiliary, load, conventional);   the status, a sum of flags; -1 without a sensor
@@ -7,7 +7,7 @@
  *     void {{ name }}_sensor_reset(sensor);                               no past and no tare, as after create
  *     void {{ name }}_sensor_destroy(sensor);
  *
- * Numbers are double: {{ n_gauges }} gauges ({{ gauges }}), {{ n_auxiliary }} auxiliary channels (NULL where there is none), {{ n_axes }} loads ({{ axes }}).
+ * Numbers are double: {{ n_gauges }} gauges ({{ gauges }}), {{ n_auxiliary }} auxiliary channels (NULL if there are none), {{ n_axes }} loads ({{ axes }}).
  * `conventional` may be NULL. Flags of the status: {{ flags }}. One sensor belongs to one thread at a time.
  */
 #include "{{ name }}.h"

@@ -1,4 +1,4 @@
-# The self-test of the shared library: what is in ../expected.csv is given to its functions by ctypes, and what they answer compared.
+# The self-test of the shared library: calls its functions by ctypes on the samples of ../expected.csv and compares the loads.
 #
 #     cmake -B build && cmake --build build && python3 python/shared.py build/lib{{ name }}.so
 import csv
@@ -43,7 +43,7 @@ with open(pathlib.Path(__file__).resolve().parent.parent / "expected.csv", newli
 
 sensor = create()
 worst, compared, bad = 0.0, 0, 0
-# The second time after a tare and a reset, which leave nothing behind.
+# The second run follows a tare and a reset, which must leave no trace.
 for _ in range(2):
     for number, row in enumerate(rows):
         inputs = row[1 : 1 + N_GAUGES + N_AUXILIARY]
@@ -62,6 +62,6 @@ for _ in range(2):
     bad += tare(sensor, numbers([math.nan] * N_GAUGES)) != -1
     reset(sensor)
 destroy(sensor)
-print(f"{'FAIL' if bad else 'PASS'}: {compared} of {2 * len(rows)} samples compared, {bad} off; "
+print(f"{'FAIL' if bad else 'PASS'}: {compared} of {2 * len(rows)} samples compared, {bad} differ; "
       f"largest difference {worst:g} of full scale, {ALLOWED:g} allowed")
 sys.exit(1 if bad else 0)

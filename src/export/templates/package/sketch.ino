@@ -5,7 +5,7 @@
 static {{ name }}_state state;
 
 /*
- * Put your amplifier here: the gauges in this order, in the unit of the training recordings:
+ * Read your amplifier here: the gauges in this order, in the unit of the training recordings:
  * {{ gauges }}
  */
 static void read_gauges(float *gauges)
@@ -14,7 +14,7 @@ static void read_gauges(float *gauges)
         gauges[g] = (float)analogRead(A0 + g);
 }
 
-{% if auxiliary %}/* And your thermometer, or what else is auxiliary: {{ auxiliary }} */
+{% if auxiliary %}/* Read the auxiliary channels here: {{ auxiliary }} */
 static void read_auxiliary(float *auxiliary)
 {
     for (int at = 0; at < {{ NAME }}_AUXILIARY; at++)
@@ -33,7 +33,7 @@ void loop()
     read_gauges(gauges);
 {% if auxiliary %}    float auxiliary[{{ NAME }}_AUXILIARY];
     read_auxiliary(auxiliary);
-{% endif %}    /* micros() begins anew after 71 minutes, which update_ticks knows. */
+{% endif %}    /* micros() wraps after 71 minutes, which update_ticks takes into account. */
     {{ name }}_status status = {{ name }}_update_ticks(&{{ NAME }}_CALIBRATION, &state, micros(), gauges,{{ ' auxiliary,' if auxiliary }} load, NULL);
     if ({{ NAME }}_IS_REJECTED(status))
         return;

@@ -21,7 +21,7 @@ use crate::recording::RecordingSet;
 use crate::recording::Role;
 use crate::recording::{Recording, simulated};
 
-/// Every `step`-th recording of the built-in sensor; those of path 6 test.
+/// Every `step`-th recording of the built-in sensor; those of path 6 are test recordings.
 fn some(step: usize) -> Arc<RecordingSet> {
     let mut set = RecordingSet::default();
     for entry in simulated::recordings(5).entries().iter().step_by(step) {
@@ -50,7 +50,7 @@ fn map_of(
     study.threshold_map(&grid, &progress, &|_| {}).unwrap()
 }
 
-/// What a fit at these thresholds says by itself.
+/// Scores of a separate fit at these thresholds.
 fn fresh(recordings: &Arc<RecordingSet>, settings: &FitSettings, at: Thresholds) -> [Scores; 2] {
     let mut settings = settings.clone();
     match settings.features.look_backs.first_mut() {
@@ -69,7 +69,7 @@ fn assert_equal(actual: &Scores, expected: &Scores, what: &str) {
         let (actual, expected) = (set.rmse(actual), set.rmse(expected));
         assert_eq!(actual.is_some(), expected.is_some(), "{what}, {set:?}");
         for (actual, expected) in actual.into_iter().flatten().zip(expected.into_iter().flatten()) {
-            // Moments are zero throughout where the weight hangs in the middle; what rounding makes of that is noise.
+            // Where the weight hangs in the middle, moments are zero except for rounding.
             let error = (actual - expected).abs();
             assert!(error <= 1e-9 * expected + 1e-14, "{what}, {set:?}: {actual} {expected}");
         }
@@ -159,7 +159,7 @@ fn without_a_look_back_one_is_added() {
     assert_equal(&map.point(0, 0).unwrap().scores, &added[1], "added");
 }
 
-/// Thresholds that find no past: not nearly the conventional errors, those errors.
+/// Thresholds without any past sample: the errors equal the conventional errors exactly.
 #[test]
 fn where_the_past_never_differs_the_errors_are_exactly_conventional() {
     let map = map_of(&some(30), &settings(|_| {}), &[0.0, 3.0, 1e6], &[0.0, 15.0]);
@@ -270,7 +270,7 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
     assert!(matches!(prepared, Err(AnalysisError::NoRecordings)));
 }
 
-/// The measure of a suggested list is what a fit with that list says, and better than without it.
+/// The error of a proposed list equals that of a fit with this list, and is lower than without it.
 #[test]
 fn a_suggested_list_keeps_what_it_promises() {
     let recordings = some(12);
@@ -296,7 +296,7 @@ fn a_suggested_list_keeps_what_it_promises() {
     }
 }
 
-/// The paper's rule and cross-validation, on the sensor whose mean hysteresis was made 2.64 N.
+/// The paper's rule and cross-validation, on the simulated sensor with a mean hysteresis of 2.64 N.
 #[test]
 fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
