@@ -2,9 +2,11 @@
 //!
 //! A file dialog that fails looks like one that was cancelled. Its library says so in the log alone.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use log::{Level, LevelFilter, Log, Metadata, Record};
+
+use crate::panicked::locked;
 
 /// Name that the library of the file dialogs logs under.
 const DIALOGS: &str = "rfd";
@@ -25,7 +27,7 @@ impl Log for Logger {
 
     fn log(&self, record: &Record<'_>) {
         if is_dialog_error(record.metadata()) {
-            let mut kept = DIALOG_ERROR.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut kept = locked(&DIALOG_ERROR);
             *kept = Some(record.args().to_string());
         }
         self.0.log(record);
@@ -47,7 +49,7 @@ pub fn start() {
 
 /// Returns the newest error of a file dialog, once.
 pub fn take_dialog_error() -> Option<String> {
-    let mut kept = DIALOG_ERROR.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = locked(&DIALOG_ERROR);
     kept.take()
 }
 

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Once;
+use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 
 thread_local! {
     /// True if a panic of this thread is reported only as an error.
@@ -16,6 +16,11 @@ thread_local! {
 pub struct Panicked {
     /// Message of the panic.
     pub message: String,
+}
+
+/// Returns the content of a mutex, even if a thread that held it has panicked.
+pub(crate) fn locked<T: ?Sized>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Does the work, and converts a panic to an error.

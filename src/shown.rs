@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Display;
+use std::path::Path;
 
 /// Maximum length of a message in characters. The middle of a longer one is left out, so that a terminal still shows
 /// earlier messages.
@@ -12,6 +13,11 @@ const START_CHARS: usize = 900;
 const LISTED_NAMES: usize = 8;
 /// Maximum number of characters of a file's text in a message.
 const SHOWN_CHARS: usize = 40;
+
+/// Returns the name of a file without its folder; the whole path where it has none.
+pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
+}
 
 /// Returns the text on one line, with control and direction characters replaced by their codes.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {

@@ -244,6 +244,14 @@ pub struct AppliedLoads {
 }
 
 impl Calibration {
+    /// Returns the mean over the axes of the error in cross-validation, as a share of full scale.
+    pub fn mean_cv_share(&self) -> Option<f64> {
+        let errors = self.quality.compensated.cv_rmse.as_ref()?;
+        let shares = errors.iter().zip(&self.full_scale).filter(|(_, scale)| **scale > 0.0);
+        let shares: Vec<f64> = shares.map(|(error, scale)| error / scale).collect();
+        (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
+    }
+
     /// Returns the lower and upper clipping limits of all gauges, or `None` if all are unknown. Unknown limits get
     /// [`NEVER_REACHED`].
     pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {

@@ -15,6 +15,7 @@ use super::run::{Run, Work};
 use super::values::named_file;
 use crate::calibration::{FitSettings, Regressor};
 use crate::export::write_atomically;
+use crate::panicked::locked;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
@@ -82,7 +83,7 @@ impl Work for CompareJob {
         compare(&recordings, &settings, &candidates, &run.progress, &|at, event| {
             run.say.show(&run.progress);
             if let RowEvent::Ended(row) = event {
-                ended.lock().unwrap_or_else(PoisonError::into_inner).push((at, row));
+                locked(&ended).push((at, row));
             }
         });
         let mut ended = ended.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -184,7 +184,7 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
         return;
     };
     let takes = Footprint::of(&play);
-    if let (Some(own), Some(other)) = (mean_error(calibration), mean_error(&play))
+    if let (Some(own), Some(other)) = (calibration.mean_cv_share(), play.mean_cv_share())
         && other < own
         && takes.memory < footprint.memory
     {
@@ -197,15 +197,6 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
             percent(own)
         ));
     }
-}
-
-/// The mean over the axes of the error in cross-validation, as a share of full scale.
-pub fn mean_error(calibration: &Calibration) -> Option<f64> {
-    let errors = calibration.quality.compensated.cv_rmse.as_ref()?;
-    let shares = errors.iter().zip(&calibration.full_scale);
-    let shares: Vec<f64> =
-        shares.filter(|(_, scale)| **scale > 0.0).map(|(error, scale)| error / scale).collect();
-    (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
 }
 
 /// Returns the errors of the factory calibration on the same recordings.

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::error::JobError;
-use super::fit::mean_error;
 use super::run::Run;
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::export::Footprint;
@@ -72,7 +71,7 @@ pub fn with_history_that_fits(run: &Run, request: Request) -> Result<Request, Jo
 
 /// Returns the mean error over the axes as a share of full scale: in cross-validation, else on the training recordings.
 fn error_of(calibration: &Calibration) -> f64 {
-    mean_error(calibration).unwrap_or_else(|| {
+    calibration.mean_cv_share().unwrap_or_else(|| {
         let errors = calibration.quality.compensated.train_rmse.iter().flatten();
         let shares = errors.zip(&calibration.full_scale).map(|(error, scale)| error / scale);
         shares.sum::<f64>() / calibration.axes.len() as f64

@@ -9,7 +9,7 @@ mod take;
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::calibration::{Calibration, FitSettings};
@@ -34,6 +34,7 @@ use crate::export::{ShownFTh, target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::finding::{Advice, Face};
 use crate::import::map::ColumnMap;
+use crate::panicked::locked;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
 use crate::questions::loops::asked::{AskFigures, AskLoops, AskVerdict};
@@ -530,7 +531,7 @@ impl Engine {
             self.ask(Analyse(self.request()));
         }
         let calibration = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
-        *self.current.lock().unwrap_or_else(PoisonError::into_inner) = calibration;
+        *locked(&self.current) = calibration;
         if self.analysis().is_none() {
             self.lanes.of_mut::<AskLoops>().forget();
             self.lanes.of_mut::<AskFigures>().forget();

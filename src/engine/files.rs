@@ -11,6 +11,7 @@ use crate::import;
 use crate::import::map::ColumnMap;
 use crate::import::{Cause, LoadWarning, Loaded, ReadError};
 use crate::progress::Progress;
+use crate::shown::file_name;
 
 /// Content of a file.
 #[derive(Clone, Debug)]
@@ -109,10 +110,7 @@ fn open_recordings(
 fn with_folders_opened(
     files: &[(PathBuf, Option<ColumnMap>)],
 ) -> Vec<(PathBuf, Option<ColumnMap>)> {
-    let is_hidden = |path: &Path| {
-        let name = path.file_name().unwrap_or(path.as_os_str());
-        name.to_string_lossy().starts_with('.')
-    };
+    let is_hidden = |path: &Path| file_name(path).starts_with('.');
     let mut all = Vec::new();
     for (path, map) in files {
         let Ok(entries) = std::fs::read_dir(path) else {

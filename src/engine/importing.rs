@@ -10,6 +10,7 @@ use crate::import::map::{ColumnMap, ColumnRole, TableMap};
 use crate::import::pose::WeightEstimate;
 use crate::questions::question::{Answered, Query, Unanswered, Work};
 use crate::scoring::numbers::significant;
+use crate::shown::file_name;
 use crate::shown::first;
 
 /// Maximum number of file names in a message.
@@ -173,7 +174,7 @@ impl Importing {
     /// Returns a message that this file and all waiting files were not read.
     pub(super) fn not_read(&self) -> String {
         let files = [&self.path].into_iter().chain(&self.waiting);
-        let names = files.map(|path| path.file_name().unwrap_or(path.as_os_str()).display());
+        let names = files.map(|path| file_name(path));
         format!("Not read, because no columns were chosen: {}", first(MAX_NAMED, names))
     }
 

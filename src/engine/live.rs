@@ -2,11 +2,12 @@
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::calibration::{Calibration, Estimator};
 use crate::import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable};
+use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::questions::question::{Query, Unanswered, Work};
 use crate::recording::Axis;
@@ -90,8 +91,7 @@ impl Query for Follow {
 
 impl Follow {
     fn current(&self) -> Option<Arc<Calibration>> {
-        let current = self.calibration.lock();
-        current.unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.calibration).clone()
     }
 
     fn is_current(&self, calibration: Option<&Arc<Calibration>>) -> bool {

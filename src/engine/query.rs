@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
 use crate::panicked::caught;
+use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::questions::question::{PATIENCE, Query, Unanswered, Work};
 
@@ -150,7 +151,7 @@ struct Slot<Q> {
 impl<Q> Shared<Q> {
     /// Returns the slot. A panic cannot leave it half-changed, so a poisoned lock is ignored.
     fn lock(&self) -> MutexGuard<'_, Slot<Q>> {
-        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.slot)
     }
 }
 
@@ -399,7 +400,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
         let show = |answer| {
             reply(Payload::Part(answer));
             shared.lock().patience = Q::PATIENCE_ONCE_SHOWN;
-            let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut told = locked(&told);
             if told.is_none_or(|told| told.elapsed() >= Q::PARTS_INTERVAL) {
                 *told = Some(Instant::now());
                 notify();

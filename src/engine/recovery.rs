@@ -14,6 +14,7 @@ use std::time::{Duration, Instant, SystemTime};
 use crate::calibration::{Calibration, FitSettings};
 use crate::engine::session::{Session, trained_beside, write_session};
 use crate::export::clean_up_in;
+use crate::panicked::locked;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
@@ -115,7 +116,7 @@ impl Desk {
 
 impl Autosave {
     fn lock(&self) -> MutexGuard<'_, Desk> {
-        self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.0.0)
     }
 
     fn wake(&self) {

@@ -1,6 +1,6 @@
 //! Background tasks that run once: reading and writing files, and changing recordings.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings};
@@ -20,6 +20,7 @@ use crate::questions::question::{Answered, Query, Work};
 use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Tare, ValidRange, simulated};
 use crate::scoring::faults::faults_of;
+use crate::shown::file_name;
 
 /// A background task.
 #[derive(Clone)]
@@ -249,9 +250,4 @@ fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSe
         true => Err("all samples look faulty, so none can be used".to_owned()),
         false => Ok(set),
     }
-}
-
-fn file_name(path: &Path) -> String {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    name.to_string_lossy().into_owned()
 }

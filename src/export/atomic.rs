@@ -10,9 +10,10 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
+use crate::panicked::locked;
 use crate::progress::Progress;
 
 /// Prefix and suffix of temporary files. Between them are the name of the final file and some random letters.
@@ -196,13 +197,13 @@ pub fn interrupt_stops(progress: &Progress) {
 /// Work that an interrupt stops.
 fn work() -> MutexGuard<'static, Option<Progress>> {
     static WORK: Mutex<Option<Progress>> = Mutex::new(None);
-    WORK.lock().unwrap_or_else(PoisonError::into_inner)
+    locked(&WORK)
 }
 
 /// Temporary files of this program.
 fn being_written() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     static PATHS: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-    PATHS.lock().unwrap_or_else(PoisonError::into_inner)
+    locked(&PATHS)
 }
 
 /// Destination of a file.

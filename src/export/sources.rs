@@ -6,6 +6,7 @@ use std::path::Path;
 use crate::calibration::{Calibration, UsedRecording};
 use crate::export::hash::sha256;
 use crate::recording::{RecordingSet, Role};
+use crate::shown::file_name;
 
 /// Returns every recording of a set with its role, its file's name, and the present SHA-256 of the file.
 ///
@@ -19,10 +20,7 @@ pub fn used_recordings(recordings: &RecordingSet) -> Vec<UsedRecording> {
             UsedRecording {
                 name: entry.recording.name().to_owned(),
                 role: entry.role,
-                file: path.map(|path| {
-                    let name = path.file_name().unwrap_or(path.as_os_str());
-                    name.to_string_lossy().into_owned()
-                }),
+                file: path.map(|path| file_name(path).into_owned()),
                 sha256: path.and_then(|path| {
                     let hash = hashes.entry(path).or_insert_with(|| sha256(path).ok());
                     hash.clone()

@@ -12,6 +12,16 @@ use crate::features::gauge_scale::GaugeScale;
 use crate::features::look_back::Thresholds;
 use crate::features::settings::{Blocks, FeatureSettings};
 
+/// One block of features in a design.
+pub struct OfBlock {
+    /// The block; `None` for the look-backs.
+    pub block: Option<&'static dyn Block>,
+    /// Its settings in words.
+    pub description: String,
+    /// Its columns.
+    pub columns: Vec<usize>,
+}
+
 /// Columns of a design row.
 ///
 /// Order: gauges; one set of past gauges for each look-back; the columns of each block, histories before monomials and
@@ -82,15 +92,19 @@ impl Design {
         sets.collect()
     }
 
-    /// Returns a description and the column indices of each block in the settings. All look-backs count as one block.
-    pub fn blocks(&self) -> Vec<(String, Vec<usize>)> {
+    /// Returns the blocks in the settings. All look-backs count as one block.
+    pub fn blocks(&self) -> Vec<OfBlock> {
         let only = |features: FeatureSettings| features.describe();
         let look_backs = FeatureSettings { blocks: Blocks::default(), ..self.features.clone() };
         let is_look_back = |column| {
             let is_past = |history| matches!(history, History::LookBack(_));
             matches!(column, Column::Past { history, .. } if is_past(history))
         };
-        let mut blocks = vec![(only(look_backs), self.where_column(is_look_back))];
+        let mut blocks = vec![OfBlock {
+            block: None,
+            description: only(look_backs),
+            columns: self.where_column(is_look_back),
+        }];
         for (block, values) in self.features.blocks.used() {
             let own = FeatureSettings {
                 look_backs: Vec::new(),
@@ -106,9 +120,9 @@ impl Design {
                     self.where_column(|column| matches!(column, Column::Auxiliary { .. }))
                 }
             };
-            blocks.push((only(own), columns));
+            blocks.push(OfBlock { block: Some(block), description: only(own), columns });
         }
-        blocks.retain(|(_, columns)| !columns.is_empty());
+        blocks.retain(|own| !own.columns.is_empty());
         blocks
     }
 

@@ -3,7 +3,8 @@
 //! Guarantees: each row of a device becomes one line with a time, in the order of arrival. Times always increase. The text of
 //! a cell is not changed, so a value that is not a number is reported as in files.
 
-use super::live::LiveSource;
+use std::path::Path;
+
 use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
 use crate::formats::text::cells::Cells;
 use crate::formats::text::times::TimeForm;
@@ -18,6 +19,25 @@ const LEAST_STEP_SECS: f64 = 1e-6;
 
 /// JSON key of a time in seconds.
 const SECONDS: &str = "time [s]";
+
+/// Source of live rows, with its known properties.
+#[derive(Clone, Copy, Debug)]
+pub struct LiveSource<'a> {
+    /// Name of the source in messages.
+    pub path: &'a Path,
+    /// Column map, if the user gives one.
+    pub map: Option<&'a ColumnMap>,
+    /// Sample interval of the recordings from which the calibration was made (s).
+    pub step_secs: Option<f64>,
+    /// Gauges of the calibration, in its order.
+    pub gauges: &'a [String],
+    /// Auxiliary channels of the calibration, in its order.
+    pub auxiliary: &'a [String],
+    /// Form of the rows; if absent, it is guessed from the first ten lines.
+    pub form: Option<RowForm>,
+    /// Row rate for rows without a time (Hz). If absent, the clock of this computer gives the times.
+    pub rate_hz: Option<f64>,
+}
 
 /// Form in which a device prints its rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,8 +8,8 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-pub use super::device_rows::RowForm;
 use super::device_rows::{DeviceRows, GUESSED_BY};
+pub use super::device_rows::{LiveSource, RowForm};
 use super::error::{at, of_file};
 use super::load::{Reading, by_names};
 use super::map::ColumnMap;
@@ -30,25 +30,6 @@ use crate::recording::units::TimeUnit;
 const MAX_HEAD_LINES: usize = 200;
 /// Number of rows whose median step is taken for the sample interval of the sensor.
 const ROWS_FOR_A_STEP: usize = 5;
-
-/// Source of live rows, with its known properties.
-#[derive(Clone, Copy, Debug)]
-pub struct LiveSource<'a> {
-    /// Name of the source in messages.
-    pub path: &'a Path,
-    /// Column map, if the user gives one.
-    pub map: Option<&'a ColumnMap>,
-    /// Sample interval of the recordings from which the calibration was made (s).
-    pub step_secs: Option<f64>,
-    /// Gauges of the calibration, in its order.
-    pub gauges: &'a [String],
-    /// Auxiliary channels of the calibration, in its order.
-    pub auxiliary: &'a [String],
-    /// Form of the rows; if absent, it is guessed from the first ten lines.
-    pub form: Option<RowForm>,
-    /// Row rate for rows without a time (Hz). If absent, the clock of this computer gives the times.
-    pub rate_hz: Option<f64>,
-}
 
 /// Table, and the rows among its first lines.
 pub type Begun = (LiveTable, Vec<LiveRow>);

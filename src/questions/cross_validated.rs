@@ -21,8 +21,8 @@ use crate::questions::dataset::{Dataset, Datasets};
 use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::questions::request::Request;
-use crate::recording::{Entry, RecordingSet, Role};
-use crate::scoring::cross_validation::{MOST_FITS, fit_without};
+use crate::recording::{Entry, Role};
+use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
 /// Number of fits that run at the same time; a network keeps one core busy.
@@ -103,14 +103,12 @@ pub(crate) fn cross_validated(
     on_step: &mut dyn FnMut(TrainingStep),
 ) -> Option<Vec<Moments>> {
     let start = Instant::now();
-    let pieces = data.pieces();
-    let training = data.entries.iter().zip(&pieces).enumerate();
+    let training = data.entries.iter().zip(&data.folds.pieces).enumerate();
     let training: Vec<(Entry, &[Piece])> = training
         .filter(|(_, (entry, _))| entry.role == Role::Train)
         .map(|(at, (entry, pieces))| (data.groups.with_group_name(at, entry), &pieces[..]))
         .collect();
-    let n_parts =
-        (training.iter().flat_map(|(_, pieces)| *pieces)).map(|piece| piece.fold + 1).max()?;
+    let n_parts = data.folds.n_parts;
     let n_folds = n_parts.min(MOST_FITS);
     if n_folds < 2 || progress.is_cancelled() {
         return None;
@@ -135,7 +133,8 @@ pub(crate) fn cross_validated(
                             let _ = sender.send(done - heard);
                             heard = done;
                         };
-                        let fold = Fold::new(training, |part| fit_without(part, n_parts) == fold);
+                        let fold =
+                            fold_without(training, |part| fit_without(part, n_parts) == fold);
                         let settings = fold.settings(settings, calibration);
                         scored.extend(fold.score(settings, step, progress, &mut |report| {
                             tell(TrainingStep::Epoch(report).done());
@@ -180,60 +179,44 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// The training recordings, with some parts in the test role.
-struct Fold {
-    set: RecordingSet,
-    n_train: usize,
-    /// Part of each recording in the test role, in their order.
-    left_out: Vec<usize>,
+/// Returns the training recordings with some parts left out. A recording of which only a part is left out is cut into several,
+/// each with its own history.
+fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
+    let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
+    for (entry, pieces) in training {
+        let mut push = |samples: Range<usize>, part: Option<usize>| {
+            let mut own = entry.clone();
+            if samples.len() < entry.recording.n_samples() {
+                own.recording = Arc::new(entry.recording.segment(samples.clone()));
+            }
+            cut.extend((!samples.is_empty()).then_some((own, part)));
+        };
+        let mut kept = 0..0;
+        for piece in *pieces {
+            if is_left_out(piece.fold) {
+                push(std::mem::take(&mut kept), None);
+                push(piece.samples.clone(), Some(piece.fold));
+            } else if kept.is_empty() {
+                kept = piece.samples.clone();
+            } else {
+                kept.end = piece.samples.end;
+            }
+        }
+        push(kept, None);
+    }
+    Fold::of(cut.into_iter())
 }
 
 impl Fold {
-    /// Returns a fold. A recording of which only a part is left out is cut into several, each with its own history.
-    fn new(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Self {
-        let mut fold = Self { set: RecordingSet::default(), n_train: 0, left_out: Vec::new() };
-        for (entry, pieces) in training {
-            let mut kept = 0..0;
-            for piece in *pieces {
-                if is_left_out(piece.fold) {
-                    fold.push(entry, std::mem::take(&mut kept), Role::Train);
-                    fold.push(entry, piece.samples.clone(), Role::Test);
-                    fold.left_out.push(piece.fold);
-                } else if kept.is_empty() {
-                    kept = piece.samples.clone();
-                } else {
-                    kept.end = piece.samples.end;
-                }
-            }
-            fold.push(entry, kept, Role::Train);
-        }
-        fold
-    }
-
-    fn push(&mut self, entry: &Entry, samples: Range<usize>, role: Role) {
-        if samples.is_empty() {
-            return;
-        }
-        if role == Role::Train {
-            self.n_train += samples.len();
-        }
-        let mut own = entry.clone();
-        own.role = role;
-        if samples.len() < entry.recording.n_samples() {
-            own.recording = Arc::new(entry.recording.segment(samples));
-        }
-        let pushed = self.set.push(own);
-        pushed.expect("they stand side by side in another set");
-    }
-
     /// Returns the settings for the fold.
     fn settings(&self, settings: &FitSettings, calibration: &Calibration) -> FitSettings {
         let full_scale = calibration.full_scale.iter();
+        let n_train = self.set.n_samples(Role::Train);
         FitSettings {
             decimation: 1, // they are decimated already
             full_scale: full_scale.map(|own| (*own > 0.0).then_some(*own)).collect(),
             kernel: KernelSettings {
-                landmarks: settings.kernel.landmarks.min(self.n_train.max(1)),
+                landmarks: settings.kernel.landmarks.min(n_train.max(1)),
                 ..settings.kernel
             },
             network: NetworkSettings { cross_validate: false, ..settings.network.clone() },
@@ -251,14 +234,14 @@ impl Fold {
     ) -> Result<Vec<(usize, Moments)>, AnalysisError> {
         // Progress counts the training of all folds.
         let progress = &progress.part();
-        let request = Request::fit(Arc::new(self.set), settings);
+        let request = Request::fit(self.set, settings);
         let data = Datasets::default().get(&request.key(), progress)?;
         let Fitted { past, mut calibration, .. } =
             fit_all(&data, &request.settings, 1, progress, on_epoch)?;
         let learned = calibration.learned.take();
         let left_out = data.entries.iter().zip(&past);
         let left_out = left_out.filter(|(entry, _)| entry.role == Role::Test);
-        let scored = left_out.zip(self.left_out).map(|((entry, past), part)| {
+        let scored = left_out.zip(self.parts).map(|((entry, past), part)| {
             let linear = calibration.compensated_loads(&entry.recording, past);
             calibration.learned.clone_from(&learned);
             let whole = calibration.compensated_loads(&entry.recording, past);
@@ -283,6 +266,7 @@ mod tests {
     use crate::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
     use crate::questions::models::training::train_and_score;
     use crate::random::Random;
+    use crate::recording::RecordingSet;
     use crate::recording::{Axis, Recording, Source};
 
     /// Recordings with a nonlinear, noisy gauge and a linear one, with two axes.

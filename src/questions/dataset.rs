@@ -4,17 +4,20 @@
 //! prepared once.
 
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, TryLockError};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError};
 use std::time::Duration;
 
 use rayon::prelude::*;
 
 use crate::calibration::{
-    Calibration, Conventional, FORMAT, FitSettings, LinearMap, NormalEquations, Past, PresentLoads,
-    Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges, past_samples,
+    Calibration, Conventional, CrossValidation, FORMAT, FitSettings, LinearMap, NormalEquations,
+    Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges,
+    past_samples,
 };
 use crate::features::{Auxiliary, Block, Design, FeatureSettings, FixedLag, LoadPath, Play};
 use crate::finding::Finding;
+use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::auxiliary_inputs::AuxiliaryInputs;
 use crate::questions::check::rig::{RigReport, lag};
@@ -27,6 +30,7 @@ use crate::recording::{
 use crate::same::same_where;
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::coverage::Coverage;
+use crate::scoring::cross_validation::Folds;
 use crate::scoring::faults::{Faults, faults, faults_of};
 use crate::scoring::metrics;
 
@@ -62,6 +66,8 @@ pub(crate) struct Dataset {
     pub entries: Vec<Entry>,
     /// Groups that are left out together.
     pub groups: Groups,
+    /// Parts that cross-validation leaves out.
+    pub folds: Folds,
     /// Auxiliary channels that all recordings have, and the reasons why others cannot be used.
     pub auxiliary: AuxiliaryInputs,
     /// Data that the sums need; `None` if a calibration is applied.
@@ -84,10 +90,14 @@ pub(crate) struct Dataset {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
+/// A dataset once it is prepared.
+type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
+
 /// Datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
-    prepared: Arc<Mutex<Vec<Arc<Dataset>>>>,
+    /// A place for each dataset, newest first. Only the place stays locked while its dataset is prepared.
+    places: Arc<Mutex<Vec<(Key, Place)>>>,
     /// Faults of the recordings that were asked for last.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
 }
@@ -138,19 +148,28 @@ impl Datasets {
         key: &Key,
         progress: &Progress,
     ) -> Result<Arc<Dataset>, AnalysisError> {
-        let mut kept = waited_for(&self.prepared, progress)?;
+        progress.check()?;
+        let place = self.place(key);
+        let mut own = waited_for(&place, progress)?;
+        if own.is_none() {
+            *own = Some(Arc::new(Dataset::prepare(key, progress)?));
+        }
+        Ok(Arc::clone(own.as_ref().expect("it was prepared above")))
+    }
+
+    /// Returns the place of the dataset with this key.
+    fn place(&self, key: &Key) -> Place {
+        let mut kept = locked(&self.places);
         // Old datasets are dropped first, because both may not fit in memory.
-        kept.retain(|own| Arc::ptr_eq(&own.key.recordings, &key.recordings));
-        let found = kept.iter().position(|own| own.key == *key);
-        let dataset = match found {
+        kept.retain(|(own, _)| Arc::ptr_eq(&own.recordings, &key.recordings));
+        let newest = match kept.iter().position(|(own, _)| own == key) {
             Some(at) => kept.remove(at),
-            None => {
-                kept.truncate(KEPT - 1);
-                Arc::new(Dataset::prepare(key, progress)?)
-            }
+            None => (key.clone(), Place::default()),
         };
-        kept.insert(0, Arc::clone(&dataset));
-        Ok(dataset)
+        let place = Arc::clone(&newest.1);
+        kept.insert(0, newest);
+        kept.truncate(KEPT);
+        place
     }
 
     /// Returns the faults of each of these recordings. Faults are searched once; other threads that ask meanwhile wait.
@@ -233,9 +252,11 @@ impl Dataset {
         let loads = (n_samples.sum::<usize>() <= MANY_SAMPLES)
             .then(|| entries.par_iter().map(kept).collect::<Result<_, Cancelled>>());
         let loads = loads.transpose()?;
+        let groups = key.recordings.groups();
         Ok(Self {
             key: key.clone(),
-            groups: key.recordings.groups(),
+            folds: folds(&entries, &groups),
+            groups,
             full_scale: ranges.iter().copied().map(full_scale_of).collect(),
             largest: (ranges.iter()).map(|own| own.magnitude()).collect(),
             gap_secs: gap_secs(&training),
@@ -250,6 +271,17 @@ impl Dataset {
             paths: Mutex::default(),
             unmoved: Mutex::default(),
         })
+    }
+
+    /// Returns the groups of the training recordings.
+    pub fn training_groups(&self) -> BTreeSet<usize> {
+        let entries = self.entries.iter().zip(&self.groups.of);
+        entries.filter(|(entry, _)| entry.role == Role::Train).map(|(_, group)| *group).collect()
+    }
+
+    /// Returns what is left out in turn.
+    pub fn cross_validation(&self) -> CrossValidation {
+        self.folds.cross_validation(self.groups.by)
     }
 
     /// Returns the conventional loads of a recording.
@@ -280,6 +312,7 @@ impl Dataset {
         Self {
             key: self.key.clone(),
             groups: self.groups.clone(),
+            folds: folds(&entries, &self.groups),
             conventional: self.conventional.clone(),
             map: self.map.clone(),
             loads: Some(loads.collect()),
@@ -344,7 +377,7 @@ impl Dataset {
         let weights = calibration.distance_weights();
         let step_secs = calibration.history_step_secs;
         let key = [weights.clone(), vec![step_secs]].concat();
-        let mut newest = self.paths.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut newest = locked(&self.paths);
         match &*newest {
             Some((own, paths)) if *own == key => Arc::clone(paths),
             _ => {
@@ -550,6 +583,13 @@ fn decimated(entries: &[Entry], step: usize) -> Vec<Entry> {
     entries.collect()
 }
 
+fn folds(entries: &[Entry], groups: &Groups) -> Folds {
+    let of = |(own, group): (&Entry, &usize)| {
+        (own.recording.n_samples(), (own.role == Role::Train).then_some(*group))
+    };
+    Folds::of(&entries.iter().zip(&groups.of).map(of).collect::<Vec<_>>())
+}
+
 fn gap_secs(training: &[&Recording]) -> Option<f64> {
     let gaps = training.iter().map(|recording| recording.gap_secs());
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
@@ -582,7 +622,8 @@ mod tests {
         let datasets = Datasets::default();
         let request = Request::fit(Arc::default(), FitSettings::default());
         let progress = Progress::default();
-        let preparing = datasets.prepared.lock().unwrap();
+        let place = datasets.place(&request.key());
+        let preparing = place.lock().unwrap();
         std::thread::scope(|scope| {
             let waits = scope.spawn(|| datasets.get(&request.key(), &progress).err());
             std::thread::sleep(4 * LOOK_AGAIN);
@@ -592,5 +633,21 @@ mod tests {
             assert_eq!(answer, Some(AnalysisError::Cancelled(Cancelled)));
         });
         drop(preparing);
+    }
+
+    /// A question that waited for the other preparation would wait forever here.
+    #[test]
+    fn a_question_about_other_data_does_not_wait_for_a_preparation() {
+        let datasets = Datasets::default();
+        let request =
+            |offset| Request::fit(Arc::default(), FitSettings { offset, ..FitSettings::default() });
+        let place = datasets.place(&request(true).key());
+        let _preparing = place.lock().unwrap();
+        let answer = datasets.get(&request(false).key(), &Progress::default()).err();
+        assert_eq!(answer, Some(AnalysisError::NoTraining));
+        let progress = Progress::default();
+        progress.cancel();
+        let answer = datasets.get(&request(true).key(), &progress).err();
+        assert_eq!(answer, Some(AnalysisError::Cancelled(Cancelled)));
     }
 }

@@ -63,7 +63,7 @@ fn shares_of(calibration: &Calibration, terms: Terms<'_>, design: &Design) -> Ve
         true => terms.of_targets(&quality.ridge),
         false => {
             let blocks: Vec<Vec<usize>> =
-                design.blocks().into_iter().map(|(_, columns)| columns).collect();
+                design.blocks().into_iter().map(|own| own.columns).collect();
             let of_axis = |axis: usize| {
                 let strengths: Vec<Option<f64>> =
                     quality.ridge_by_block.iter().map(|own| own.strengths[axis]).collect();

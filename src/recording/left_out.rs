@@ -1,10 +1,7 @@
 //! Samples that the data check leaves out, and the recordings that remain.
 
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
 
-use crate::recording::recording::Recording;
 use crate::recording::tare::Tare;
 
 /// Limits of the sensor's channels that the user entered. Samples beyond them are not used.
@@ -86,51 +83,11 @@ pub struct LeftOut {
     pub unclipped: Vec<(Option<f64>, Option<f64>)>,
 }
 
-impl Recording {
-    /// Returns the recordings that remain without these samples, which must be in order. A recording is cut where the
-    /// missing interval is longer than a gap, because history must not cross it. The list is empty if nothing remains.
-    pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
-        let mut kept = Vec::new();
-        let mut next = 0;
-        for range in samples.iter().chain([&(self.n_samples()..self.n_samples())]) {
-            kept.extend((next < range.start).then_some(next..range.start));
-            next = next.max(range.end);
-        }
-        let (times, gap_secs) = (self.times(), self.gap_secs());
-        let mut parts: Vec<Vec<Range<usize>>> = Vec::new();
-        for range in kept {
-            match parts.last_mut() {
-                Some(part)
-                    if part.last().is_some_and(|before| {
-                        let missing = times[range.start] - times[before.end - 1];
-                        missing <= gap_secs || self.is_static()
-                    }) =>
-                {
-                    part.push(range);
-                }
-                _ => parts.push(vec![range]),
-            }
-        }
-        let n_parts = parts.len();
-        let mut recordings: Vec<Self> = Vec::new();
-        for (at, ranges) in parts.into_iter().enumerate() {
-            let name = match n_parts {
-                1 => self.name().to_owned(),
-                _ => format!("{} (part {})", self.name(), at + 1),
-            };
-            let mut part = self.of_ranges(&ranges, name).with_gap(gap_secs);
-            part.left_out = Some(left_out.clone());
-            recordings.push(part);
-        }
-        recordings
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::recording::axis::Axis;
-    use crate::recording::recording::Source;
+    use crate::recording::recording::{Recording, Source};
 
     #[test]
     fn history_does_not_cross_samples_left_out_for_longer_than_a_gap() {

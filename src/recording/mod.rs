@@ -19,6 +19,7 @@ pub mod set;
 mod shared;
 pub mod simulated;
 mod tare;
+mod taring;
 pub mod units;
 
 pub use auxiliary::AuxiliaryTable;
@@ -36,4 +37,4 @@ pub use recording::{Recording, Sampling, Source};
 pub(crate) use set::Layout;
 pub use set::{Entry, RecordingSet, Role};
 pub use tare::Tare;
-pub(crate) use tare::TareError;
+pub(crate) use taring::TareError;

@@ -77,7 +77,7 @@ pub struct Recording {
     gap_secs: Option<f64>,
     /// Offset that taring subtracted from each gauge; empty without a tare.
     offsets: Vec<f64>,
-    pub(super) left_out: Option<LeftOut>,
+    left_out: Option<LeftOut>,
     /// Day in the file header.
     file_day: Option<Day>,
     /// Day that the user entered.
@@ -526,8 +526,46 @@ impl Recording {
         self.of_ranges(std::slice::from_ref(&samples), name)
     }
 
+    /// Returns the recordings that remain without these samples, which must be in order. A recording is cut where the
+    /// missing interval is longer than a gap, because history must not cross it. The list is empty if nothing remains.
+    pub(crate) fn without(&self, samples: &[Range<usize>], left_out: &LeftOut) -> Vec<Self> {
+        let mut kept = Vec::new();
+        let mut next = 0;
+        for range in samples.iter().chain([&(self.n_samples()..self.n_samples())]) {
+            kept.extend((next < range.start).then_some(next..range.start));
+            next = next.max(range.end);
+        }
+        let (times, gap_secs) = (self.times(), self.gap_secs());
+        let mut parts: Vec<Vec<Range<usize>>> = Vec::new();
+        for range in kept {
+            match parts.last_mut() {
+                Some(part)
+                    if part.last().is_some_and(|before| {
+                        let missing = times[range.start] - times[before.end - 1];
+                        missing <= gap_secs || self.is_static()
+                    }) =>
+                {
+                    part.push(range);
+                }
+                _ => parts.push(vec![range]),
+            }
+        }
+        let n_parts = parts.len();
+        let mut recordings: Vec<Self> = Vec::new();
+        for (at, ranges) in parts.into_iter().enumerate() {
+            let name = match n_parts {
+                1 => self.name().to_owned(),
+                _ => format!("{} (part {})", self.name(), at + 1),
+            };
+            let mut part = self.of_ranges(&ranges, name).with_gap(gap_secs);
+            part.left_out = Some(left_out.clone());
+            recordings.push(part);
+        }
+        recordings
+    }
+
     /// Returns these ranges of samples, one after another.
-    pub(super) fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
+    fn of_ranges(&self, ranges: &[Range<usize>], name: String) -> Self {
         let times = self.times.rows(ranges, 1);
         let (gauges, loads) = (self.gauges.rows(ranges), self.loads.rows(ranges));
         self.with_samples(name, times, gauges, loads, self.auxiliary.rows(ranges))

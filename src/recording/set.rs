@@ -134,6 +134,12 @@ impl RecordingSet {
         &self.entries
     }
 
+    /// Returns the number of samples of the recordings in a role.
+    pub fn n_samples(&self, role: Role) -> usize {
+        let own = self.entries.iter().filter(|entry| entry.role == role);
+        own.map(|entry| entry.recording.n_samples()).sum()
+    }
+
     /// Returns true if every recording comes from the built-in simulated sensor.
     pub fn is_simulated(&self) -> bool {
         let mut entries = self.entries.iter();

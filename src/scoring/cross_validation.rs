@@ -8,60 +8,89 @@
 //! The look-back always searches by the conventional calibration of *all* training recordings: it chooses the past sample, not
 //! the load.
 
-use crate::calibration::{Piece, simplest_good};
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use crate::calibration::{CrossValidation, Piece, simplest_good};
+use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 
 /// Minimum number of training recordings for leaving out recordings; with fewer, blocks are left out.
 pub const FEWEST_RECORDINGS: usize = 3;
 /// Number of blocks that take the place of recordings.
 pub const BLOCKS: usize = 5;
 
-/// Returns the parts that are left out in turn, for training recordings of these lengths and groups.
-///
-/// Each recording has a list of pieces. Groups are numbered in their order of appearance. Blocks divide all training samples
-/// evenly, the longer ones first.
-///
-/// # Panics
-/// If the lists differ in length.
-pub fn folds(n_samples: &[usize], groups: &[usize]) -> Vec<Vec<Piece>> {
-    assert_eq!(n_samples.len(), groups.len());
-    if are_left_out_whole(groups) {
-        let mut seen = Vec::new();
-        let recordings = n_samples.iter().zip(groups);
-        return recordings
-            .map(|(&n, group)| {
-                let known = seen.iter().position(|own| *own == group);
-                let fold = known.unwrap_or_else(|| {
-                    seen.push(group);
-                    seen.len() - 1
-                });
-                vec![Piece { samples: 0..n, fold }]
-            })
-            .collect();
-    }
-    let total: usize = n_samples.iter().sum();
-    let (even, longer) = (total / BLOCKS, total % BLOCKS);
-    let starts: Vec<usize> = (0..=BLOCKS).map(|block| block * even + block.min(longer)).collect();
-    let mut first = 0;
-    n_samples
-        .iter()
-        .map(|&n| {
+/// Training recordings in the parts that are left out in turn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Folds {
+    /// Pieces of each recording. A recording outside the training is one piece.
+    pub pieces: Vec<Vec<Piece>>,
+    /// Number of parts.
+    pub n_parts: usize,
+    /// True if recordings are left out whole, rather than blocks of them.
+    pub are_whole: bool,
+}
+
+impl Folds {
+    /// Returns the parts of recordings with these numbers of samples and groups. Recordings outside the training have no group.
+    ///
+    /// Groups are numbered in their order of appearance. Blocks divide all training samples evenly, the longer ones first.
+    pub fn of(recordings: &[(usize, Option<usize>)]) -> Self {
+        let mut groups: Vec<usize> = recordings.iter().filter_map(|(_, group)| *group).collect();
+        let n_training = groups.len();
+        let mut seen = HashSet::new();
+        groups.retain(|group| seen.insert(*group));
+        let are_whole = n_training >= FEWEST_RECORDINGS && groups.len() > 1;
+        let training = recordings.iter().filter(|(_, group)| group.is_some());
+        let total: usize = training.map(|(n, _)| n).sum();
+        let (even, longer) = (total / BLOCKS, total % BLOCKS);
+        let start = |block: usize| block * even + block.min(longer);
+        let mut first = 0;
+        let pieces = recordings.iter().map(|&(n, group)| {
+            let whole = |fold| vec![Piece { samples: 0..n, fold }];
+            let Some(group) = group else { return whole(0) };
+            if are_whole {
+                return whole(groups.iter().position(|own| *own == group).unwrap_or_default());
+            }
             let own = first..first + n;
             first += n;
-            starts
-                .windows(2)
-                .enumerate()
-                .map(|(fold, block)| Piece {
-                    samples: block[0].max(own.start)..block[1].min(own.end),
-                    fold,
-                })
-                .filter(|piece| !piece.samples.is_empty())
-                .map(|piece| Piece {
-                    samples: piece.samples.start - own.start..piece.samples.end - own.start,
-                    ..piece
-                })
-                .collect()
-        })
-        .collect()
+            let within = |at: usize| at.clamp(own.start, own.end) - own.start;
+            let blocks = (0..BLOCKS)
+                .map(|fold| Piece { samples: within(start(fold))..within(start(fold + 1)), fold });
+            blocks.filter(|piece| !piece.samples.is_empty()).collect()
+        });
+        let pieces: Vec<Vec<Piece>> = pieces.collect();
+        let trained = pieces.iter().zip(recordings).filter(|(_, (_, group))| group.is_some());
+        let n_parts = trained.flat_map(|(pieces, _)| pieces).map(|piece| piece.fold + 1).max();
+        Self { n_parts: n_parts.unwrap_or(0), pieces, are_whole }
+    }
+
+    /// Returns the description of the parts, for recordings that are grouped this way.
+    pub fn cross_validation(&self, by: GroupedBy) -> CrossValidation {
+        let by = if self.are_whole { by } else { GroupedBy::Block };
+        CrossValidation { by, groups: self.n_parts, parts: self.n_parts }
+    }
+}
+
+/// Recordings of which some are left out.
+#[derive(Debug)]
+pub(crate) struct Fold {
+    /// The recordings to fit in the train role, those that are left out in the test role.
+    pub set: Arc<RecordingSet>,
+    /// Part of each recording in the test role, in their order.
+    pub parts: Vec<usize>,
+}
+
+impl Fold {
+    /// Returns the fold of these recordings, which come from one set. Those that are left out have a part.
+    pub fn of(recordings: impl Iterator<Item = (Entry, Option<usize>)>) -> Self {
+        let (mut set, mut parts) = (RecordingSet::default(), Vec::new());
+        for (entry, part) in recordings {
+            let role = if part.is_some() { Role::Test } else { Role::Train };
+            parts.extend(part);
+            set.push(Entry { role, ..entry }).expect("they stand side by side in another set");
+        }
+        Self { set: Arc::new(set), parts }
+    }
 }
 
 /// Maximum number of fits that leave parts out, where a fit takes too long to do without each part alone.
@@ -70,11 +99,6 @@ pub(crate) const MOST_FITS: usize = 5;
 /// Returns the number of the fit that does without a part, where no more than [`MOST_FITS`] are made.
 pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
     part % n_parts.min(MOST_FITS)
-}
-
-/// Whether training recordings of these groups are left out whole, rather than blocks of them.
-pub fn are_left_out_whole(groups: &[usize]) -> bool {
-    groups.len() >= FEWEST_RECORDINGS && groups.iter().any(|group| *group != groups[0])
 }
 
 /// Ridge strengths to try, from none to one that leaves only the conventional calibration.
@@ -90,6 +114,12 @@ pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn folds(n_samples: &[usize], groups: &[usize]) -> Vec<Vec<Piece>> {
+        let recordings: Vec<_> =
+            n_samples.iter().copied().zip(groups.iter().copied().map(Some)).collect();
+        Folds::of(&recordings).pieces
+    }
 
     fn samples(pieces: &[Vec<Piece>]) -> Vec<Vec<(std::ops::Range<usize>, usize)>> {
         pieces

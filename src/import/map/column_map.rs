@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::import::map::file::MapFile;
+use crate::import::map::error::MapError;
 use crate::import::map::role::ColumnRole;
 use crate::import::map::table::TableMap;
 use crate::import::map::weight::WeightMap;
@@ -100,5 +100,67 @@ impl ColumnMap {
     /// Returns true if the reference has its own times, in a separate file or column.
     pub fn has_two_clocks(&self) -> bool {
         self.reference.is_some() || self.table.has_role(ColumnRole::TimeReference)
+    }
+}
+
+pub(super) const FORMAT: &str = "loopscope column map";
+pub(super) const VERSION: u32 = 1;
+
+/// Column map as stored in its file.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MapFile {
+    pub(super) format: String,
+    version: u32,
+    table: TableMap,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    reference: Option<ReferenceFile>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    join: Option<Join>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    weight: Option<WeightMap>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    tare: Option<Tare>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    average_bursts_secs: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    gap_secs: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    group: Option<GroupPattern>,
+}
+
+impl From<ColumnMap> for MapFile {
+    fn from(map: ColumnMap) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            join: map.has_two_clocks().then_some(map.join),
+            table: map.table,
+            reference: map.reference,
+            weight: map.weight,
+            tare: map.tare,
+            average_bursts_secs: map.average_bursts_secs,
+            gap_secs: map.gap_secs,
+            group: map.group,
+        }
+    }
+}
+
+impl TryFrom<MapFile> for ColumnMap {
+    type Error = MapError;
+
+    fn try_from(file: MapFile) -> Result<Self, MapError> {
+        let map = Self {
+            table: file.table,
+            reference: file.reference,
+            join: file.join.unwrap_or_default(),
+            weight: file.weight,
+            tare: file.tare,
+            average_bursts_secs: file.average_bursts_secs,
+            gap_secs: file.gap_secs,
+            group: file.group,
+        };
+        map.check()?;
+        Ok(map)
     }
 }

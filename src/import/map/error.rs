@@ -4,9 +4,8 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::finding::{Advice, Way};
-use crate::import::map::role::ColumnRole;
+use crate::import::map::role::{Attitude, ColumnRole};
 use crate::import::map::table::ColumnKey;
-use crate::import::map::weight::Attitude;
 
 /// Reason why a column map cannot be used for any recording.
 #[derive(Debug, thiserror::Error)]
@@ -23,8 +22,6 @@ pub enum MapError {
     Format { found: String, expected: &'static str },
     #[error("it has version {found}, but this program reads version {known}; update the program")]
     Version { found: u64, known: u32 },
-    #[error("a column cannot be \"{name}\"; use one of: {known}")]
-    UnknownRole { name: String, known: String },
     #[error("the pose has a position but no orientation; add the columns {}", Attitude::listed())]
     NoAttitude,
     #[error("the pose has no column \"{missing}\"; list all columns of the pose")]
@@ -94,4 +91,16 @@ impl Advice for MapFileError {
             Self::Io { .. } => &[],
         }
     }
+}
+
+pub(super) fn must(
+    what: impl Into<String>,
+    value: f64,
+    must: &'static str,
+    holds: impl Fn(f64) -> bool,
+) -> Result<(), MapError> {
+    if holds(value) {
+        return Ok(());
+    }
+    Err(MapError::Number { what: what.into(), value, must })
 }

@@ -9,16 +9,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::line_per_item::LinePerItem;
-use crate::import::map::column_map::{ColumnMap, Join, ReferenceFile};
-use crate::import::map::error::{MapError, MapFileError};
+use crate::import::map::column_map::{ColumnMap, FORMAT, MapFile, VERSION};
+use crate::import::map::error::{MapError, MapFileError, must};
 use crate::import::map::header::{Header, KeyError};
+use crate::import::map::role::Attitude;
 use crate::import::map::table::{ColumnKey, ColumnRule, TableMap};
-use crate::import::map::weight::{Attitude, WeightMap};
-use crate::recording::{GroupPattern, Tare};
+use crate::recording::Tare;
 use crate::small_file::read_small;
 
-const FORMAT: &str = "loopscope column map";
-const VERSION: u32 = 1;
 /// Maximum length of a map file (bytes). A longer file is not a map and would only fill the memory.
 const MAP_BYTES_LIMIT: u64 = 4 << 20;
 
@@ -29,65 +27,6 @@ struct Start {
     format: serde_json::Value,
     #[serde(default)]
     version: u64,
-}
-
-/// Column map as stored in its file.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MapFile {
-    format: String,
-    version: u32,
-    table: TableMap,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    reference: Option<ReferenceFile>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    join: Option<Join>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    weight: Option<WeightMap>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    tare: Option<Tare>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    average_bursts_secs: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    gap_secs: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    group: Option<GroupPattern>,
-}
-
-impl From<ColumnMap> for MapFile {
-    fn from(map: ColumnMap) -> Self {
-        Self {
-            format: FORMAT.to_owned(),
-            version: VERSION,
-            join: map.has_two_clocks().then_some(map.join),
-            table: map.table,
-            reference: map.reference,
-            weight: map.weight,
-            tare: map.tare,
-            average_bursts_secs: map.average_bursts_secs,
-            gap_secs: map.gap_secs,
-            group: map.group,
-        }
-    }
-}
-
-impl TryFrom<MapFile> for ColumnMap {
-    type Error = MapError;
-
-    fn try_from(file: MapFile) -> Result<Self, MapError> {
-        let map = Self {
-            table: file.table,
-            reference: file.reference,
-            join: file.join.unwrap_or_default(),
-            weight: file.weight,
-            tare: file.tare,
-            average_bursts_secs: file.average_bursts_secs,
-            gap_secs: file.gap_secs,
-            group: file.group,
-        };
-        map.check()?;
-        Ok(map)
-    }
 }
 
 impl ColumnMap {
@@ -214,23 +153,12 @@ impl TableMap {
     }
 }
 
-pub(super) fn must(
-    what: impl Into<String>,
-    value: f64,
-    must: &'static str,
-    holds: impl Fn(f64) -> bool,
-) -> Result<(), MapError> {
-    if holds(value) {
-        return Ok(());
-    }
-    Err(MapError::Number { what: what.into(), value, must })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::formats::text::{Delimiter, TextLayout};
     use crate::import::map::role::ColumnRole;
+    use crate::import::map::{Join, ReferenceFile};
     use crate::import::map::{JoinMethod, Shape, Stamps};
     use crate::recording::Axis;
 

@@ -17,6 +17,6 @@ pub use column_map::{ColumnMap, Join, JoinMethod, ReferenceFile};
 pub(crate) use error::{MapError, MapFileError};
 pub(crate) use header::{Header, KeyError};
 pub use role::ColumnRole;
-pub(crate) use role::PosePart;
+pub(crate) use role::{Attitude, PosePart};
 pub use table::{ColumnKey, ColumnRule, Shape, Stamps, TableMap};
-pub(crate) use weight::{Angles, Attitude, Mount, WeightMap};
+pub(crate) use weight::{Angles, Mount, WeightMap};

@@ -5,7 +5,6 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray as _;
 
-use crate::import::map::error::MapError;
 use crate::recording::Axis;
 
 /// Role of a column.
@@ -141,16 +140,64 @@ impl From<ColumnRole> for &'static str {
     }
 }
 
-impl TryFrom<String> for ColumnRole {
-    type Error = MapError;
+/// A name that no role has.
+#[derive(Debug, thiserror::Error)]
+#[error("a column cannot be \"{name}\"; use one of: {known}")]
+pub struct UnknownRole {
+    name: String,
+    known: String,
+}
 
-    fn try_from(name: String) -> Result<Self, MapError> {
+impl TryFrom<String> for ColumnRole {
+    type Error = UnknownRole;
+
+    fn try_from(name: String) -> Result<Self, UnknownRole> {
         if let Some(role) = Self::all().find(|role| role.name() == name) {
             return Ok(role);
         }
         let known: Vec<&str> = Self::all().map(Self::name).collect();
         let known = known.join(", ");
-        Err(MapError::UnknownRole { name, known })
+        Err(UnknownRole { name, known })
+    }
+}
+
+/// Representation of the orientation in a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attitude {
+    Quaternion,
+    RollPitchYaw,
+    /// Axis of rotation whose length is the angle (rad).
+    RotationVector,
+    Matrix,
+}
+
+impl Attitude {
+    pub(super) const ALL: [Self; 4] =
+        [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
+
+    /// Returns the roles of the columns, in the order of the numbers.
+    pub const fn parts(self) -> &'static [PosePart] {
+        use PosePart::{
+            Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
+            Yaw,
+        };
+        match self {
+            Self::Quaternion => &[Qw, Qx, Qy, Qz],
+            Self::RollPitchYaw => &[Roll, Pitch, Yaw],
+            Self::RotationVector => &[Rx, Ry, Rz],
+            Self::Matrix => &[R11, R12, R13, R21, R22, R23, R31, R32, R33],
+        }
+    }
+
+    /// Returns the columns of each representation, for messages.
+    pub fn listed() -> String {
+        let of_attitude = |attitude: Self| {
+            let parts = attitude.parts();
+            let [first, last] = [parts[0], parts[parts.len() - 1]].map(ColumnRole::Pose);
+            format!("{first} to {last}")
+        };
+        let [first @ .., last] = Self::ALL.map(of_attitude);
+        format!("{} or {last}", first.join(", "))
     }
 }
 
@@ -164,7 +211,7 @@ mod tests {
             assert_eq!(ColumnRole::try_from(role.name().to_owned()).unwrap(), role);
         }
         let error = |name: &str| ColumnRole::try_from(name.to_owned()).unwrap_err();
-        assert!(matches!(error("Fq"), MapError::UnknownRole { .. }));
+        assert!(matches!(error("Fq"), UnknownRole { .. }));
         assert!(error("Fq").to_string().contains("time_reference, date"));
     }
 }

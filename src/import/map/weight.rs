@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::file::must;
-use crate::import::map::error::MapError;
-use crate::import::map::role::{ColumnRole, PosePart};
+use crate::import::map::error::{MapError, must};
+use crate::import::map::role::{Attitude, ColumnRole, PosePart};
 use crate::import::map::table::{ColumnRule, TableMap};
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight};
 
@@ -79,52 +78,14 @@ pub enum Angles {
     IntrinsicXyz,
 }
 
-/// Representation of the orientation in a pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attitude {
-    Quaternion,
-    RollPitchYaw,
-    /// Axis of rotation whose length is the angle (rad).
-    RotationVector,
-    Matrix,
-}
-
 impl Attitude {
-    const ALL: [Self; 4] =
-        [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
-
-    /// Returns the roles of the columns, in the order of the numbers.
-    pub const fn parts(self) -> &'static [PosePart] {
-        use PosePart::{
-            Pitch, Qw, Qx, Qy, Qz, R11, R12, R13, R21, R22, R23, R31, R32, R33, Roll, Rx, Ry, Rz,
-            Yaw,
-        };
-        match self {
-            Self::Quaternion => &[Qw, Qx, Qy, Qz],
-            Self::RollPitchYaw => &[Roll, Pitch, Yaw],
-            Self::RotationVector => &[Rx, Ry, Rz],
-            Self::Matrix => &[R11, R12, R13, R21, R22, R23, R31, R32, R33],
-        }
-    }
-
-    /// Returns the columns of each representation, for messages.
-    pub fn listed() -> String {
-        let of_attitude = |attitude: Self| {
-            let parts = attitude.parts();
-            let [first, last] = [parts[0], parts[parts.len() - 1]].map(ColumnRole::Pose);
-            format!("{first} to {last}")
-        };
-        let [first @ .., last] = Self::ALL.map(of_attitude);
-        format!("{} or {last}", first.join(", "))
-    }
-
     /// Returns the representation that a table uses; `None` if the table has no pose.
     ///
     /// # Errors
     /// [`MapError`] if columns are missing, or the table has two representations.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
         let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
-        let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
+        let begun = Attitude::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
         let begun: Vec<Self> = begun.collect();
         match begun[..] {
             [] if PosePart::POSITION.iter().any(has) => Err(MapError::NoAttitude),

@@ -3,7 +3,6 @@
 //! Found once; window, command line and report show this list.
 
 use crate::min_max::MinMax;
-use std::collections::BTreeSet;
 
 use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -89,7 +88,7 @@ impl Dataset {
 
     fn without_times(&self) -> Option<Finding> {
         self.in_role(Role::Train).find(|entry| entry.recording.is_static())?;
-        let n_cases = BTreeSet::from_iter(self.training_groups()).len();
+        let n_cases = self.training_groups().len();
         let n_rows: usize = self.in_role(Role::Train).map(|own| own.recording.n_samples()).sum();
         let seen = "the training recordings have no times";
         let found = Finding::new(Id::NoTimes, Enough, seen);
@@ -113,7 +112,7 @@ impl Dataset {
     fn few_recordings(&self) -> Option<Finding> {
         // The parts that are left of a recording are one.
         let n = match self.groups.by == GroupedBy::Recording {
-            true => BTreeSet::from_iter(self.training_groups()).len(),
+            true => self.training_groups().len(),
             false => self.in_role(Role::Train).count(),
         };
         let seen = format!("only {}", counted(n, "training recording"));

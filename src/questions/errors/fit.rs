@@ -1,19 +1,19 @@
 //! The linear fit: one pass over all recordings, then all results from the sums.
 
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use crate::calibration::{
-    BlockRidge, Calibration, CoefficientErrors, CrossValidation, LinearMap, MOST_FEATURES,
-    NormalEquations, Past, Piece, Quality, Ridge, RidgeChoice, Scores, Terms, condition_number,
-    fit, fit_targets, look_back_sums, recording_sums,
+    BlockRidge, Calibration, CoefficientErrors, LinearMap, MOST_FEATURES, NormalEquations, Past,
+    Quality, Ridge, RidgeChoice, Scores, Terms, condition_number, fit, fit_targets, look_back_sums,
+    recording_sums,
 };
 use crate::features::Design;
+use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
-use crate::questions::dataset::{Dataset, Errors, in_role};
-use crate::recording::{Entry, GroupedBy, Recording, Role};
-use crate::scoring::cross_validation::{are_left_out_whole, folds};
+use crate::questions::dataset::{Dataset, Errors};
+use crate::recording::{Entry, Role};
 use crate::scoring::information::free_coefficients;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 use crate::scoring::metrics;
@@ -45,53 +45,14 @@ pub(crate) struct LinearFit {
 }
 
 impl Dataset {
-    /// Returns the pieces of each recording: training recordings are cut into the parts that are left out in turn, others are
-    /// one piece.
-    pub fn pieces(&self) -> Vec<Vec<Piece>> {
-        let training = in_role(&self.entries, Role::Train).into_iter();
-        let lengths: Vec<usize> = training.map(Recording::n_samples).collect();
-        let mut training_pieces = folds(&lengths, &self.training_groups()).into_iter();
-        self.entries
-            .iter()
-            .map(|entry| match entry.role {
-                Role::Train => training_pieces.next().expect("one list per recording"),
-                Role::Test | Role::Off => {
-                    vec![Piece { samples: 0..entry.recording.n_samples(), fold: 0 }]
-                }
-            })
-            .collect()
-    }
-
-    /// Returns the group of each training recording.
-    pub fn training_groups(&self) -> Vec<usize> {
-        let entries = self.entries.iter().zip(&self.groups.of);
-        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
-        training.map(|(_, group)| *group).collect()
-    }
-
-    /// Returns the kind of cross-validation.
-    pub fn cross_validation(&self) -> CrossValidation {
-        let groups = self.training_groups();
-        let by = match are_left_out_whole(&groups) {
-            true => self.groups.by,
-            false => GroupedBy::Block,
-        };
-        let entries = self.entries.iter().zip(self.pieces());
-        let training = entries.filter(|(entry, _)| entry.role == Role::Train);
-        let folds = training.flat_map(|(_, pieces)| pieces.into_iter().map(|piece| piece.fold));
-        let parts = folds.max().map_or(0, |last| last + 1);
-        CrossValidation { by, groups: parts, parts }
-    }
-
     /// Computes the sums in one pass. The sums are incomplete if the work was cancelled.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
-        let pieces = self.pieces();
-        let of_recordings = self.sums_of_recordings(design, past, &pieces, progress);
+        let of_recordings = self.sums_of_recordings(design, past, progress);
         let empty = || NormalEquations::new(design.n_columns(), n_axes);
         let (mut train, mut test) = (empty(), empty());
-        let n_folds = pieces.iter().flatten().map(|piece| piece.fold + 1).max();
-        let mut parts = vec![empty(); n_folds.unwrap_or(0)];
-        for ((entry, pieces), sums) in self.entries.iter().zip(&pieces).zip(&of_recordings) {
+        let mut parts = vec![empty(); self.folds.n_parts];
+        let entries = self.entries.iter().zip(&self.folds.pieces);
+        for ((entry, pieces), sums) in entries.zip(&of_recordings) {
             for (piece, sums) in pieces.iter().zip(sums) {
                 match entry.role {
                     Role::Train => {
@@ -103,7 +64,7 @@ impl Dataset {
                 }
             }
         }
-        let cold = self.cold_parts(design, past, &pieces, n_axes, progress);
+        let cold = self.cold_parts(design, past, n_axes, progress);
         Sums { of_recordings, train, test, parts, cold }
     }
 
@@ -112,19 +73,18 @@ impl Dataset {
         &self,
         design: &Design,
         past: &[Past],
-        pieces: &[Vec<Piece>],
         n_axes: usize,
         progress: &Progress,
     ) -> Option<Vec<NormalEquations>> {
         let has_memory = design.features.has_memory() || !design.features.look_backs.is_empty();
-        if !has_memory || are_left_out_whole(&self.training_groups()) {
+        if !has_memory || self.folds.are_whole {
             return None;
         }
-        let n_parts = pieces.iter().flatten().map(|piece| piece.fold + 1).max()?;
-        let mut parts = vec![NormalEquations::new(design.n_columns(), n_axes); n_parts];
+        let empty = NormalEquations::new(design.n_columns(), n_axes);
+        let mut parts = vec![empty; self.folds.n_parts];
         for (at, entry) in self.entries.iter().enumerate() {
             if entry.role == Role::Train {
-                let (loads, pieces) = (self.present_loads(at), &pieces[at]);
+                let (loads, pieces) = (self.present_loads(at), &self.folds.pieces[at]);
                 let sums = recording_sums(design, loads, &past[at], pieces, true, progress);
                 pieces.iter().zip(sums).for_each(|(piece, sums)| parts[piece.fold].add(&sums));
             }
@@ -138,11 +98,10 @@ impl Dataset {
         &self,
         design: &Design,
         past: &[Past],
-        pieces: &[Vec<Piece>],
         progress: &Progress,
     ) -> Vec<Vec<NormalEquations>> {
         let key = design.with_any_thresholds();
-        let known = match &*self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) {
+        let known = match &*locked(&self.unmoved) {
             Some((own, sums)) if *own == key => Some(Arc::clone(sums)),
             _ => None,
         };
@@ -150,7 +109,7 @@ impl Dataset {
             if !entry.recording.has_reference() {
                 return Vec::new();
             }
-            let (loads, past, pieces) = (self.present_loads(at), &past[at], &pieces[at]);
+            let (loads, past, pieces) = (self.present_loads(at), &past[at], &self.folds.pieces[at]);
             let Some(known) = &known else {
                 return recording_sums(design, loads, past, pieces, false, progress);
             };
@@ -169,7 +128,7 @@ impl Dataset {
             let without = |own: &NormalEquations| own.without(look_backs.clone());
             let unmoved = sums.iter().map(|own| own.iter().map(without).collect());
             let unmoved = (key, Arc::new(unmoved.collect()));
-            *self.unmoved.lock().unwrap_or_else(PoisonError::into_inner) = Some(unmoved);
+            *locked(&self.unmoved) = Some(unmoved);
         }
         sums
     }
@@ -232,8 +191,7 @@ impl Dataset {
         };
         let Chosen { strengths, by_block, shares, squares } = match ridge {
             RidgeChoice::ByBlock => {
-                let blocks = design.blocks().into_iter();
-                let groups: Vec<_> = blocks.map(|(_, columns)| columns).collect();
+                let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
                 Chosen::by_group(&chooses, &design, &groups)
             }
             // Coefficients of auxiliary channels and of features with memory have different magnitudes.
@@ -342,7 +300,8 @@ impl Chosen {
 
     /// Chooses a strength for each group of blocks; like [`Self::alike`] if there is nothing to compare.
     fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
-        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = design.blocks().into_iter().unzip();
+        let own = design.blocks().into_iter().map(|own| (own.description, own.columns));
+        let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = own.unzip();
         let Some(chosen) = left_out.by_block(groups) else {
             return Self::alike(left_out, RidgeChoice::ByBlock);
         };

@@ -2,10 +2,11 @@
 
 use std::fmt;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use crate::calibration::{Calibration, Past};
 use crate::features::Design;
+use crate::panicked::locked;
 use crate::recording::Recording;
 use crate::scoring::series::Values;
 
@@ -147,14 +148,13 @@ impl Made {
     fn block(&self, number: usize) -> Block {
         let slot = &self.kept[number % KEPT];
         let kept = |slot: &Mutex<Option<(usize, Block)>>| {
-            let slot = slot.lock().unwrap_or_else(PoisonError::into_inner);
+            let slot = locked(slot);
             let own = slot.as_ref().filter(|(own, _)| *own == number);
             own.map(|(_, block)| Arc::clone(block))
         };
         kept(slot).unwrap_or_else(|| {
             let block = self.make(number);
-            *slot.lock().unwrap_or_else(PoisonError::into_inner) =
-                Some((number, Arc::clone(&block)));
+            *locked(slot) = Some((number, Arc::clone(&block)));
             block
         })
     }

@@ -126,7 +126,7 @@ impl Dataset {
         let step = self.step_of(is_trained);
         let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
         let mut own = calibration.clone();
-        for ((entry, pieces), past) in self.entries.iter().zip(self.pieces()).zip(past) {
+        for ((entry, pieces), past) in self.entries.iter().zip(&self.folds.pieces).zip(past) {
             if !is_trained(entry) || progress.is_cancelled() {
                 continue;
             }

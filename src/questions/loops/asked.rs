@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::questions::loops::query::{Look, LookRequest, Viewer};
+use crate::questions::loops::query::{Look, Viewer};
+use crate::questions::loops::request::LookRequest;
 use crate::questions::question::{Answered, Query, Work};
 
 /// Loops, cross-plots, dwells, or the table of figures.

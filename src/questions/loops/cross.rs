@@ -4,47 +4,11 @@ use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
 use crate::questions::loops::output::column_of;
-use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::picture::{Drawn, drawn};
+use crate::questions::loops::request::{Channel, CrossQuestion, LoadKind};
 use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::check_numbers;
-use crate::recording::Axis;
 use crate::scoring::loops::Frame;
-
-/// A reference or computed load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LoadKind {
-    /// Reference load.
-    Calculated,
-    /// Uncompensated or compensated load.
-    Output(Output),
-}
-
-/// A channel with a value at every sample.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channel {
-    /// Time on the recording's own clock (s).
-    Time,
-    /// A raw gauge.
-    Gauge(usize),
-    /// A load of an axis.
-    Load(LoadKind, Axis),
-}
-
-/// Request for a cross-plot of two channels.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CrossQuestion {
-    /// Channel on the horizontal axis.
-    pub across: Channel,
-    /// Channel on the vertical axis.
-    pub up: Channel,
-    /// Samples to plot.
-    pub span: Span,
-    /// Visible range; `None` shows everything.
-    pub frame: Option<Frame>,
-    /// Width and height of the plot in pixels, which set the resolution of the drawing.
-    pub pixels: [f64; 2],
-}
 
 /// A cross-plot, ready to be drawn.
 #[derive(Clone, Debug)]

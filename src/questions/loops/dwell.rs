@@ -4,29 +4,15 @@ use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::frame_around;
 use crate::questions::loops::output::Output;
 use crate::questions::loops::output::column_of;
+use crate::questions::loops::request::DwellQuestion;
 use crate::questions::loops::source::{Part, Source};
 use crate::questions::metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells};
-use crate::recording::Axis;
 use crate::scoring::Series;
 use crate::scoring::holds::Drift;
 use crate::scoring::loops::Frame;
 
 /// Number of points of a fitted curve.
 const FIT_POINTS: usize = 200;
-
-/// Request for the dwells.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DwellQuestion {
-    /// Axis whose error is drawn.
-    pub axis: Axis,
-    /// Index of the dwell, in the order of recordings and time; a larger index means the last dwell. `None` takes the longest
-    /// dwell under load, or else the longest.
-    pub rest: Option<usize>,
-    /// Visible range; `None` shows everything.
-    pub frame: Option<Frame>,
-    /// Width and height of the plot in pixels, which set the resolution of the drawing.
-    pub pixels: [f64; 2],
-}
 
 /// All dwells, and one of them ready to be drawn.
 #[derive(Clone, Debug)]

@@ -15,17 +15,21 @@ mod frame;
 mod output;
 mod picture;
 pub mod query;
+mod request;
 pub(crate) mod shown;
 mod source;
 
-pub use cross::{Channel, CrossPlot, CrossQuestion, LoadKind};
-pub(crate) use dwell::{DwellCurve, DwellPlot, DwellQuestion};
+pub use cross::CrossPlot;
+pub(crate) use dwell::{DwellCurve, DwellPlot};
 pub use error::LookError;
 pub(crate) use figure::{FiguresOf, Inks, LoopView};
 pub use output::{Output, Span, TableOf};
 pub(crate) use picture::LoopPlot;
-pub use picture::{LoopQuestion, Up};
-pub use query::{Look, LookRequest, Question, TableQuestion, Viewer};
+pub use query::{Look, Viewer};
+pub(crate) use request::DwellQuestion;
+pub use request::{
+    Channel, CrossQuestion, LoadKind, LookRequest, LoopQuestion, Question, TableQuestion, Up,
+};
 pub(crate) use shown::{LoopMeasures, LoopScale, drifts, lag_in_words, loop_figures};
 pub use source::OutputLag;
 

@@ -9,43 +9,15 @@ use rayon::prelude::*;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::frame::{MAX_POINTS, frame_around};
+use crate::questions::loops::output::Output;
 use crate::questions::loops::output::column_of;
-use crate::questions::loops::output::{Output, Span};
+use crate::questions::loops::request::{LoopQuestion, Up};
 use crate::questions::loops::source::{OutputLag, Part, Source};
 use crate::questions::metrology::{Basis, MetrologySettings, Reason, check_numbers};
 use crate::recording::Axis;
 use crate::scoring::loops::{
     Branch, Cycle, Density, Frame, Loop, Loops, Outline, Stroke, common_loads, outline,
 };
-
-/// Quantity on the vertical axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Up {
-    /// Uncompensated and compensated load.
-    Load,
-    /// Errors of both loads.
-    #[default]
-    Error,
-    /// A raw gauge channel.
-    Gauge(usize),
-}
-
-/// Request for loops.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoopQuestion {
-    /// Axis whose reference load is on the horizontal axis.
-    pub axis: Axis,
-    /// Quantity on the vertical axis.
-    pub up: Up,
-    /// Samples to plot.
-    pub span: Span,
-    /// True to remove the time lag between gauges and reference first.
-    pub lag_removed: bool,
-    /// Visible range; `None` shows everything.
-    pub frame: Option<Frame>,
-    /// Width and height of the plot in pixels, which set the resolution of the drawing.
-    pub pixels: [f64; 2],
-}
 
 /// Loops, ready to be drawn.
 #[derive(Clone, Debug)]

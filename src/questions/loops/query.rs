@@ -2,77 +2,16 @@
 
 use std::sync::Arc;
 
-use crate::calibration::Calibration;
 use crate::progress::Progress;
-use crate::questions::errors::traces::TraceSet;
-use crate::questions::loops::cross::{CrossPlot, CrossQuestion};
-use crate::questions::loops::dwell::{DwellPlot, DwellQuestion};
+use crate::questions::loops::cross::CrossPlot;
+use crate::questions::loops::dwell::DwellPlot;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::output::Span;
-use crate::questions::loops::output::TableOf;
-use crate::questions::loops::picture::{LoopPlot, LoopQuestion};
+use crate::questions::loops::picture::LoopPlot;
+use crate::questions::loops::request::{LookRequest, Question, TableQuestion};
 use crate::questions::loops::source::Source;
 use crate::questions::loops::{cross, dwell, picture};
-use crate::questions::metrology::{Metrology, MetrologySettings, Run, table_by};
-use crate::recording::RecordingSet;
-use crate::same::same_where;
-
-/// Request for the table of figures.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TableQuestion {
-    /// Recordings that the table covers.
-    pub of: TableOf,
-}
-
-/// Requested view.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Question {
-    /// Loops of one axis.
-    Loops(LoopQuestion),
-    /// Any channel over any other.
-    Cross(CrossQuestion),
-    /// Dwells of the load.
-    Dwells(DwellQuestion),
-    /// Table of figures.
-    Table(TableQuestion),
-}
-
-impl Question {
-    /// Returns true if the answer depends on the view of the trace panes.
-    pub fn follows_screen(&self) -> bool {
-        let span = match self {
-            Self::Loops(question) => question.span,
-            Self::Cross(question) => question.span,
-            Self::Dwells(_) | Self::Table(_) => Span::All,
-        };
-        span == Span::Visible
-    }
-}
-
-/// A question with its inputs.
-#[derive(Clone, Debug)]
-pub struct LookRequest {
-    /// Calibration that computes the loads.
-    pub calibration: Arc<Calibration>,
-    /// The recordings with their roles.
-    pub recordings: Arc<RecordingSet>,
-    /// Decimation, as in the analysis.
-    pub decimation: usize,
-    /// Traces that the trace panes draw.
-    pub traces: Arc<TraceSet>,
-    /// Visible interval of the traces' time; `None` for all of it.
-    pub visible: Option<(f64, f64)>,
-    /// Settings of reversals and dwells, the same for all questions.
-    pub measuring: MetrologySettings,
-    /// The question.
-    pub question: Question,
-}
-
-same_where!(LookRequest:
-    shared(calibration, recordings, traces)
-    value(decimation, visible, measuring, question)
-    besides()
-);
+use crate::questions::metrology::{Metrology, Run, table_by};
 
 /// An answer.
 #[derive(Clone, Debug)]

@@ -10,7 +10,7 @@ use crate::calibration::{AppliedLoads, Calibration};
 use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::output::{Output, Span};
-use crate::questions::loops::query::LookRequest;
+use crate::questions::loops::request::LookRequest;
 use crate::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set};
 use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::MANY_SAMPLES;

@@ -1,33 +1,14 @@
 //! Metrology rows that distinguish a time lag from hysteresis.
 
 use crate::questions::metrology::figures::{Found, Result};
-use crate::questions::metrology::measured::{AxisView, Measured, OUTPUTS};
+use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::reason::Reason;
-use crate::scoring::lag::{Lag, LagRun, NoLag, WORTH_REMOVING, lags, widths};
+use crate::scoring::lag::{LagRun, WORTH_REMOVING, widths};
 
 /// Maximum change of hysteresis without the lag by the uncertainty of the lag, as a share of itself ...
 const MAX_SHARE: f64 = 0.1;
 /// ... or as a share of full scale.
 const MAX_SHARE_FS: f64 = 0.003;
-
-/// Lags of every axis, for each output.
-pub(crate) type Lags = [Vec<std::result::Result<Lag, NoLag>>; OUTPUTS];
-
-/// Measures the lags of both outputs in the runs with a reference for every axis.
-pub(crate) fn lags_of(measured: &Measured<'_>) -> Lags {
-    std::array::from_fn(|output| {
-        let runs: Vec<LagRun<'_>> = runs(measured, output).collect();
-        let none = vec![Err(NoLag::TooShort); measured.axes.len()];
-        // This progress cannot be cancelled.
-        let found = lags(&runs, &crate::progress::Progress::default()).unwrap_or_default();
-        if found.is_empty() { none } else { found }
-    })
-}
-
-/// Returns the runs with a reference for every axis.
-fn runs<'a>(measured: &'a Measured<'_>, output: usize) -> impl Iterator<Item = LagRun<'a>> {
-    measured.runs.iter().filter_map(move |run| run.lag_run(output))
-}
 
 /// Returns the lag of one output on one axis, its hysteresis without the lag, and the share of the mean width that the lag
 /// explains.
@@ -48,7 +29,7 @@ pub(crate) fn figures(
     if !lag.is_significant() {
         return ([found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })], Some(0.0));
     }
-    let own: Vec<LagRun<'_>> = runs(view.measured, output).collect();
+    let own: Vec<LagRun<'_>> = view.measured.lag_runs(output).collect();
     let Some(widths) = widths(lag, place, &own, view.dead_band) else {
         return ([found, Err(Reason::NoCycle { axis })], None);
     };

@@ -6,18 +6,21 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
+use crate::progress::Progress;
 use crate::questions::metrology::figures::{Place, Run};
-use crate::questions::metrology::lag_rows::{Lags, lags_of};
 use crate::questions::metrology::reason::Reason;
 use crate::questions::metrology::settings::{
     MetrologyError, MetrologySettings, Rules, check_per_axis,
 };
 use crate::recording::Axis;
 use crate::scoring::holds::{Hold, holds};
-use crate::scoring::lag::LagRun;
+use crate::scoring::lag::{Lag, LagRun, NoLag, lags};
 
 /// Uncompensated and compensated, in this order.
 pub(crate) const OUTPUTS: usize = 2;
+
+/// Lags of every axis, for each output.
+pub(crate) type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 
 /// Largest valid load; the squares of larger ones could overflow.
 const LARGEST: f64 = 1e100;
@@ -141,7 +144,21 @@ impl<'a> Measured<'a> {
 
     /// Returns the time lag of each output. It is measured at the first call.
     pub(crate) fn lags(&self) -> &Lags {
-        self.lags.get_or_init(|| lags_of(self))
+        let of_output = |output| {
+            let runs: Vec<LagRun<'_>> = self.lag_runs(output).collect();
+            // Nothing cancels a progress of its own.
+            let found = lags(&runs, &Progress::default()).unwrap_or_default();
+            match found.is_empty() {
+                true => vec![Err(NoLag::TooShort); self.axes.len()],
+                false => found,
+            }
+        };
+        self.lags.get_or_init(|| std::array::from_fn(of_output))
+    }
+
+    /// Returns the runs with a reference for every axis.
+    pub(crate) fn lag_runs(&self, output: usize) -> impl Iterator<Item = LagRun<'_>> {
+        self.runs.iter().filter_map(move |run| run.lag_run(output))
     }
 
     /// Returns true if every axis of the run that has a reference is near zero in this dwell.

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::calibration::{Calibration, EpochReport, FitSettings};
+use crate::panicked::locked;
 use crate::questions::models::best::{Best, Search, find_best};
 use crate::questions::models::comparison::{Candidate, ComparedRow, RowEvent, compare};
 use crate::questions::models::learning::TrainingStep;
@@ -139,7 +140,7 @@ impl Query for Compare {
         let rows = Mutex::new(vec![RowState::Waits; self.candidates.len()]);
         let Self { recordings, settings, candidates, .. } = self;
         compare(recordings, settings, candidates, progress, &|at, event| {
-            let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut rows = locked(&rows);
             rows[at] = match event {
                 RowEvent::Started => RowState::Runs(None),
                 RowEvent::Step(step) => RowState::Runs(Some(step)),

@@ -14,10 +14,10 @@ use crate::calibration::{
     Calibration, ErrorBlocks, FitSettings, Learner, Refusal, Regressor, RidgeChoice, Scores,
     weighed,
 };
-use crate::features::{Blocks, FeatureSettings, Thresholds};
+use crate::features::FeatureSettings;
 use crate::progress::Progress;
 use crate::questions::error::AnalysisError;
-use crate::questions::models::folds::{Folds, n_samples};
+use crate::questions::models::folds::NestedFolds;
 use crate::questions::models::recipes::{self, Recipe};
 use crate::questions::models::side::{Effort, Side};
 use crate::questions::models::table::{Mark, Model, ModelRow, model_table, weights};
@@ -274,7 +274,7 @@ struct Cut {
 
 impl Cut {
     /// Cuts by the conventional calibration's errors: blocks are longer than the time over which these are correlated.
-    fn of(folds: &Folds, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Self {
+    fn of(folds: &NestedFolds, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Self {
         let length = TIMES_CORRELATED * correlated(errors, n_axes);
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
         let mut cut = Self { groups: folds.parts.clone(), ..Self::default() };
@@ -439,7 +439,7 @@ struct Running<'a> {
     search: &'a Search,
     progress: &'a Progress,
     start: Instant,
-    folds: Folds,
+    folds: NestedFolds,
     /// All training recordings.
     whole: Side,
     /// The folds' own.
@@ -451,8 +451,8 @@ struct Running<'a> {
 impl<'a> Running<'a> {
     fn new(search: &'a Search, progress: &'a Progress) -> Result<Self, AnalysisError> {
         let start = Instant::now();
-        let folds = Folds::of(&search.recordings)?;
-        let n_train = n_samples(&search.recordings, Role::Train);
+        let folds = NestedFolds::of(&search.recordings)?;
+        let n_train = search.recordings.n_samples(Role::Train);
         let thinned = search.settings.decimation.max(n_train.div_ceil(ENOUGH_SAMPLES));
         let common = FitSettings {
             features: FeatureSettings {
@@ -619,29 +619,15 @@ fn spread(errors: &[Vec<Vec<f64>>], axis: usize, n_axes: usize) -> f64 {
 
 /// Takes out the blocks that help no axis.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
-    let helps = |block: &str| {
-        let own = calibration.quality.ridge_by_block.iter().find(|own| own.block == block);
-        own.is_none_or(|own| own.strengths.iter().any(Option::is_some))
-    };
-    let alone = |look_backs: &[Thresholds], blocks: Blocks| FeatureSettings {
-        look_backs: look_backs.to_vec(),
-        blocks,
-        // What they are called by.
-        auxiliary: calibration.features.auxiliary.clone(),
-        ..features.clone()
-    };
-    let mut kept = alone(&[], Blocks::default());
-    if helps(&alone(&features.look_backs, Blocks::default()).describe()) {
-        kept.look_backs.clone_from(&features.look_backs);
-    }
-    for (block, values) in features.blocks.used() {
-        let own = Blocks::default().with(block, values);
-        if helps(&alone(&[], own).describe()) {
-            kept.blocks.set(block, values.to_vec());
+    let ridges = &calibration.quality.ridge_by_block;
+    for (own, ridge) in calibration.design().blocks().iter().zip(ridges) {
+        if ridge.strengths.iter().all(Option::is_none) {
+            match own.block {
+                Some(block) => features.blocks.set(block, Vec::new()),
+                None => features.look_backs.clear(),
+            }
         }
     }
-    kept.auxiliary.clone_from(&features.auxiliary);
-    *features = kept;
 }
 
 #[cfg(test)]

@@ -7,22 +7,14 @@ use std::sync::Arc;
 
 use crate::calibration::CrossValidation;
 use crate::questions::error::AnalysisError;
-use crate::recording::{Entry, GroupedBy, Recording, RecordingSet, Role};
-use crate::scoring::cross_validation::{MOST_FITS, fit_without};
+use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
+use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 
 /// With one group alone each recording is cut into this number of segments.
 const SEGMENTS: usize = 4;
 
-/// Training recordings of which some are left out.
-pub(super) struct Fold {
-    /// The recordings to fit in the train role, those that are left out in the test role.
-    pub set: Arc<RecordingSet>,
-    /// The part that each recording in the test role belongs to.
-    pub parts: Vec<usize>,
-}
-
 /// All folds of a search.
-pub(super) struct Folds {
+pub(super) struct NestedFolds {
     /// The folds.
     pub folds: Vec<Fold>,
     /// All training recordings, cut as in the folds, with the test recordings.
@@ -42,7 +34,7 @@ struct Piece {
     entry: Entry,
 }
 
-impl Folds {
+impl NestedFolds {
     /// Divides the training recordings.
     ///
     /// # Errors
@@ -115,15 +107,13 @@ impl Folds {
         is_forward: bool,
     ) -> Self {
         let n_left_out = pieces.iter().map(|piece| piece.fold + 1).max().unwrap_or(0);
-        let fold = |left_out: usize, until: usize| {
-            let own = pieces.iter().filter(|piece| piece.fold < until);
-            let set = own.clone().map(|piece| {
-                let role = if piece.fold == left_out { Role::Test } else { Role::Train };
-                Entry { role, ..piece.entry.clone() }
-            });
-            let tested = own.filter(|piece| piece.fold == left_out);
-            Fold { parts: tested.map(|piece| piece.part).collect(), set: Arc::new(collected(set)) }
-        };
+        let fold =
+            |left_out: usize, until: usize| {
+                let own = pieces.iter().filter(|piece| piece.fold < until);
+                Fold::of(own.map(|piece| {
+                    (piece.entry.clone(), (piece.fold == left_out).then_some(piece.part))
+                }))
+            };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
             // The last segment is predicted from all before it already; with less than half there is too little to fit.
@@ -149,16 +139,10 @@ fn collected(entries: impl Iterator<Item = Entry>) -> RecordingSet {
     set
 }
 
-/// Returns the number of samples of the recordings in a role.
-pub(super) fn n_samples(set: &RecordingSet, role: Role) -> usize {
-    let own = set.entries().iter().filter(|entry| entry.role == role);
-    own.map(|entry| Recording::n_samples(&entry.recording)).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{Source, simulated};
+    use crate::recording::{Recording, Source, simulated};
 
     fn of_lengths(n: usize) -> RecordingSet {
         let mut set = RecordingSet::default();
@@ -175,27 +159,29 @@ mod tests {
     fn folds_are_made_of_the_training_recordings() {
         for n in [1, 2, 3, 7] {
             let set = of_lengths(n);
-            let found = Folds::of(&set).unwrap();
-            let all = n_samples(&set, Role::Train);
+            let found = NestedFolds::of(&set).unwrap();
+            let all = set.n_samples(Role::Train);
             let folds = &found.folds[..found.n_left_out];
-            let left_out: usize = folds.iter().map(|fold| n_samples(&fold.set, Role::Test)).sum();
+            let left_out: usize = folds.iter().map(|fold| fold.set.n_samples(Role::Test)).sum();
             assert_eq!(left_out, all, "{n} recordings");
             for fold in folds {
-                let [own, others] =
-                    [Role::Test, Role::Train].map(|role| n_samples(&fold.set, role));
+                let [own, others] = [Role::Test, Role::Train].map(|role| fold.set.n_samples(role));
                 assert!(own > 0 && own + others == all, "{n} recordings");
                 let tested = fold.set.entries().iter().filter(|entry| entry.role == Role::Test);
                 assert_eq!(tested.count(), fold.parts.len());
             }
-            assert_eq!(n_samples(&found.whole, Role::Train), all);
+            assert_eq!(found.whole.n_samples(Role::Train), all);
         }
-        assert!(matches!(Folds::of(&RecordingSet::default()), Err(AnalysisError::NoTraining)));
+        assert!(matches!(
+            NestedFolds::of(&RecordingSet::default()),
+            Err(AnalysisError::NoTraining)
+        ));
     }
 
     /// Of one recording in four segments the third is predicted from the first two as well.
     #[test]
     fn one_run_is_predicted_forward_in_time() {
-        let found = Folds::of(&of_lengths(1)).unwrap();
+        let found = NestedFolds::of(&of_lengths(1)).unwrap();
         assert_eq!((found.folds.len(), found.n_left_out), (5, 4));
         let forward = &found.folds[4];
         assert_eq!(forward.parts, [2]);
@@ -205,7 +191,7 @@ mod tests {
             own.recording.times().get(own.recording.n_samples() - 1).copied().unwrap()
         };
         assert!(last(Role::Train) < last(Role::Test));
-        assert_eq!(Folds::of(&of_lengths(3)).unwrap().folds.len(), 3);
+        assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
     }
 
     /// Twelve presses of one file are judged in five parts, those of twelve files each by itself.
@@ -227,7 +213,7 @@ mod tests {
                 );
                 set.push(Entry::new(own.unwrap(), Role::Train)).unwrap();
             }
-            Folds::of(&set).unwrap().parts
+            NestedFolds::of(&set).unwrap().parts
         };
         let of_one = parts(&|_| "/a.csv".to_owned());
         assert_eq!((of_one.len(), &*of_one[0]), (5, "press #1 to press #3"));
@@ -243,7 +229,7 @@ mod tests {
             let recording = all.entries()[at].recording.decimated(20);
             set.push(Entry::new(recording, Role::Train)).unwrap();
         }
-        let found = Folds::of(&set).unwrap();
+        let found = NestedFolds::of(&set).unwrap();
         assert_eq!(found.what, "nested, by path: leave-one-path-out, 3 groups");
         assert_eq!(found.parts, ["path 1", "path 2", "path 3"]);
         for (fold, path) in found.folds.iter().zip(["path 1", "path 2", "path 3"]) {

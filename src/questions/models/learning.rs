@@ -230,13 +230,13 @@ struct Run<'a> {
     recording: &'a Arc<Recording>,
     past: &'a Past,
     conventional: PresentLoads<'a>,
-    pieces: Vec<Piece>,
+    pieces: &'a [Piece],
 }
 
 impl<'a> TrainingRows<'a> {
     fn new(data: &'a Dataset, past: &'a [Past], design: &'a Design, target: Target<'a>) -> Self {
         let entries = data.entries.iter().zip(past).enumerate();
-        let runs: Vec<Run<'_>> = (entries.zip(data.pieces()))
+        let runs: Vec<Run<'_>> = (entries.zip(&data.folds.pieces))
             .filter(|((_, (entry, _)), _)| entry.role == Role::Train)
             .map(|((at, (Entry { recording, .. }, past)), pieces)| Run {
                 recording,
@@ -282,7 +282,7 @@ impl<'a> TrainingRows<'a> {
         if !self.holds_out {
             return false;
         }
-        let pieces = self.runs.iter().flat_map(|run| &run.pieces);
+        let pieces = self.runs.iter().flat_map(|run| run.pieces);
         let n_folds = pieces.map(|piece| piece.fold + 1).max().unwrap_or(0);
         let are_whole = self.runs.iter().all(|run| run.pieces.len() == 1);
         if are_whole && n_folds >= FEWEST_GROUPS {
@@ -366,7 +366,7 @@ impl Rows for TrainingRows<'_> {
         let mut raw = vec![0.0; self.design.n_columns()];
         let (mut inputs, mut linear, mut targets) = (Vec::new(), Vec::new(), Vec::new());
         let mut known = vec![0.0; self.n_axes];
-        for piece in pieces {
+        for piece in *pieces {
             let length = BLOCK * self.step;
             for start in piece.samples.clone().step_by(length) {
                 inputs.clear();

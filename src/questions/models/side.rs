@@ -8,7 +8,6 @@ use crate::progress::Progress;
 use crate::questions::cross_validated::best_shares;
 use crate::questions::dataset::Datasets;
 use crate::questions::error::AnalysisError;
-use crate::questions::models::folds::n_samples;
 use crate::questions::models::learning::{Fitted, fit_all};
 use crate::questions::models::recipes::{Recipe, Times};
 use crate::questions::models::training::train_unscored;
@@ -117,7 +116,7 @@ impl Side {
             features.blocks.set(&Auxiliary, self.auxiliary.clone());
         }
         self.thin_out(&mut features)?;
-        let rows = n_samples(&self.recordings, Role::Train).min(effort.rows);
+        let rows = self.recordings.n_samples(Role::Train).min(effort.rows);
         let mut settings =
             FitSettings { features, regressor: recipe.regressor, ..self.settings.clone() };
         settings.network.hidden.fill(effort.units);
@@ -206,7 +205,7 @@ impl Side {
         let shortest =
             training.map(|own| own.recording.duration_secs()).fold(f64::INFINITY, f64::min);
         let n_gauges = self.recordings.layout().gauge_names.len();
-        let n_samples = n_samples(&self.recordings, Role::Train) / self.settings.decimation;
+        let n_samples = self.recordings.n_samples(Role::Train) / self.settings.decimation;
         let columns = MOST_LAG_COLUMNS.min((MOST_LAG_WORK / n_samples.max(1)).isqrt());
         let n = MOST_LAGS.min(columns / n_gauges.max(1)).min((0.1 * shortest / step) as usize);
         (1..=n).map(|lag| significant_secs(lag as f64 * step)).collect()
@@ -220,7 +219,8 @@ impl Side {
 
     /// Every how many-th sample is learned from.
     fn row_step(&self, rows: usize) -> usize {
-        n_samples(&self.recordings, Role::Train)
+        self.recordings
+            .n_samples(Role::Train)
             .div_ceil(self.settings.decimation)
             .div_ceil(rows.max(1))
             .max(1)

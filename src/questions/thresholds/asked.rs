@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use crate::calibration::FitSettings;
 use crate::features::Thresholds;
 use crate::finding::Finding;
+use crate::panicked::locked;
 use crate::questions::dataset::Datasets;
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
@@ -119,7 +120,7 @@ impl Query for StudyThresholds {
         let so_far = Mutex::new(None::<ThresholdMap>);
         let begun = found.map.as_deref();
         let map = study.rest_of_map(begun, &grid, progress, &|event| {
-            let mut so_far = so_far.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut so_far = locked(&so_far);
             match event {
                 StudyEvent::Begun(map) => *so_far = Some(map.clone()),
                 StudyEvent::Row { f_at, points } => {

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::calibration::{AgedSums, Piece, ThresholdAges, aged_sums};
+use crate::calibration::{AgedSums, ThresholdAges, aged_sums};
 use crate::features::{Design, FeatureSettings, Thresholds};
 use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
@@ -37,7 +37,6 @@ struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
     design: Design,
-    pieces: Vec<Vec<Piece>>,
     /// Past samples of the further look-backs of each recording.
     further: Vec<Vec<Vec<u32>>>,
     scorer: Scorer,
@@ -127,8 +126,7 @@ impl<'a> Rows<'a> {
             .check_columns(blank.gauges.len())
             .map_err(crate::calibration::SettingsError::from)?;
         let n_axes = blank.axes.len();
-        let pieces = data.pieces();
-        let lists = data.entries.iter().zip(&pieces);
+        let lists = data.entries.iter().zip(&data.folds.pieces);
         let n_lists: usize =
             lists.filter(|(entry, _)| takes_part(entry)).map(|(_, pieces)| pieces.len()).sum();
         let n_t = grid.t_ths_secs().len();
@@ -154,7 +152,7 @@ impl<'a> Rows<'a> {
         let scorer = Scorer::new(&design, &data.map, parts, cold, test, study.settings.ridge)
             .with_ridge_by(data.recordings_left_out(&of_recordings));
         check_parts(&scorer.part_samples(), design.kinds().into_iter(), study.settings.ridge)?;
-        Ok(Self { study, grid, design, pieces, further, scorer })
+        Ok(Self { study, grid, design, further, scorer })
     }
 
     fn row(&self, f_th: f64, progress: &Progress) -> Result<Vec<PointScores>, Cancelled> {
@@ -175,7 +173,7 @@ impl<'a> Rows<'a> {
                 progress.check()?;
                 let ages = ThresholdAges { past: &past, further: &self.further[at], t_ths_secs };
                 let loads = data.present_loads(at);
-                let pieces = &self.pieces[at];
+                let pieces = &data.folds.pieces[at];
                 let aged = aged_sums(&self.design, loads, ages, pieces, false, progress);
                 let cold = match self.scorer.is_scored_cold() && entry.role == Role::Train {
                     true => aged_sums(&self.design, loads, ages, pieces, true, progress),
@@ -187,7 +185,8 @@ impl<'a> Rows<'a> {
             .collect::<Result<_, Cancelled>>()?;
         let (mut parts, mut all_cold) = (Vec::new(), Vec::new());
         let (mut test, mut n_training) = (Vec::new(), 0);
-        for ((entry, pieces), [aged, cold]) in data.entries.iter().zip(&self.pieces).zip(aged) {
+        for ((entry, pieces), [aged, cold]) in data.entries.iter().zip(&data.folds.pieces).zip(aged)
+        {
             match entry.role {
                 Role::Train => {
                     all_cold.extend(pieces.iter().map(|piece| piece.fold).zip(cold));

@@ -1,0 +1,261 @@
+//! Taring: subtracts the mean gauge readings of an unloaded interval, for each recording on its own.
+//!
+//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist,
+//! or a recording that is never quiet, is an error.
+
+use std::ops::Range;
+
+use super::load_cases::largest_loads;
+use crate::finding::{Advice, Way};
+use crate::min_max::MinMax;
+use crate::recording::axis::Axis;
+use crate::recording::recording::Recording;
+use crate::recording::tare::Tare;
+
+/// Length of a quiet interval, in seconds. The mean of a shorter interval is too noisy.
+const QUIET_SECS: f64 = 0.5;
+/// Minimum number of samples in an interval. The scatter of fewer samples is not reliable.
+const FEWEST_SAMPLES: usize = 4;
+/// Maximum ratio of the gauge range in the chosen interval to the range in the quietest interval.
+const NEARLY_AS_QUIET: f64 = 2.0;
+/// Maximum gauge range in a quiet interval, as a share of the gauge's range in the whole recording.
+const LARGEST_SHARE: f64 = 0.02;
+/// Maximum load on an unloaded sensor, as a share of the largest force or moment in the recording.
+const UNLOADED_SHARE: f64 = 0.02;
+
+impl Advice for TareError {
+    fn ways(&self) -> &'static [Way] {
+        match self {
+            Self::NeverQuiet { .. } | Self::NeverUnloaded { .. } => &[Way::Tare],
+            _ => &[],
+        }
+    }
+}
+
+/// Why a recording cannot be tared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TareError {
+    #[error(
+        "{name}: cannot tare, there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
+    )]
+    NoSamples { name: String, from: f64, to: f64, duration_secs: f64 },
+    #[error(
+        "{name}: cannot tare, the samples have no times; subtract the unloaded reading in the table, or fit with the offset"
+    )]
+    NoTimes { name: String },
+    #[error(
+        "{name}: cannot tare, there is no half second without movement; enter when the sensor was unloaded, in seconds from the start of the recording"
+    )]
+    NeverQuiet { name: String },
+    #[error(
+        "{name}: cannot tare, {why}; enter when the sensor was unloaded, in seconds from the start of the recording"
+    )]
+    NeverUnloaded { name: String, why: &'static str },
+}
+
+impl Recording {
+    /// Returns the recording minus its mean gauge readings over an interval, and the start and end of the interval (s
+    /// from the first sample).
+    ///
+    /// # Errors
+    /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.
+    pub fn tared(self, tare: Tare) -> Result<(Self, (f64, f64)), TareError> {
+        if self.is_static() {
+            return Err(TareError::NoTimes { name: self.name().to_owned() });
+        }
+        let times = self.times();
+        let (start, end) = match tare {
+            Tare::Auto => first_quiet_unloaded(&self)?,
+            Tare::Interval(from, to) => (
+                times.partition_point(|time| time - times[0] < from),
+                times.partition_point(|time| time - times[0] <= to),
+            ),
+        };
+        if start >= end {
+            let (Tare::Interval(from, to), duration_secs) = (tare, self.duration_secs()) else {
+                unreachable!("a quiet interval has samples")
+            };
+            return Err(TareError::NoSamples {
+                name: self.name().to_owned(),
+                from,
+                to,
+                duration_secs,
+            });
+        }
+        let n_gauges = self.n_gauges();
+        let interval = &self.gauges()[start * n_gauges..end * n_gauges];
+        let mean = |gauge: usize| {
+            let values = interval[gauge..].iter().step_by(n_gauges);
+            values.sum::<f64>() / (end - start) as f64
+        };
+        let offsets: Vec<f64> = (0..n_gauges).map(mean).collect();
+        let since_start = |k: usize| times[k] - times[0];
+        let place = (since_start(start), since_start(end - 1));
+        Ok((self.less_offsets(&offsets, tare), place))
+    }
+}
+
+/// Returns the samples of the first interval that is quiet on all gauges and unloaded by the reference.
+fn first_quiet_unloaded(recording: &Recording) -> Result<(usize, usize), TareError> {
+    let name = || recording.name().to_owned();
+    let (times, n_gauges) = (recording.times(), recording.n_gauges());
+    let (gauges, n) = (recording.gauges(), times.len());
+    let ranges: Vec<f64> =
+        (0..n_gauges).map(|gauge| range(gauges, n_gauges, gauge, 0..n).1).collect();
+    let mut intervals = Vec::new();
+    let mut start = 0;
+    while start < n {
+        let end = start + times[start..].partition_point(|time| *time < times[start] + QUIET_SECS);
+        let end = end.max(start + FEWEST_SAMPLES);
+        if end > n {
+            break;
+        }
+        let share = |gauge: usize| {
+            let all = ranges[gauge];
+            if all > 0.0 { range(gauges, n_gauges, gauge, start..end).1 / all } else { 0.0 }
+        };
+        let most = (0..n_gauges).map(share).fold(0.0, f64::max);
+        intervals.push((start, end, most));
+        start = end;
+    }
+    let quietest = intervals.iter().map(|interval| interval.2);
+    let quietest = quietest.reduce(f64::min).unwrap_or(f64::INFINITY);
+    let limit = (NEARLY_AS_QUIET * quietest).min(LARGEST_SHARE);
+    let mut quiet = intervals
+        .into_iter()
+        .filter(|interval| interval.2 <= limit)
+        .map(|(start, end, _)| (start, end))
+        .peekable();
+    if quiet.peek().is_none() {
+        return Err(TareError::NeverQuiet { name: name() });
+    }
+    let why = if recording.axes().is_empty() {
+        "there is no reference that shows when the sensor is unloaded"
+    } else {
+        "the reference is not without load in any quiet half second"
+    };
+    quiet
+        .find(|(start, end)| is_unloaded(recording, *start..*end))
+        .ok_or_else(|| TareError::NeverUnloaded { name: name(), why })
+}
+
+/// Returns true if the mean reference of these samples is near zero on every axis, or zero lies within its noise.
+fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
+    let (axes, loads) = (recording.axes(), recording.loads());
+    let n_axes = axes.len();
+    let largest = largest_loads(loads, axes);
+    let is_near_zero = |(at, axis): (usize, &Axis)| {
+        let (low, width) = range(loads, n_axes, at, samples.clone());
+        let own = loads[samples.start * n_axes + at..].iter().step_by(n_axes);
+        let mean = own.take(samples.len()).sum::<f64>() / samples.len() as f64;
+        let limit = UNLOADED_SHARE * largest[usize::from(axis.is_force())];
+        mean.abs() <= limit || (low <= 0.0 && low + width >= 0.0)
+    };
+    n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
+}
+
+/// Returns the minimum of a column over these rows, and its range.
+fn range(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> (f64, f64) {
+    let own = values[rows.start * width + column..].iter().step_by(width);
+    let range: MinMax = own.take(rows.len()).collect();
+    (range.min, range.max - range.min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::recording::Source;
+
+    /// 100 Hz, gauges at 5 and −2 with a small ripple, quiet only from 1 s to 3 s.
+    fn run() -> Recording {
+        let times: Vec<f64> = (0..600).map(|k| f64::from(k) / 100.0).collect();
+        let load = |t: f64| {
+            if (1.0..3.0).contains(&t) { 0.0 } else { (7.0 * t).sin() }
+        };
+        let ripple = |k: usize| if k.is_multiple_of(2) { 1e-3 } else { -1e-3 };
+        let gauges = times.iter().enumerate();
+        let gauges = gauges.flat_map(|(k, &t)| [5.0 + load(t) + ripple(k), -2.0 - 2.0 * load(t)]);
+        let names = vec!["S1".to_owned(), "S2".to_owned()];
+        let loads = times.iter().map(|&t| load(t)).collect();
+        Recording::new(
+            "run",
+            Source::Simulated,
+            times.clone(),
+            names,
+            gauges.collect(),
+            vec![Axis::Fz],
+            loads,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn the_mean_of_a_chosen_interval_is_taken_off() {
+        let (tared, place) = run().tared(Tare::Interval(1.5, 2.49)).unwrap();
+        assert!((place.0 - 1.5).abs() < 1e-9 && (place.1 - 2.49).abs() < 1e-9, "{place:?}");
+        assert!((tared.gauges_at(200)[0] - 1e-3).abs() < 1e-12);
+        assert!(tared.gauges_at(200)[1].abs() < 1e-12);
+        assert_eq!((tared.loads(), tared.times()), (run().loads(), run().times()));
+        assert_eq!(tared.tare(), Some(Tare::Interval(1.5, 2.49)));
+    }
+
+    #[test]
+    fn the_first_quiet_interval_without_load_is_found() {
+        let (tared, place) = run().tared(Tare::Auto).unwrap();
+        assert!((1.0..1.5).contains(&place.0) && place.1 < 3.0, "{place:?}");
+        assert!(tared.gauges_at(150)[1].abs() < 1e-12);
+    }
+
+    /// In the first reference, the sensor is under load in the first quiet half second, which starts at 1 s.
+    #[test]
+    fn a_quiet_interval_under_load_is_skipped_and_without_an_unloaded_one_taring_fails() {
+        let with_loads = |axes: &[Axis], load: &dyn Fn(f64) -> Vec<f64>| {
+            let loads = run().times().iter().flat_map(|t| load(*t)).collect();
+            Recording::new(
+                "run",
+                Source::Simulated,
+                run().times().to_vec(),
+                run().gauge_names().to_vec(),
+                run().gauges().to_vec(),
+                axes.to_vec(),
+                loads,
+            )
+            .unwrap()
+        };
+        let noise = |t: f64| 1e-3 * (1e4 * t).sin();
+        let axes = [Axis::Fz, Axis::Mx];
+        let later = |t: f64| vec![if t < 2.0 { 40.0 } else { 100.0 * noise(t) }, noise(t)];
+        let (_, place) = with_loads(&axes, &later).tared(Tare::Auto).unwrap();
+        assert!(place.0 >= 2.0 && place.1 < 3.0, "{place:?}");
+        let never = |t: f64| vec![if t < 3.0 { 40.0 } else { 0.0 }, 0.0];
+        for (recording, why) in [
+            (with_loads(&axes, &never), "without load"),
+            (with_loads(&[Axis::Fz], &|_| vec![3.0]), "without load"),
+            (with_loads(&[], &|_| Vec::new()), "no reference"),
+        ] {
+            let asked = recording.tared(Tare::Auto).unwrap_err();
+            assert!(asked.to_string().contains(why), "{asked}");
+            assert_eq!(asked.ways(), [Way::Tare]);
+        }
+    }
+
+    #[test]
+    fn a_recording_that_is_never_quiet_or_too_short_is_refused() {
+        let busy = run().split(0.15).unwrap().0;
+        assert!(matches!(busy.tared(Tare::Auto), Err(TareError::NeverQuiet { .. })));
+        let beyond = run().tared(Tare::Interval(7.0, 9.0)).unwrap_err().to_string();
+        assert!(
+            beyond.contains("no sample from 7 s to 9 s") && beyond.contains("5.99 s long"),
+            "{beyond}"
+        );
+    }
+
+    #[test]
+    fn a_tare_interval_is_read_from_text() {
+        assert_eq!("auto".parse(), Ok(Tare::Auto));
+        assert_eq!("0: 1.5".parse(), Ok(Tare::Interval(0.0, 1.5)));
+        for wrong in ["", "2", "2:1", "-1:1", "a:b", "0:inf"] {
+            assert!(wrong.parse::<Tare>().is_err(), "{wrong}");
+        }
+    }
+}
