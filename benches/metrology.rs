@@ -9,6 +9,7 @@ use loopscope::progress::Progress;
 use loopscope::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set, table_by};
 use loopscope::questions::{Request, analyse};
 use loopscope::recording::{RecordingSet, simulated};
+use loopscope::scoring::lag::{LagRun, lags};
 use loopscope::scoring::loops::{Frame, Loop, Loops, default_dead_band, outline};
 
 /// Width and height of a plot, and the number of points that it may have anyway.
@@ -35,6 +36,16 @@ fn metrology(c: &mut Criterion) {
     };
     c.bench_function("table, six axes, 243,000 samples", |b| {
         b.iter(|| table_by(&runs, &rules));
+    });
+    let lag_runs = (recordings.entries().iter().zip(&applied)).map(|(entry, applied)| LagRun {
+        times: entry.recording.times(),
+        gauges: entry.recording.gauges(),
+        loads: entry.recording.loads(),
+        outputs: &applied.conventional,
+    });
+    let lag_runs: Vec<LagRun<'_>> = lag_runs.collect();
+    c.bench_function("time lag of six axes, 243,000 samples", |b| {
+        b.iter(|| lags(&lag_runs, &Progress::default()));
     });
     loop_pane(c, &recordings, &applied);
 }

@@ -10,7 +10,7 @@ pub struct MinMax {
 }
 
 impl MinMax {
-    /// That of no numbers.
+    /// Range of an empty list.
     pub const NONE: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
     /// Returns it with one more number.

@@ -120,11 +120,11 @@ pub fn aged_sums(
     })
 }
 
-/// What the look-backs add to the sums of each piece of a recording: with the sums in which they found nothing, those of
-/// [`recording_sums`](crate::calibration::recording_sums), to the last bit.
+/// Returns the contribution of the look-backs to the sums of each piece of a recording. Added to the sums without past samples,
+/// it gives those of [`recording_sums`](crate::calibration::recording_sums), to the last bit.
 ///
 /// # Panics
-/// As there.
+/// As [`recording_sums`](crate::calibration::recording_sums).
 pub fn look_back_sums(
     design: &Design,
     conventional: PresentLoads<'_>,

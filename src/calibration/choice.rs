@@ -253,8 +253,8 @@ pub(crate) const SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.25, 0.0];
 /// Returns the index of the best of [`SHARES`], preferring zero if it is nearly as good. `square(at, part)` is the
 /// squared error of a part.
 ///
-/// This is no further shrinkage: a share below one means that the stages agree about the direction but not about the
-/// size.
+/// The share is no additional shrinkage. A share below one means that both stages have the same direction but different
+/// sizes.
 pub(crate) fn best_share(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     let sum = |at: &usize| (0..n_parts).map(|part| square(*at, part)).sum::<f64>();
     let best = (0..SHARES.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)));

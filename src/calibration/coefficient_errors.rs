@@ -44,7 +44,6 @@ impl CoefficientErrors {
         self.standard.len() == n_axes && self.standard.iter().all(|row| row.len() == n_columns)
     }
 
-    /// Returns all numbers.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = &f64> {
         self.standard.iter().flatten()
     }

@@ -1,4 +1,4 @@
-//! What cross-validation leaves out in turn, and its wording.
+//! The parts that cross-validation leaves out in turn, and their description in words.
 
 use std::fmt;
 
@@ -6,19 +6,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::GroupedBy;
 
-/// What cross-validation leaves out in turn.
+/// Parts that cross-validation leaves out in turn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossValidation {
-    /// What a group is.
+    /// Kind of the groups.
     pub by: GroupedBy,
-    /// How many groups there are.
+    /// Number of groups.
     pub groups: usize,
-    /// The parts that they are left out in: as many, or fewer where some are left out together.
+    /// Number of parts: that of the groups, or fewer if several groups are left out together.
     pub parts: usize,
 }
 
 impl CrossValidation {
-    /// Whether blocks are left out, for want of recordings.
+    /// Returns true if blocks are left out, because there are too few recordings.
     pub fn is_by_block(&self) -> bool {
         self.by == GroupedBy::Block
     }

@@ -2,7 +2,7 @@
 //! file.
 
 mod aged_sums;
-#[expect(clippy::module_inception, reason = "the room's main thing has the room's name")]
+#[expect(clippy::module_inception, reason = "the main type has the name of the module")]
 mod calibration;
 mod choice;
 mod coefficient_errors;

@@ -19,7 +19,6 @@ const NOT_MET: u8 = 3;
 /// Exit code for live rows whose source broke off.
 const SOURCE_ENDED: u8 = 4;
 
-/// Error of a job.
 #[derive(Debug)]
 pub enum JobError {
     /// The arguments are wrong.
@@ -57,7 +56,6 @@ impl JobError {
         Self::Other(message.into())
     }
 
-    /// Returns the exit code.
     pub fn code(&self) -> ExitCode {
         match self {
             Self::Usage(_) => ExitCode::from(USAGE),

@@ -79,7 +79,6 @@ fn hung_up(path: &Path, error: &io::Error) -> JobError {
 pub struct Tap<'a> {
     /// Receiver of notes.
     pub say: &'a Messages,
-    /// The calibration.
     pub calibration: Calibration,
     /// True if the calibration names its gauges; otherwise they are matched by order.
     pub names_gauges: bool,

@@ -48,7 +48,6 @@ impl Messages {
         self.said().warnings.push(warning.to_string());
     }
 
-    /// Returns all warnings.
     pub fn warnings(&self) -> Vec<String> {
         self.said().warnings.clone()
     }

@@ -87,7 +87,6 @@ impl Run {
         }
     }
 
-    /// Prints the result as JSON.
     pub fn print_json(&self, report: &impl Serialize) -> Result<(), JobError> {
         self.say.end_line();
         let mut out = io::stdout().lock();

@@ -266,7 +266,7 @@ impl Models {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
         self.push(Row {
             id: 0,
-            name: "Settings of now".to_owned(),
+            name: "Present settings".to_owned(),
             is_pinned: false,
             settings: model.settings.clone(),
             state: State::Ready(Box::new(model)),

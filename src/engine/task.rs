@@ -195,7 +195,7 @@ impl Task {
         settings: FitSettings,
         calibration: Arc<Calibration>,
     ) -> Self {
-        let task = Self::new("Listing the settings of now", move |_| {
+        let task = Self::new("Adding the present settings to the list", move |_| {
             let model = Model::fitted(settings.clone(), &calibration, &recordings);
             Ok(Done::Present(Arc::clone(&recordings), Box::new(model)))
         });

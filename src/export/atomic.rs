@@ -118,7 +118,6 @@ fn at(path: &Path) -> impl FnOnce(io::Error) -> WriteError {
     |source| WriteError { path, source }
 }
 
-/// Returns the folder of a path.
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

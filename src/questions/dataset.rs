@@ -15,11 +15,12 @@ use crate::calibration::{
     Past, PresentLoads, Quality, Scores, VERSION, history_step_by_rate, loads_from_gauges,
     past_samples,
 };
-use crate::features::{Auxiliary, Design, LoadPath};
+use crate::features::{Auxiliary, Block, Design, FeatureSettings, FixedLag, LoadPath, Play};
+use crate::finding::Finding;
 use crate::panicked::locked;
 use crate::progress::{Cancelled, Progress};
 use crate::questions::auxiliary_inputs::AuxiliaryInputs;
-use crate::questions::check::rig::RigReport;
+use crate::questions::check::rig::{RigReport, lag};
 use crate::questions::error::AnalysisError;
 use crate::recording::gap::gap_by_rate;
 use crate::recording::{
@@ -82,6 +83,7 @@ pub(crate) struct Dataset {
     gap_secs: Option<f64>,
     coverage: OnceLock<Coverage>,
     rig: OnceLock<Option<RigReport>>,
+    lag: OnceLock<Option<Finding>>,
     /// Newest searches, with the weights and the step that they were prepared for.
     paths: Mutex<Option<(Vec<f64>, Paths)>>,
     /// Newest sums without any past sample, with their design at any thresholds.
@@ -265,6 +267,7 @@ impl Dataset {
             loads,
             coverage: OnceLock::new(),
             rig: OnceLock::new(),
+            lag: OnceLock::new(),
             paths: Mutex::default(),
             unmoved: Mutex::default(),
         })
@@ -320,6 +323,7 @@ impl Dataset {
             auxiliary: self.auxiliary.clone(),
             coverage: OnceLock::new(),
             rig: OnceLock::new(),
+            lag: OnceLock::new(),
             paths: Mutex::default(),
             unmoved: Mutex::default(),
         }
@@ -335,6 +339,37 @@ impl Dataset {
         let training = || in_role(&self.entries, Role::Train);
         let made = || RigReport::of(&training(), &self.full_scale, &Progress::default());
         self.rig.get_or_init(|| made().ok().flatten()).as_ref()
+    }
+
+    /// Returns the finding that gauges and reference of the training recordings differ in time; `None` if that does not matter.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn lag(&self, progress: &Progress) -> Result<Option<&Finding>, Cancelled> {
+        if self.lag.get().is_none() {
+            // Two threads may both measure it; they find the same.
+            let found = lag(&in_role(&self.entries, Role::Train), progress)?;
+            self.lag.get_or_init(|| found);
+        }
+        Ok(self.lag.get().and_then(Option::as_ref))
+    }
+
+    /// Returns the finding of [`Self::lag`] where these features would describe the lag as hysteresis.
+    ///
+    /// A fixed lag describes it as what it is.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn lag_as_hysteresis(
+        &self,
+        features: &FeatureSettings,
+        progress: &Progress,
+    ) -> Result<Option<&Finding>, Cancelled> {
+        let is_used = |block: &dyn Block| !features.blocks.of(block).is_empty();
+        match !is_used(&FixedLag) && (!features.look_backs.is_empty() || is_used(&Play)) {
+            true => self.lag(progress),
+            false => Ok(None),
+        }
     }
 
     /// Returns the searches of this calibration.

@@ -1,4 +1,4 @@
-//! A question: a pure function of what it carries, which is answered off the window's thread or on the command line.
+//! Questions: pure functions of their inputs, answered in the background of the window or on the command line.
 
 use std::time::Duration;
 

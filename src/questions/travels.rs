@@ -1,15 +1,15 @@
-//! How soon the gauges of a recording have moved far enough for the state of a play operator to be known.
+//! Time until the gauges of a recording have moved far enough to determine the state of a play operator.
 
 use crate::features::GaugeScale;
 use crate::questions::dataset::Dataset;
 use crate::recording::Role;
 
-/// Largest share of a group's samples in which the state of a radius may be unknown.
+/// Largest share of a group's samples in which the state of a radius may be undetermined.
 pub(crate) const MOST_UNKNOWN: f64 = 0.1;
 
-/// How far each gauge has moved up to each sample of a group, and how much it moves there.
+/// Distance that each gauge has moved up to each sample of a group, with the gauge's weight.
 pub(crate) struct Travels {
-    /// For each group the gauges' travels (σ), one list for each recording and gauge, each with its weight.
+    /// For each group, one list for each recording and gauge: distance moved up to each sample (σ), and weight.
     groups: Vec<Vec<(Vec<f32>, f64)>>,
 }
 
@@ -38,8 +38,8 @@ impl Travels {
         Self { groups }
     }
 
-    /// Returns the largest share of a group's samples before gauges have moved as far as this (σ). A gauge counts by how much it
-    /// moves in the group.
+    /// Returns the largest share of a group's samples before the gauges have moved this distance (σ). Gauges are weighted by
+    /// their motion in the group.
     pub fn unknown(&self, travel: f64) -> f64 {
         let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {
             let (mut unknown, mut all) = (0.0, 0.0);

@@ -435,7 +435,6 @@ impl Recording {
         &self.loads
     }
 
-    /// Returns the range of each gauge.
     pub(crate) fn gauge_ranges(&self) -> &[MinMax] {
         self.gauges.ranges()
     }

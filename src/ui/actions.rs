@@ -14,7 +14,6 @@ use crate::ui::panes;
 use crate::ui::plots;
 use crate::ui::settings_panel;
 
-/// An action.
 pub struct Action {
     /// Name of the action, the same everywhere.
     pub name: String,
@@ -342,7 +341,6 @@ fn settings(engine: &Engine) -> Vec<Action> {
     .collect()
 }
 
-/// Returns the actions on models.
 pub fn models(engine: &Engine) -> Vec<Action> {
     let any = !engine.entries().is_empty();
     let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
@@ -364,7 +362,6 @@ pub fn models(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Returns the actions on workspaces.
 pub fn workspaces() -> Vec<Action> {
     let keys = [Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8].map(alone);
     let show = |((workspace, title, explanation), keys)| {
@@ -415,7 +412,6 @@ pub fn panes() -> Vec<Action> {
     panes::all().zip(keys).map(show).collect()
 }
 
-/// Returns the actions on the place of one pane.
 pub fn places(pane: Pane) -> Vec<Action> {
     let title = pane.title();
     let moves = PaneMove::ALL.into_iter().map(|(to, place, explanation)| {
@@ -445,7 +441,6 @@ pub fn text_scales() -> Vec<Action> {
     .collect()
 }
 
-/// Returns the help actions.
 pub fn help(engine: &Engine) -> Vec<Action> {
     vec![
         action(
@@ -476,7 +471,6 @@ pub fn help(engine: &Engine) -> Vec<Action> {
     ]
 }
 
-/// Returns all actions.
 pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
     let mut recent = recent(engine);
     for file in &mut recent {

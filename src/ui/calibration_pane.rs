@@ -23,14 +23,12 @@ const GAP: f32 = 12.0;
 /// Number of characters of a name that fit over a column.
 const NAME_LENGTH: usize = 24;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "calibration",
     title: "Calibration",
     explanation: "The calibration matrices with the names of their features",
 });
 
-/// View state of the pane.
 #[derive(Debug, Default)]
 pub struct View {
     /// True if coefficients are shown with their standard errors.

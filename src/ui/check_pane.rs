@@ -21,14 +21,12 @@ const FIGURE_HEIGHT: f32 = 260.0;
 /// Width of the figure.
 const FIGURE_WIDTH: f32 = 380.0;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "check",
     title: "Check",
     explanation: "Whether the recordings determine the model, faults of the rig, and which loads to record next",
 });
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
     /// True if only loads of a hanging mass are proposed.

@@ -46,7 +46,7 @@ pub fn dead_band(
 
 /// Draws the shortest dwell with its label.
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
-    let explanation = "A load that stands still for so long is a dwell: creep and zero return are read there. Still: every axis \
+    let explanation = "A load that is constant for this time is a dwell, which shows creep and zero return. Constant: every axis \
                        within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";
     let field = DragValue::new(&mut measuring.hold_secs)
         .range(0.1..=LONGEST_DWELL_SECS)

@@ -40,7 +40,6 @@ pub fn save_to(content: FileContent, path: PathBuf) -> Command {
     write(content, path, existing)
 }
 
-/// Returns the command that writes this file.
 pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
     let action = match content {
         // The ending is checked against the export formats.

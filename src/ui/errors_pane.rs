@@ -14,14 +14,12 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::status_line::preview_of;
 use crate::ui::table;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "errors",
     title: "Errors",
     explanation: "RMSE per axis: on train, on test, and by cross-validation; and the expected error",
 });
 
-/// The pane has no view state.
 #[derive(Debug, Default)]
 pub struct View;
 

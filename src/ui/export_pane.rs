@@ -15,14 +15,12 @@ const BUTTONS: f32 = 118.0;
 /// Number of characters of the result that fit beside the button.
 const RESULT_CHARS: usize = 160;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "export",
     title: "Export",
     explanation: "Writes the calibration as data, or as code that a robot runs",
 });
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
     /// Path of the export.

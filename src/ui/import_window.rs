@@ -97,10 +97,10 @@ fn body(
     ui.label(format!("{}: {table}", importing.path.display())).on_hover_text(read);
     if !importing.waiting.is_empty() {
         let more = match importing.waiting.len() {
-            1 => "1 more file wants".to_owned(),
-            n => format!("{n} more files want"),
+            1 => "1 more file needs".to_owned(),
+            n => format!("{n} more files need"),
         };
-        ui.label(format!("{more} a map; those like this one take the same"));
+        ui.label(format!("{more} a column map; files with the same columns use this one"));
     }
     questions(ui, importing, inspection, out);
     remembered(ui, engine, importing, out);

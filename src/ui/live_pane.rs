@@ -13,14 +13,12 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
 use crate::ui::plots::Zoom;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "live",
     title: "Live",
     explanation: "The newest minute of a growing file, with its loads by the present calibration",
 });
 
-/// View state of the pane.
 #[derive(Debug, Default)]
 pub struct View {
     axis: usize,

@@ -30,7 +30,6 @@ use crate::ui::time_view::TimeView;
 /// Width of the figures beside the plot.
 const FIGURES_WIDTH: f32 = 320.0;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "loops",
     title: "Loops",
@@ -53,7 +52,7 @@ impl Mode {
         (
             Self::Dwells,
             "Drift",
-            "Shows the drift of the error while the load stands still: creep and zero return",
+            "Shows the drift of the error while the load is constant: creep and zero return",
         ),
     ];
 
@@ -85,7 +84,6 @@ impl Zooms {
     }
 }
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct LoopsPane {
     mode: Mode,
@@ -130,8 +128,8 @@ impl Default for LoopsPane {
 /// Draws the reason why there are no loops: the recordings have no times.
 fn no_times(ui: &mut egui::Ui) {
     ui.weak("No times: no loops and no dwells").on_hover_text(
-        "The recordings are load cases, whose rows do not follow one another in time; dead band and dwells count again for recordings \
-         over time",
+        "The recordings are load cases without an order in time. Dead band and dwells apply again to recordings \
+         with times",
     );
 }
 

@@ -17,14 +17,12 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table;
 use crate::ui::table::Saving;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "metrology",
     title: "Metrology",
     explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk, errors: Uncompensated beside Compensated",
 });
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct MetrologyPane {
     /// Recordings that the table covers; `None` follows the recordings, see [`TableOf::usual`].

@@ -24,14 +24,12 @@ const BAR_NAME_LENGTH: usize = 18;
 /// Maximum number of characters of a name in the list.
 const NAME_LENGTH: usize = 30;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "compare",
     title: "Models",
     explanation: "Searches for the best model; list of all tried models with their errors",
 });
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
     /// Samples whose errors are shown.

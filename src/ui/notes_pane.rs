@@ -4,7 +4,6 @@ use crate::engine::Edit;
 use crate::ui::command::{Kind, Pane};
 use crate::ui::pane::{Cx, PaneView};
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "notes",
     title: "Notes",

@@ -47,7 +47,6 @@ impl Default for Views {
 }
 
 impl Views {
-    /// Returns the view of this pane.
     pub fn of(&mut self, pane: Pane) -> Option<&mut dyn PaneView> {
         let found = self.0.iter_mut().find(|(own, _)| *own == pane)?;
         Some(&mut *found.1)

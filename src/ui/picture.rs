@@ -57,7 +57,6 @@ pub fn menu<'a>(
     });
 }
 
-/// Returns a figure as an SVG file.
 pub fn svg(print: &Figure<'_>) -> FileContent {
     FileContent::Bytes(print.svg(STANDS_ALONE).into_bytes().into())
 }
@@ -105,7 +104,6 @@ impl Images {
     }
 }
 
-/// Returns a part of the screen.
 fn cut(screen: &ColorImage, part: Rect, scale: f32) -> ColorImage {
     let [width, height] = screen.size;
     let inside = |value: f32, most: usize| ((value * scale).max(0.0) as usize).min(most);

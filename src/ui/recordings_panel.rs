@@ -32,14 +32,12 @@ use crate::ui::pane::{Cx, PaneView};
 /// Width of the list below which samples and rates are omitted (points).
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "recordings",
     title: "Recordings",
     explanation: "The open recordings with their roles, groups, lengths and errors",
 });
 
-/// View state of the pane.
 #[derive(Debug)]
 pub struct View {
     /// Path to open.

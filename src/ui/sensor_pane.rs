@@ -11,14 +11,12 @@ const LABEL: f32 = 160.0;
 /// Width of the fields (points).
 const FIELD: f32 = 230.0;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "sensor",
     title: "Sensor",
     explanation: "Identity of the sensor, date and reference of its calibration: for exports and the report",
 });
 
-/// The pane has no view state.
 #[derive(Debug, Default)]
 pub struct View;
 

@@ -22,14 +22,12 @@ const LONGEST_SLIDER_SECS: f64 = 60.0;
 /// Settings that are visible without the advanced ones.
 pub const IN_SIGHT: [Setting; 2] = [F_TH, T_TH];
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "settings",
     title: "Settings",
     explanation: "Thresholds, features and regressor",
 });
 
-/// The pane has no view state.
 #[derive(Debug, Default)]
 pub struct View;
 
@@ -67,8 +65,8 @@ fn settings_panel(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
         if is_static {
             let text = "Recordings without times: look-back and all other features with memory are off";
             ui.warn(text).on_hover_text(
-                "The recordings are load cases, whose rows do not follow one another in time; what is chosen here counts again \
-                 for recordings over time",
+                "The recordings are load cases without an order in time. These settings apply again \
+                 to recordings with times",
             );
         }
         ui.add_enabled_ui(!is_static, |ui| look_back(ui, engine, &mut settings.features));
@@ -164,8 +162,8 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
         if ui.tick(
             &mut used,
             title,
-            "Appends the gauges at the last moment when the conventional load differed by F_th, no longer ago than t_th (Eq. \
-             9-12): where the load came from",
+            "Appends the gauges of the past sample: the last one within t_th whose conventional load differed by F_th (Eq. \
+             9-12)",
         ) {
             features.look_backs = if used {
                 let kept = ui.data(|data| data.get_temp::<Vec<Thresholds>>(id));
@@ -252,8 +250,8 @@ fn further_f_th(ui: &mut egui::Ui, distance: Distance, features: &mut FeatureSet
     let mut values: Vec<f64> = more.map(|other| other.f_th * factor).collect();
     ui.horizontal(|ui| {
         let label = ui.label("and F_th of").on_hover_text(
-            "Further thresholds, with commas between them: each appends a set of past gauges of its own. Several see \
-             loops of several sizes",
+            "Further thresholds, separated by commas. Each adds a set of past gauges; several thresholds cover \
+             loops of different sizes",
         );
         let explanation = "Numbers above zero, separated by commas; each is one more F_th (Eq. 9-12)";
         if blocks_panel::list_field(ui, label.id, ("none", f64::MIN_POSITIVE), explanation, &mut values) {
@@ -382,8 +380,8 @@ fn full_scales(ui: &mut egui::Ui, engine: &Engine, settings: &mut FitSettings) {
     let calibration = &analysis.calibration;
     ui.collapsing("Full scale", |ui| {
         ui.label(
-            "The rated load of each axis, saved with the calibration and the session. Where none is entered: half of what lies between the least and the greatest training \
-             reference, or its largest magnitude where it goes one way only.",
+            "Rated load of each axis, saved with the calibration and the session. Default: half the peak-to-peak training \
+             reference, or its largest magnitude if the load has one direction.",
         );
         egui::Grid::new("full scale").num_columns(3).show(ui, |ui| {
             for (at, (axis, current)) in calibration

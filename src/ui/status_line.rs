@@ -10,7 +10,6 @@ use crate::ui::numbers::{duration, significant};
 /// Work that ends sooner is not shown.
 const WORTH_SAYING: Duration = Duration::from_millis(100);
 
-/// Draws the status line.
 pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     ui.horizontal(|ui| {
         let running = engine.running();
@@ -72,8 +71,8 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 analysis.calibration.feature_names().len(),
             ))
             .on_hover_text(
-                "Rank: how many columns of the compensated fit are independent; condition: how far its gauges and \
-                 their past are from being interchangeable (1 is best)",
+                "Rank: number of independent columns of the compensated fit. Condition: similarity of its \
+                 columns; 1 is best, large means nearly dependent",
             );
         }
     });

@@ -12,6 +12,7 @@ use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
 use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
 use crate::features::{BLOCKS, Distance, Thresholds};
+use crate::finding::Face;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
 use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
@@ -29,14 +30,12 @@ const AGES_SHARE: f32 = 0.26;
 /// Height of the pane below which the look-back ages are omitted (points).
 const MIN_HEIGHT_FOR_AGES: f32 = 340.0;
 
-/// Description of the pane.
 pub const PANE: Pane = Pane(&Kind {
     key: "thresholds",
     title: "Thresholds",
     explanation: "Map of the error over F_th and t_th, and the proposed pairs",
 });
 
-/// View state of the pane.
 pub struct View {
     /// Axis or group of axes whose errors are shown, if the user chose one.
     measure: Option<Measure>,
@@ -92,6 +91,9 @@ impl View {
         let measure = chosen.unwrap_or_else(|| map.scale.default_measure());
         let pane = ui.max_rect();
         self.choices(ui, map, measure, pane, out);
+        if let Some(lag) = &study.lag {
+            ui.warn(lag.text(Face::Window));
+        }
         suggestion(ui, engine, study, measure, out);
         blocks(ui, engine, measure, out);
         ui.separator();
@@ -201,7 +203,7 @@ fn suggestion(
         let is_complete = map.is_complete();
         let take = egui::Button::new("Take the cross-validation minimum");
         let take = ui.add_enabled(is_complete, take).on_hover_text(
-            "Test recordings take no part in it. The range holds the F_th whose cross-validated error is no more than one standard \
+            "Test recordings are not used. The range contains the F_th whose cross-validated error is no more than one standard \
              error over recordings above the minimum",
         );
         let found = map.suggestion(measure);
@@ -224,7 +226,7 @@ fn suggestion(
         let value = study.hysteresis.value;
         let take = egui::Button::new("Take the mean hysteresis");
         let take = ui.add_enabled(value.is_some(), take).on_hover_text(
-            "The paper's own rule (section 4.2): F_th near the mean hysteresis, here the mean gap between rising and falling \
+            "The rule of the paper (section 4.2): F_th near the mean hysteresis, here the mean gap between rising and falling \
              branches of the conventional load over the full cycles of the training recordings",
         );
         if let Some(f_th) = value.filter(|_| take.clicked()) {

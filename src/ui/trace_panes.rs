@@ -36,7 +36,6 @@ const LIST_NAME_LENGTH: usize = 60;
 /// Width of a piece of line and the name of its trace (points).
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
 
-/// Description of the pane.
 pub const PANE: Pane =
     Pane(&Kind { key: "traces", title: "Traces", explanation: "Loads and errors over time" });
 

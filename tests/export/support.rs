@@ -44,7 +44,7 @@ pub fn every_block() -> FeatureSettings {
             .map(|(f_th, t_th_secs)| Thresholds { f_th, t_th_secs })
             .to_vec(),
         blocks: Blocks::every()
-            .with(&FixedLag, &[0.52, 3.0])
+            .with(&FixedLag, &[0.013, 0.52, 3.0])
             .with(&Creep, &[1.0, 40.0])
             .with(&Play, &[0.1, 0.7])
             .with(&Polynomial, &[3.0]),

@@ -13,6 +13,7 @@ STEPS = 101
 FULL = 0.8
 FEWEST, MOST = 3, 0.5
 ALIKE = 0.05
+QUIET, WIDEST = 0.02, 12
 
 
 def dead_band(recordings):
@@ -121,6 +122,21 @@ def widths(cycle, loads, output):
     return falling.at(loads, output) - rising.at(loads, output)
 
 
+def quiet(widths):
+    """Sizes of widths, on straight lines through neighbours: as few of them as make the noise a fiftieth of the largest."""
+    bends = np.sort(np.abs(np.diff(widths, 2)))
+    noise = bends[len(bends) // 2] / 0.6745 / np.sqrt(6.0)
+    for half in range(WIDEST + 1):
+        own = []
+        for k in range(STEPS):
+            near = np.arange(max(k - half, 0), min(k + half + 1, STEPS))
+            slope, offset = np.polyfit(near - k, widths[near], 1) if half else (0.0, widths[k])
+            own.append(abs(offset))
+        if 2.0 * noise / np.sqrt(2 * half + 1) <= QUIET * max(own):
+            break
+    return np.array(own)
+
+
 def figures(recordings, outputs, others, full_scales):
     """Every figure of one axis, conventional and compensated: recordings of one load, outputs[o] of the same shapes; others
     are the loads of the other axes, per recording one column each, with their full scales."""
@@ -141,7 +157,7 @@ def figures(recordings, outputs, others, full_scales):
     def both(name, figure):
         found[name] = [float(figure(output)) for output in range(2)]
 
-    both("hysteresis", lambda o: np.abs(widths(largest, np.linspace(*common(largest), STEPS), o)).max())
+    both("hysteresis", lambda o: quiet(widths(largest, np.linspace(*common(largest), STEPS), o)).max())
     low, high = max((common(c)[0] for c in full), default=0), min((common(c)[1] for c in full), default=0)
 
     def mean_widths(output):
@@ -150,7 +166,7 @@ def figures(recordings, outputs, others, full_scales):
         for cycle in full:
             own = np.linspace(*common(cycle), STEPS)
             total = total + np.interp(loads, own, widths(cycle, own, output))
-        return np.abs(total / len(full))
+        return quiet(total / len(full))
 
     if len(full) >= FEWEST and high - low > MOST * np.ptp(every):
         both("hysteresis_mean_loop", lambda o: mean_widths(o).max())

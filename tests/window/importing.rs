@@ -164,7 +164,7 @@ fn a_row_of_imports_ends_at_once() {
         let send = window.state_mut().as_mut().unwrap();
         send.send(Action::Open(paths.clone()));
         settle(&mut window);
-        assert!(has(&window, "2 more files want a map"));
+        assert!(has(&window, "2 more files need a column map"));
         click(&mut window, Role::Button, "Cancel import");
         assert!(has(&window, "Import bare1"));
         if ends == 0 {

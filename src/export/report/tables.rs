@@ -67,7 +67,6 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     [files, errors]
 }
 
-/// Returns the settings of the calibration.
 pub(super) fn settings(calibration: &Calibration) -> Table {
     Table::of(setting_rows(calibration))
         .words("Setting", |(name, _)| *name)

@@ -10,7 +10,6 @@ use crate::export::template::filled;
 use crate::export::text::{for_block_comment, identifier};
 use crate::recording::Axis;
 
-/// `.inc`.
 pub(super) static C_ARRAY: Target = Target {
     name: "Matrix for drivers (C array)",
     endings: &["inc"],

@@ -4,7 +4,6 @@ use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
 use crate::export::text::for_block_comment;
 
-/// `.h`.
 pub(super) static C_HEADER: Target =
     Target { name: "C header", endings: &["h"], write: |export, out| C.write(export, out), ..CODE };
 

@@ -23,7 +23,6 @@ use crate::recording::gap::gap_by_rate;
 use crate::recording::units::{force_in_newtons, moment_in_newton_metres};
 use crate::recording::{Axis, Identity, Item};
 
-/// `.cal`.
 pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",
     endings: &["cal"],

@@ -7,7 +7,6 @@ use crate::features::Column;
 use crate::formats::csv::CsvWriter;
 use crate::shown::printable;
 
-/// `.csv`.
 pub(super) static CSV: Target = Target {
     name: "Matrices (CSV)",
     endings: &["csv"],

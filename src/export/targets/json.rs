@@ -3,7 +3,6 @@
 use crate::calibration::Calibration;
 use crate::export::target::Target;
 
-/// `.json`.
 pub(super) static JSON: Target = Target {
     name: "Complete calibration (JSON)",
     endings: &["json"],

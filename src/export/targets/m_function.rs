@@ -4,7 +4,6 @@ use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
 use crate::export::text::ascii;
 
-/// `.m`.
 pub(super) static M_FUNCTION: Target = Target {
     name: "MATLAB function",
     endings: &["m"],

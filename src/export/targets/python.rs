@@ -3,7 +3,6 @@
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
 
-/// `.py`.
 pub(super) static PYTHON: Target = Target {
     name: "Python source",
     endings: &["py"],

@@ -3,7 +3,6 @@
 use crate::export::code::{CODE, Language};
 use crate::export::target::Target;
 
-/// `.rs`.
 pub(super) static RUST: Target = Target {
     name: "Rust source",
     endings: &["rs"],

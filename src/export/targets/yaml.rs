@@ -10,7 +10,6 @@ use crate::export::fields::{Field, Value, fields};
 use crate::export::target::{Export, Target};
 use crate::export::text::for_yaml;
 
-/// `.yaml`.
 pub(super) static YAML: Target = Target {
     name: "ROS 2 parameters (YAML)",
     endings: &["yaml", "yml"],

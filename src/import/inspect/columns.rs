@@ -96,7 +96,6 @@ impl Content {
 /// Maximum number of values in the drawing of a column.
 const OUTLINE_VALUES: usize = 90;
 
-/// Returns a report on each column.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);

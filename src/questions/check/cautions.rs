@@ -35,7 +35,11 @@ pub fn findings(
 ) -> Result<Vec<Finding>, AnalysisError> {
     let data = request.datasets.get(&request.key(), progress)?;
     let fitted = request.calibration.is_none() || request.trained;
-    Ok(data.findings(calibration, fitted))
+    let lag = match fitted {
+        true => data.lag_as_hysteresis(&calibration.features, progress)?,
+        false => None,
+    };
+    Ok(data.findings(calibration, fitted).into_iter().chain(lag.cloned()).collect())
 }
 
 impl Dataset {
@@ -277,9 +281,10 @@ mod tests {
 
     use super::*;
     use crate::calibration::FitSettings;
-    use crate::features::{Blocks, FeatureSettings, Play, Polynomial};
+    use crate::features::{Blocks, FeatureSettings, FixedLag, Play, Polynomial};
     use crate::finding::Face;
     use crate::questions::errors::query::analyse;
+    use crate::recording::simulated::{Late, late_set};
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
     /// What is to be known of a fit to recordings with these names and loads on two axes; `t` in a name makes it test.
@@ -380,6 +385,32 @@ mod tests {
         let other = [("a", held(0.0)), ("b", held(0.3)), ("c", held(0.6)), ("test", held(0.0))];
         let found = of(&other, squares);
         assert!(!found.iter().any(|own| own.id == Id::FewLoads), "{found:?}");
+    }
+
+    /// Thresholds and play would describe the lag; a fixed lag, and a fit without a past, would not.
+    #[test]
+    fn a_lag_is_found_only_where_features_take_it_for_hysteresis() {
+        let listed = |blocks| FeatureSettings { blocks, ..FeatureSettings::present() };
+        let play = listed(Blocks::default().with(&Play, &[0.3]));
+        let fixed = Blocks::default().with(&FixedLag, &[0.013]);
+        let fixed = FeatureSettings { blocks: fixed, ..FeatureSettings::default() };
+        for (late, features, is_found) in [
+            (Late::Lag, FeatureSettings::default(), true),
+            (Late::Both, FeatureSettings::default(), true),
+            (Late::Hysteresis, FeatureSettings::default(), false),
+            (Late::Lag, play.clone(), true),
+            (Late::Hysteresis, play, false),
+            (Late::Lag, fixed, false),
+            (Late::Lag, FeatureSettings::present(), false),
+        ] {
+            let settings = FitSettings { features, ..FitSettings::default() };
+            let request = Request::fit(Arc::new(late_set(5, late)), settings);
+            let progress = Progress::default();
+            let calibration = analyse(&request, &progress).unwrap().calibration;
+            let found = findings(&request, &calibration, &progress).unwrap();
+            let n = found.iter().filter(|own| own.id == Id::Lag).count();
+            assert_eq!(n, usize::from(is_found), "{late:?}: {found:?}");
+        }
     }
 
     #[test]

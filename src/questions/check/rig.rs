@@ -311,10 +311,9 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     (!pairs.is_empty()).then_some(found)
 }
 
-/// Gauges that are behind the reference, or ahead of it; `error` is that of the fit, as a share of full scale.
-pub(super) fn lag(
+/// Returns the finding of gauges that are behind the reference, or ahead of it; its cost is a share of the error.
+pub(crate) fn lag(
     training: &[&Recording],
-    error: f64,
     progress: &Progress,
 ) -> Result<Option<Finding>, Cancelled> {
     let mut n = 0;
@@ -377,6 +376,6 @@ pub(super) fn lag(
     if !others.is_empty() {
         figures += &format!("; it differs: {}", first(NAMED, others.into_iter()));
     }
-    let cost = error * (1.0 - (1.0 - worst.explained_error_share).max(0.0).sqrt());
+    let cost = 1.0 - (1.0 - worst.explained_error_share).max(0.0).sqrt();
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures).costing(cost)))
 }

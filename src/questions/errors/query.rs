@@ -275,7 +275,7 @@ mod tests {
         Request { view: View::All, ..Request::fit(Arc::new(simulated::recordings(5)), settings) }
     }
 
-    /// As of more samples than are kept.
+    /// Returns an analysis as of more samples than can be stored.
     fn of_many(request: &Request) -> (Analyst, Dataset, Analysis) {
         let progress = Progress::default();
         let data = Dataset::prepare(&request.key(), &progress).unwrap();

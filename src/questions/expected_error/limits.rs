@@ -36,15 +36,15 @@ impl Limited {
     }
 }
 
-/// What limits are compared with.
+/// Measured figures that are compared with limits.
 pub struct Measured<'a> {
     /// Axes of the calibration, each with its full scale, 0 where there is none.
     pub axes: &'a [(Axis, f64)],
     /// Scores of the calibration.
     pub quality: &'a Quality,
-    /// Expected error, or why there is none.
+    /// Expected error, or the reason why there is none.
     pub expected_error: &'a Result<ExpectedError, String>,
-    /// Table of figures, or why there is none.
+    /// Table of figures, or the reason why there is none.
     pub metrology: Result<&'a Metrology, &'a str>,
 }
 
@@ -98,9 +98,9 @@ pub struct Checked {
     pub limit: f64,
     /// Unit of both.
     pub unit: &'static str,
-    /// Whether the value is known and not above the limit.
+    /// True if the value is known and not above the limit.
     pub pass: bool,
-    /// Why the value is not known.
+    /// Reason why the value is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }

@@ -67,7 +67,6 @@ pub(crate) struct LoopView<'a> {
     pub(crate) gauge: (&'a str, &'a str),
     /// Kind of loop that the figures describe.
     pub(crate) figures_of: FiguresOf,
-    /// Curves that are shown.
     pub(crate) shown: Vec<&'a LoopCurve>,
 }
 

@@ -29,7 +29,10 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let explains = found.widths.map(|widths| {
         let [width, area] = [widths.explained_share(), widths.explained_area_share()]
             .map(|share| significant(100.0 * share, 2));
-        format!(": {width} % of the mean width, {area} % of the area")
+        let uncertainty = significant(100.0 * widths.uncertainty / widths.largest[1], 2);
+        format!(
+            ": {width} % of the mean width, {area} % of the area; the largest width without it is known to ± {uncertainty} %"
+        )
     });
     let explains = explains.unwrap_or_default();
     format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")

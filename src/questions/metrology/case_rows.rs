@@ -10,7 +10,6 @@ use crate::recording::load_cases;
 /// Minimum number of loads for a line that shows nonlinearity.
 const FEWEST_LOADS: usize = 3;
 
-/// Figures of one output.
 pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Result<Found>); 2] {
     [
         (Quantity::BestFitNonlinearity, nonlinearity(view, output)),

@@ -29,7 +29,6 @@ impl<'a> DwellRows<'a> {
         }
     }
 
-    /// Figures of one output.
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
         let creep = self.drift(&self.loaded_hold, output);
         vec![

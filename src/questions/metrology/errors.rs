@@ -9,7 +9,6 @@ use crate::scoring::quantile::quantile;
 /// Share of the samples that the 95 % error covers.
 const COVERED: f64 = 0.95;
 
-/// Figures of one output.
 pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Result<Found>)> {
     let n = view.runs.iter().map(|run| run.loads.len()).sum();
     let mut sizes: Vec<f64> = Vec::with_capacity(n);

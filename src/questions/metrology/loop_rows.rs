@@ -45,7 +45,6 @@ impl<'a> LoopRows<'a> {
         Self { view, loops, largest, mean_cycles }
     }
 
-    /// Figures of one output.
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
         let [largest_width, mean_width] = self.mean_loop(output);
         let [terminal, best_fit] =

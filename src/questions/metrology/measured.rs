@@ -225,7 +225,6 @@ pub(crate) struct AxisView<'a> {
     pub(crate) runs: Vec<AxisRun<'a>>,
 }
 
-/// One axis in one run.
 #[derive(Debug)]
 pub(crate) struct AxisRun<'a> {
     /// Index of the run.
@@ -236,7 +235,6 @@ pub(crate) struct AxisRun<'a> {
 }
 
 impl AxisRun<'_> {
-    /// Returns the error of the output at each sample.
     pub(crate) fn errors(&self, output: usize, samples: Range<usize>) -> impl Iterator<Item = f64> {
         let outputs = &self.outputs[output][samples.clone()];
         outputs.iter().zip(&self.loads[samples]).map(|(output, load)| output - load)

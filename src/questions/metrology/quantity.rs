@@ -138,7 +138,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads",
+            "largest |falling − rising| output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads; noise of the difference is averaged over up to 12 neighbouring loads on each side, over the fewest that reduce it to a fiftieth of the largest difference",
             "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
             ONE_AXIS_AT_REST,
         ],
@@ -159,7 +159,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
             "mean |falling − rising| over the load range of the mean loop",
-            "as the mean loop; noise at single loads increases the largest width, but hardly the mean",
+            "as the mean loop; noise is averaged as for hysteresis, so it hardly increases the mean of a closed loop",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -219,7 +219,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference delayed like the output, by the same delay or low-pass; gains and crosstalk of the output are fitted again to this reference by least squares over these recordings. Given if the lag explains more than a tenth of the mean width",
+            "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference delayed like the output, by the same delay or low-pass; gains and crosstalk of the output are fitted again to this reference by least squares over these recordings. Given if the lag explains more than a tenth of the mean width, and two standard errors of the lag change it by at most a tenth of itself or 0.3 % of full scale",
             "as hysteresis",
             ONE_AXIS_AT_REST,
         ],

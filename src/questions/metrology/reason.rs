@@ -77,6 +77,11 @@ pub enum Reason {
     NoLag { axis: Axis, reason: NoLag },
     #[error("the time lag explains {:.0} % of the mean width of {}: hysteresis is that of the row above", 100.0 * .share, .axis.symbol())]
     LagExplainsLittle { axis: Axis, share: f64 },
+    #[error(
+        "the uncertainty of the time lag leaves the hysteresis of {} uncertain by ± {} {}; load the axis more slowly",
+        .axis.symbol(), significant(*.uncertainty, 2), .axis.unit()
+    )]
+    LagTooUncertain { axis: Axis, uncertainty: f64 },
     #[error(transparent)]
     NoTimeConstant(#[from] NoTimeConstant),
     #[error("{} is the loaded axis", .axis.symbol())]
@@ -121,7 +126,7 @@ impl Reason {
             Self::NoReturn { .. } => "no return",
             Self::NoRecovery { .. } => "no zero",
             Self::NoTimeConstant(_) => "no τ",
-            Self::NoLag { .. } => "not known",
+            Self::NoLag { .. } | Self::LagTooUncertain { .. } => "not known",
             Self::LagExplainsLittle { .. } => "no lag",
             Self::LoadedAxis { .. } => "·",
             Self::OnlyAxis { .. } => "only axis",

@@ -78,7 +78,6 @@ pub fn table_by(
     })
 }
 
-/// Figures of one axis.
 pub(crate) struct AxisFigures {
     outputs: [Vec<(Quantity, Result<Found>)>; OUTPUTS],
     /// Reason why the other quantities are missing.

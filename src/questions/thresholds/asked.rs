@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::calibration::FitSettings;
 use crate::features::Thresholds;
+use crate::finding::Finding;
 use crate::panicked::locked;
 use crate::questions::dataset::Datasets;
 use crate::questions::question::{Answered, Query, Work};
@@ -40,6 +41,8 @@ pub struct ThresholdStudy {
     pub past_ages: PastAges,
     /// The mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
+    /// The time lag that the thresholds would describe as hysteresis; measured after the map.
+    pub lag: Option<Finding>,
 }
 
 /// A prepared study, with its map so far.
@@ -105,9 +108,11 @@ impl Query for StudyThresholds {
             map: prepared.map.clone(),
             past_ages: study.past_ages(self.thresholds),
             hysteresis: study.mean_hysteresis(),
+            lag: None,
         };
+        let lag = || study.data.lag_as_hysteresis(&self.settings.features, progress);
         if found.map.as_ref().is_some_and(|map| map.is_complete()) {
-            return Ok(found);
+            return Ok(ThresholdStudy { lag: lag()?.cloned(), ..found });
         }
         show(found.clone());
         let grid = ThresholdGrid::covering(study.largest_distance(), MAP_SIDE, MAP_SIDE)
@@ -131,7 +136,7 @@ impl Query for StudyThresholds {
         found.map = so_far.map(Arc::new).or(found.map);
         prepared.map.clone_from(&found.map);
         map?;
-        Ok(found)
+        Ok(ThresholdStudy { lag: lag()?.cloned(), ..found })
     }
 }
 

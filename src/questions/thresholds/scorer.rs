@@ -28,7 +28,6 @@ pub struct Scorer {
     /// Sums of the training recordings, if an automatic ridge leaves out whole recordings rather than the parts.
     recordings: Option<Vec<NormalEquations>>,
     test: NormalEquations,
-    /// Kind of each column.
     kinds: Vec<ColumnKind>,
     /// Conventional map. The targets are its residuals.
     known: Vec<f64>,

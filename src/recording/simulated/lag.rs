@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::recording::recording::{Recording, Source};
 use crate::recording::set::{Entry, RecordingSet, Role};
 
-/// What the gauges have.
+/// Properties of the gauges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Late {
@@ -43,7 +43,7 @@ const NOISE: f64 = 0.0004;
 const KEY: u64 = 3700;
 
 impl Late {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 3] = [Self::Lag, Self::Hysteresis, Self::Both];
 
     fn name(self) -> &'static str {

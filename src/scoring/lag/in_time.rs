@@ -36,6 +36,8 @@ pub struct Widths {
     pub mean: [f64; 2],
     /// The area.
     pub area: [f64; 2],
+    /// Change of the largest width without the lag if the lag is off by two standard errors.
+    pub uncertainty: f64,
 }
 
 impl Widths {
@@ -132,6 +134,13 @@ pub fn widths(lag: &Lag, axis: usize, runs: &[LagRun<'_>], dead_band: f64) -> Op
         Some([one.largest_width(), one.mean_width(), one.area()])
     };
     let (before, after) = (figures(0.0)?, figures(lag.seconds)?);
+    let off = |errors: f64| {
+        let seconds = lag.seconds + errors * lag.standard_error_secs;
+        let is_possible = seconds > 0.0 || lag.kind == LagKind::Delay;
+        let off = figures(if is_possible { seconds } else { 0.0 })?;
+        Some((off[0] - after[0]).abs())
+    };
+    let uncertainty = off(-2.0)?.max(off(2.0)?);
     let [largest, mean, area] = [0, 1, 2].map(|at| [before[at], after[at]]);
-    Some(Widths { largest, mean, area })
+    Some(Widths { largest, mean, area, uncertainty })
 }

@@ -40,7 +40,7 @@ pub(super) fn foot(
         });
         let can_load = check.error.is_none() && !importing.looking && open.is_none();
         let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
-        let load = load.on_hover_text("Reads the whole file with this map, and remembers the map for files of this shape");
+        let load = load.on_hover_text("Reads the whole file with this map, and remembers the map for files with the same columns");
         let why = open.map_or_else(|| "The problem is listed above".to_owned(), |open| {
             format!("Answer this question first: {open}")
         });
@@ -67,7 +67,7 @@ pub(super) fn foot(
         }
         ui.separator();
         let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.field("Column map", field, "JSON file with the roles of the columns, for files of this shape");
+        ui.field("Column map", field, "JSON file with the roles of the columns, for files with the same columns");
         let path = fields.map_path.trim().to_owned();
         if ui.press("Write map", "Writes the map to this file, also for --columns on the command line") && !path.is_empty() {
             send(out, ImportCommand::WriteMap(path.clone().into()));

@@ -47,8 +47,8 @@ pub(super) fn show(
                 (
                     FiguresOf::Mean,
                     "Mean loop",
-                    "Of the cycles that cover at least 80 % of the largest one's range, over the loads that all of them have: three or \
-                     more, over more than half of all loads",
+                    "Mean of the cycles that cover at least 80 % of the largest cycle's range, over their common loads. Needs three \
+                     cycles or more, and more than half of all loads",
                 ),
                 (
                     FiguresOf::Largest,
@@ -100,16 +100,16 @@ fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     };
     let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
     ui.add_enabled(is_known || picture.question.lag_removed, switch).on_hover_text(
-        "Makes the reference as late as the gauges, by the same delay or the same low-pass, and fits the gains of both outputs anew. \
-         What is left is hysteresis; the filter of an amplifier is not. Each output by its own lag",
+        "Delays the reference like the gauges, by the same delay or low-pass, and fits the gains of both outputs again. \
+         The remaining width is hysteresis, without the effect of an amplifier's filter. Each output has its own lag",
     );
 }
 
 /// Draws the width over the rate of the cycles. A width that grows with the rate shows lag; a constant width shows
 /// hysteresis.
 fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
-    const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width that grows in proportion to the rate is lag, \
-                         one that stays is hysteresis";
+    const ABOUT: &str = "Full cycles in groups by the mean rate of their load. A width proportional to the rate is lag, \
+                         a constant width is hysteresis";
     match view.widths_by_rate(&inks(ui.visuals())) {
         Some(widths) => {
             let print = view.widths_by_rate(&Inks::PRINT).unwrap_or_default();
@@ -119,7 +119,7 @@ fn by_rate(ui: &mut egui::Ui, view: &LoopView<'_>, out: &mut Vec<Command>) {
         }
         None => {
             ui.weak(
-                "The full cycles have about the same rate, so their widths alone do not tell lag from hysteresis.",
+                "The full cycles have about the same rate, so their widths alone do not distinguish lag from hysteresis.",
             )
             .on_hover_text(ABOUT);
         }
@@ -147,9 +147,9 @@ fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
         if picture.parts.len() == 1 { "" } else { "s" },
     );
     ui.weak(words).on_hover_text(format!(
-            "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, the falling ones paler; where \
-             they are too many, their density: the stronger, the more samples, rising in the colour of the load, falling in one \
-             towards that of the text. Thick lines: the loop that the figures are of, its falling branch dashed",
+            "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, falling ones paler. If there are \
+             too many lines, their density is drawn: rising branches in the colour of the load, falling ones in a colour \
+             closer to that of text. Thick lines: the loop of the figures, its falling branch dashed",
             significant(picture.dead_band, 3),
             significant(picture.full_scale, 4),
         ));

@@ -11,8 +11,8 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         if ui.tick(
             &mut knows,
             "Gauge limits",
-            "What the logger can write at least and at most, such as -32768 and 32767: a gauge that reaches it is clipped. \
-             Without them limits are found where a gauge stands at its extreme while the load goes on",
+            "Minimum and maximum that the logger can write, such as -32768 and 32767. A gauge at a limit is clipped. \
+             Without limits, a gauge counts as clipped if it stays at its extreme while the load changes",
         ) {
             let extremes = || gauge_extremes(project.recordings.entries(), None);
             entered = knows.then(|| GaugeRange::All(extremes()));
@@ -56,8 +56,8 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         if (n_faulty > 0 || project.gauge_range.is_some())
             && ui.press(
                 "Leave out",
-                "Takes the faulty samples out of the recordings; history does not cross what is missing for longer than a \
-                 gap. Exported code then says where a gauge is clipped. Undo takes it back",
+                "Removes the faulty samples from the recordings; history does not cross a removed part longer than a \
+                 gap. Exported code then reports clipped gauges. Undo restores the samples",
             ) {
                 out.push(Action::LeaveOutFaulty.into());
             }

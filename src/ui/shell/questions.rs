@@ -281,8 +281,8 @@ fn lost(context: &egui::Context, engine: &Engine, found: &mut String, out: &mut 
                 let field = ui.field(
                     "Now in the folder",
                     field,
-                    "The folder that they are in now, or one of them: the others are found by their names, and by the folders \
-                     that they had among each other",
+                    "Present folder of the files, or of one of them; the others are found by their names and \
+                     relative folders",
                 );
                 let entered =
                     ui.entered(&field);

@@ -36,7 +36,6 @@ const SLOW: usize = 500;
 /// Number of slow samples in which the history settles, which sets their time step.
 const SLOW_PER_WINDOW: f64 = 300.0;
 
-/// Returns the test vector of a calibration.
 pub(super) fn test_vector(calibration: &Calibration) -> Result<Vec<Answered>, CalibrationError> {
     let samples = samples(calibration);
     let mut rows = answered(calibration, &samples, 1.0)?;
