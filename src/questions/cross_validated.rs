@@ -185,11 +185,14 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {
         let mut push = |samples: Range<usize>, part: Option<usize>| {
+            if samples.is_empty() {
+                return;
+            }
             let mut own = entry.clone();
             if samples.len() < entry.recording.n_samples() {
                 own.recording = Arc::new(entry.recording.segment(samples.clone()));
             }
-            cut.extend((!samples.is_empty()).then_some((own, part)));
+            cut.push((own, part));
         };
         let mut kept = 0..0;
         for piece in *pieces {

@@ -497,9 +497,9 @@ mod tests {
     fn text_is_aligned_and_tells_every_reason() {
         let expected = "Errors\n\
             \x20 Axis  Uncompensated [N]  Compensated [N]\n\
-            \x20 Fx        0.667  only one cycle\n\
+            \x20 Fx                0.667   only one cycle\n\
             \x20 Fy    Fy is never loaded\n\
-            \x20 Fz     constant       12.5\n\
+            \x20 Fz             constant             12.5\n\
             \x20   Uncompensated: no load\n\
             Of one recording.\n";
         assert_eq!(table().text(), expected);
@@ -509,7 +509,7 @@ mod tests {
     fn numbers_are_copied_in_full_and_reasons_stand_in_each_cell() {
         let full = (2.0_f64 / 3.0).to_string();
         let expected = format!(
-            "Axis\tConv. [N]\tComp. [N]\nFx\t{full}\tonly one cycle\nFy\tFy is never loaded\tFy is never loaded\n\
+            "Axis\tUncompensated [N]\tCompensated [N]\nFx\t{full}\tonly one cycle\nFy\tFy is never loaded\tFy is never loaded\n\
              Fz\tno load\t12.5"
         );
         assert_eq!(table().tab_separated(), expected);

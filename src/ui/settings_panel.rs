@@ -210,11 +210,6 @@ fn look_back(ui: &mut egui::Ui, engine: &Engine, features: &mut FeatureSettings)
     for other in others {
         other.t_th_secs = t_th_secs;
     }
-    if let Some(share) = engine.share_with_past() {
-        ui.weak(format!("Past sample found for {:.0} % of the samples", 100.0 * share)).on_hover_text(
-            "The other samples have none: their load differed by less than F_th within t_th. Their past gauges are set to the present ones",
-        );
-    }
 }
 
 /// Draws further F_th, and the choice of the distance that F_th applies to.

@@ -74,6 +74,11 @@ pub fn status_line(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
                 "Rank: number of independent columns of the compensated fit. Condition: similarity of its \
                  columns; 1 is best, large means nearly dependent",
             );
+            if let Some(share) = engine.share_with_past() {
+                ui.label(format!("· past sample found for {:.0} %", 100.0 * share)).on_hover_text(
+                    "The load of the other samples differed by less than F_th within t_th; their past gauges are the present ones",
+                );
+            }
         }
     });
 }

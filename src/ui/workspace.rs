@@ -197,7 +197,7 @@ impl Arrangement {
             Workspace::Calibrate => {
                 let (settings, recordings) = (build.tabs(&[SETTINGS]), build.tabs(&[RECORDINGS]));
                 let (traces, errors) = (build.tabs(&[TRACES]), build.tabs(&[ERRORS]));
-                let left = build.column([settings, recordings], 0.5);
+                let left = build.column([settings, recordings], 0.54);
                 (left, build.column([traces, errors], 0.66), 0.28)
             }
             Workspace::Loops => {

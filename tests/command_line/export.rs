@@ -95,7 +95,7 @@ fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
         };
         assert!(text.contains(quality), "{name}");
     }
-    let kept = "The history keeps at most a sample each 0.0313";
+    let kept = "history stores at most one sample in 0.0313";
     assert!(workshop.read("k.h").contains(kept) && workshop.read("k.rs").contains(kept));
 }
 
@@ -132,7 +132,7 @@ fn keys_that_mean_nothing_are_said() {
     let told = run(workshop.path(), &apply);
     assert!(told.status.success());
     let told = stderr(&told);
-    let keys = "note: c.json: not known and not used: features.play_radi, gap_sec, note";
+    let keys = "note: c.json: unknown keys, which were ignored: features.play_radi, gap_sec, note";
     assert!(told.contains(keys), "{told}");
 }
 

@@ -138,7 +138,7 @@ fn maps_that_are_of_no_use_are_refused_by_name() {
         (&["fit", "--train", "other.csv", "--columns", "map.json"], ["other.csv, line 1", "t [s]"]),
         (&["inspect", "gone.csv"], ["gone.csv", "cannot be read"]),
         (&["inspect", "folder"], ["folder", "no recordings"]),
-        (&["inspect", "a.csv", "--write-map", "a.csv"], ["a.csv", "read"]),
+        (&["inspect", "a.csv", "--write-map", "a.csv"], ["a.csv", "replace the input"]),
         (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no folder"]),
     ] {
         let output = run(workshop.path(), arguments);

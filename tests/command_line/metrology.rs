@@ -181,7 +181,7 @@ fn what_makes_no_sense_is_refused_in_one_line() {
         ("a.csv --full-scale -1", "full scale of axis 1 is -1"),
         ("a.csv --dead-band NaN", "dead band of axis 1 is NaN"),
         ("a.csv --hold 0", "shortest hold is 0"),
-        ("a.csv --csv a.csv", "is read"),
+        ("a.csv --csv a.csv", "replace the input"),
         ("gone.csv", "gone.csv"),
         ("--calibration gone.json a.csv", "gone.json"),
     ] {

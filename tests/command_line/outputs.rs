@@ -42,7 +42,7 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
         ("--export a.json --export a.cal --export a.h", &["a.cal", "up to 8 gauges"]),
         ("--export a.json --export a.xyz", &["a.xyz", "format"]),
         ("--export a.json --export gone/a.h", &["gone/a.h", "no folder gone"]),
-        ("--export a.json --traces test.csv --force", &["test.csv", "read"]),
+        ("--export a.json --traces test.csv --force", &["test.csv", "replace the input"]),
         ("--export a.json --traces t.csv --from 1e6", &["no sample"]),
         ("--export a.json --t-th 1e9 --export a.h", &["a.h", "look back"]),
     ] {
@@ -50,7 +50,7 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
     }
     workshop.write("map.json", "{}");
     let mapped = "fit --train a.csv --columns map.json --export map.json --force";
-    refused(&workshop, mapped, &["map.json", "read"]);
+    refused(&workshop, mapped, &["map.json", "replace the input"]);
 }
 
 #[test]

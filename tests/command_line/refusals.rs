@@ -158,7 +158,7 @@ fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
             ("--train a.csv --measure moments", &["no axis", "choose"]),
             ("--train short.csv", &["4 training samples", "record longer"]),
             ("--train a.csv --svg gone/map.svg", &["no folder gone"]),
-            ("--train a.csv --csv ./a.csv", &["./a.csv", "read"]),
+            ("--train a.csv --csv ./a.csv", &["./a.csv", "replace the input"]),
         ],
     );
     let told = refused(&workshop, &["sweep", "--train", "a.csv", "--t-th", ""]);
@@ -187,7 +187,7 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
             ("--train a.csv --export kept.json --force", &["kept.json", "read-only"]),
             ("--train a.csv --export kept.json", &["kept.json", "already", "--force"]),
             ("--train gone.csv --export old.json --force", &["gone.csv"]),
-            ("--train a.csv --export ./a.csv", &["./a.csv", "read"]),
+            ("--train a.csv --export ./a.csv", &["./a.csv", "replace the input"]),
         ],
     );
     assert_eq!(workshop.read("kept.json"), "old");
@@ -233,7 +233,7 @@ fn apply_refuses_what_does_not_fit_together() {
             (". a.csv --out new", &["cannot read"]),
             ("c.json b.csv a.csv --out .", &["a_loads.csv", "--force"]),
             ("c.json a.csv --out b.csv", &["directory", "b.csv"]),
-            ("c.json a.csv a_loads.csv --out .", &["./a_loads.csv", "read"]),
+            ("c.json a.csv a_loads.csv --out .", &["./a_loads.csv", "replace the input"]),
         ],
     );
     assert_eq!(workshop.read("a_loads.csv"), before);

@@ -23,7 +23,7 @@ fn each_slip_is_answered_with_the_way_out() {
         ("fit --train runs", &["runs", "one.csv, two.csv", "*.csv"]),
         ("fit --train -", &["standard input", "name a file"]),
         ("apply c.json - --out .", &["standard input"]),
-        ("apply a.csv c.json --out .", &["a.csv is no calibration", "apply c.json a.csv"]),
+        ("apply a.csv c.json --out .", &["a.csv is not a calibration", "apply c.json a.csv"]),
         ("fit --train a.csv --f-th 3,5", &["--look-back 3,5"]),
         ("fit --train a.csv b.csv ./a.csv", &["a.csv and ./a.csv"]),
         ("fit --train a.csv --test a.csv", &["same recording", "--test"]),

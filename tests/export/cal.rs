@@ -112,7 +112,7 @@ fn files_with_something_missing_or_unknown_are_refused() {
         ("N-mm", "N-inch", "TorqueUnits"),
         ("Name=\"Tz\"", "Name=\"tz\"", "Tx Ty Tz"),
         ("Name=\"Fy\"", "Name=\"Fx\"", "twice"),
-        ("1e-3", "", "values of Fx"),
+        ("1e-3", "", "Fx has 5 values"),
         ("1e-3", "nan", "nan"),
         ("1e-3", "1,5", "1,5"),
         ("NumGages", "NumGauges", "NumGages"),

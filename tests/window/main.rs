@@ -853,7 +853,7 @@ fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
     click(&mut window, Role::ComboBox, "Method");
     click(&mut window, Role::Button, "Kernel");
     assert_eq!(state(&window).project().settings.regressor, Regressor::Kernel);
-    assert!(has(&window, "Until it is trained"));
+    assert!(has(&window, "Not trained yet"));
     assert_eq!(analysis(&window).calibration.regressor, Regressor::Linear);
     type_number(&mut window, "Landmarks", "20");
     let f_th = state(&window).project().settings.features.look_backs[0].f_th;
@@ -1182,7 +1182,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
         assert!(has(&window, "Not linked with Traces, which shows other recordings"));
         click(&mut window, Role::ComboBox, "of");
         click(&mut window, Role::Button, "All recordings");
-        assert!(has(&window, "Linked with Traces for 1 of 3 recordings"));
+        assert!(has(&window, "Linked with Traces for the 1 of 3 recordings"));
         let plot = window.get_by_role_and_label(Role::GraphicsObject, title).rect();
         let on_loop = (1..60).find_map(|step| {
             let at = plot.center_top() + Vec2::new(0.0, plot.height() * step as f32 / 60.0);
