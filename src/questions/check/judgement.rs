@@ -50,20 +50,21 @@ impl Sufficiency {
         self
     }
 
-    /// Returns the axes with their left-out errors, those apart whose errors are no better than what the mean of the loads would do.
-    fn left_out(&self) -> (Vec<(&AxisReach, f64)>, Vec<(&AxisReach, f64)>) {
+    /// Returns the axes with their held-out errors: those whose error is no better than that of the mean load, or the others.
+    fn left_out(&self, is_lost: bool) -> impl Iterator<Item = (&AxisReach, f64)> {
         let errors = self.axes.iter().filter_map(|own| Some((own, own.left_out_rmse?)));
-        errors.partition(|(own, error)| own.deviation > 0.0 && *error >= NO_BETTER * own.deviation)
+        errors.filter(move |(own, error)| {
+            (own.deviation > 0.0 && *error >= NO_BETTER * own.deviation) == is_lost
+        })
     }
 
     /// Returns the axes whose left-out errors are no better than what the mean of the loads would do; `by` says what was left out.
     fn no_better_than_mean(&self, by: &str) -> Option<Finding> {
-        let (lost, _) = self.left_out();
-        let one = |(own, error): &(&AxisReach, f64)| {
-            let [error, mean] = [*error, own.deviation].map(|value| own.load(value));
+        let one = |(own, error): (&AxisReach, f64)| {
+            let [error, mean] = [error, own.deviation].map(|value| own.load(value));
             format!("{} errs by {error}, its mean alone by {mean}", own.axis.symbol())
         };
-        let all: Vec<String> = lost.iter().map(one).collect();
+        let all: Vec<String> = self.left_out(true).map(one).collect();
         let seen = format!("left out {by}, {}", all.join("; "));
         (!all.is_empty())
             .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
@@ -71,7 +72,7 @@ impl Sufficiency {
 
     /// Returns the axes whose left-out errors are many times those of the fit, and how many times at most.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
-        let times = self.left_out().1.into_iter().filter_map(|(own, error)| {
+        let times = self.left_out(false).filter_map(|(own, error)| {
             let least = 1e-9 * own.deviation;
             let times = error / own.train_rmse?.max(least);
             let fails = times > RATIO_FAILS && error > ERROR_MATTERS * own.full_scale;
