@@ -183,21 +183,22 @@ impl Finding {
         if own.len() == 1 {
             return own.remove(0);
         }
-        let seen = own.iter().map(|own| match own.figures.is_empty() {
-            true => own.seen.clone(),
-            false => format!("{} ({})", own.seen, own.figures),
-        });
-        let seen = first_clauses(LISTED, seen.collect::<Vec<_>>());
+        let seen = first_clauses(LISTED, own.iter().map(Self::observation).collect::<Vec<_>>());
         Self { seen, figures: String::new(), ..own.remove(0) }
+    }
+
+    /// Returns the observation with its figures.
+    fn observation(&self) -> String {
+        match self.figures.is_empty() {
+            true => self.seen.clone(),
+            false => format!("{} ({})", self.seen, self.figures),
+        }
     }
 
     /// Returns one sentence without its full stop.
     pub fn text(&self, face: Face) -> String {
         let (_, then, ways) = self.id.words();
-        let mut text = self.seen.clone();
-        if !self.figures.is_empty() {
-            text += &format!(" ({})", self.figures);
-        }
+        let mut text = self.observation();
         if !then.is_empty() {
             text += &format!(": {then}");
         }

@@ -1,7 +1,7 @@
 //! Small files: calibrations, column maps, sessions.
 //!
-//! Guarantees: a pipe or device is not opened, because reading it could wait for ever. At most the limit is read, even
-//! if the file claims to be shorter.
+//! Guarantees: a pipe or device is refused, because reading it might never end. At most the limit is read, even if the
+//! file system gives a smaller size.
 
 use std::fs::{self, File};
 use std::io::{self, Read as _};

@@ -72,7 +72,7 @@ pub struct SessionFile {
     /// Settings by which faulty samples were left out, by the earlier name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, Judged>,
-    /// Roles of the recordings by name. Other recordings get the default role for their name.
+    /// Roles of the recordings, by name. A recording that is not listed gets the role that its name suggests.
     pub roles: BTreeMap<String, Role>,
     /// Groups of the recordings, by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

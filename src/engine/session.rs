@@ -147,7 +147,7 @@ impl Session {
 pub struct SessionPart {
     /// Entry in the session; [`SessionFile::absolute`] is the place where the file was found.
     pub file: SessionFile,
-    /// Content, or `None` if the file is missing.
+    /// Content of the file, or the error of reading it; `None` if the file is missing.
     pub loaded: Option<Result<Loaded, String>>,
     /// True if the file differs from the saved one.
     pub changed: bool,

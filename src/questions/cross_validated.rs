@@ -27,7 +27,7 @@ use crate::scoring::part_squares::PartSquares;
 
 /// Number of fits that run at the same time; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
-/// Speed-up of two networks at the same time over one after the other.
+/// Speed-up when two networks are trained at the same time, relative to one after the other.
 const GAIN_OF_TWO: f64 = 1.8;
 
 /// Returns the approximate time of the cross-validation as a multiple of the time of the fit; zero without cross-validation.
@@ -92,8 +92,8 @@ pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     }
 }
 
-/// Returns the residuals of each part by fits without this part, and reports `steps` to `progress`; `None` if the work was
-/// stopped, or if too few samples remain for a fit.
+/// Returns the residuals of each part, predicted by a fit to the other parts. Reports `steps` to `progress`. Returns `None` if the
+/// work was stopped, or if the other parts have too few samples for a fit.
 pub(crate) fn cross_validated(
     data: &Dataset,
     calibration: &Calibration,
@@ -179,8 +179,8 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings with some parts left out. A recording of which only a part is left out is cut into several,
-/// each with its own history.
+/// Returns the training recordings without the parts that are left out. A recording that is left out only in part is cut into
+/// several recordings, each with its own history.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {

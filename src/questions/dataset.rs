@@ -90,7 +90,7 @@ pub(crate) struct Dataset {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// A dataset once it is prepared.
+/// Place of a dataset; empty until the dataset is prepared. Its lock is held while the dataset is prepared.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
 /// Datasets that questions about the same recordings share.

@@ -44,7 +44,7 @@ pub fn dead_band(
     }
 }
 
-/// Draws the shortest dwell with its label.
+/// Draws the field for the shortest time of a dwell, with its label.
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
     let explanation = "A load that is constant for this time is a dwell, which shows creep and zero return. Constant: every axis \
                        within 1 % of its full scale, or ten times its noise, unless \"Definitions…\" says otherwise";

@@ -55,7 +55,7 @@ pub trait Dialogs {
     fn open_files(&mut self, reply: Reply);
     /// Asks for a file to import.
     fn import(&mut self, reply: Reply);
-    /// Asks for a file to follow.
+    /// Asks for a growing log file, whose new rows the program reads.
     fn follow(&mut self, reply: Reply) {
         let dialog = rfd::AsyncFileDialog::new().set_title("Follow a file that is being written");
         asked(reply, no_dialog(), || {

@@ -173,7 +173,7 @@ fn definitions(
                 ),
                 (
                     "Not loaded up to",
-                    "An axis is loaded alone if every other axis stays below this share of full scale",
+                    "Crosstalk is measured while one axis is loaded and every other axis stays below this share of its full scale",
                     alone_share,
                 ),
             ];

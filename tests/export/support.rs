@@ -169,7 +169,7 @@ pub fn samples(recording: &Recording) -> Samples {
 }
 
 /// [`RECORDING`] with faults of clocks and gauges: a time far ahead, a late one, a repeated one, gauges that are not numbers,
-/// jitter, pauses; then a clock that restarts shortly before a 32-bit counter wraps, then one that is set to the date.
+/// jitter, pauses. Then the clock restarts shortly before a 32-bit counter overflows, and at last jumps to the time since 1970.
 pub fn disturbed() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(900);

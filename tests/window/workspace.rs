@@ -138,7 +138,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.5);
 }
 
-/// Even if one tick follows another at once.
+/// Presses of axis buttons are separate steps, even if they follow each other at once.
 #[test]
 fn each_tick_is_a_step_and_a_drag_is_one() {
     let files = Files::new();

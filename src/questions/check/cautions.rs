@@ -9,7 +9,7 @@ use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::load_count::LoadCount;
-use crate::questions::check::rig::same_samples;
+use crate::questions::check::rig::{lag_of_fit, same_samples};
 use crate::questions::dataset::{Dataset, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
@@ -39,7 +39,11 @@ pub fn findings(
         true => data.lag_as_hysteresis(&calibration.features, progress)?,
         false => None,
     };
-    Ok(data.findings(calibration, fitted).into_iter().chain(lag.cloned()).collect())
+    Ok(data
+        .findings(calibration, fitted)
+        .into_iter()
+        .chain(lag.map(|own| lag_of_fit(own, calibration)))
+        .collect())
 }
 
 impl Dataset {

@@ -9,7 +9,7 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, NextLoad, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
-use crate::questions::check::rig::RigReport;
+use crate::questions::check::rig::{RigReport, lag_of_fit};
 use crate::questions::dataset::{Dataset, Datasets, Key, in_role};
 use crate::questions::error::AnalysisError;
 use crate::questions::expected_error::rule::{
@@ -130,9 +130,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let mut reasons = data.findings(&calibration, true);
     let unusable = asked.unusable.iter();
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
-    let error = axes.iter().filter(|own| own.full_scale > 0.0);
-    let error = error.filter_map(|own| Some(own.train_rmse? / own.full_scale)).fold(0.0, f64::max);
-    reasons.extend(data.lag(progress)?.map(|own| own.clone().costing(own.cost * error)));
+    reasons.extend(data.lag(progress)?.map(|own| lag_of_fit(own, &calibration)));
     reasons.extend(data.of_programmes(axes_n));
     // The check tells more of the count.
     reasons.retain(|own| own.id != Id::FewLoads);

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::{Cancelled, Progress};
 use crate::recording::{Axis, Recording};
@@ -309,6 +310,14 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let seen = format!("the same samples are in {}", first(NAMED, pairs.iter()));
     let found = Finding::new(Id::SameSamples, Verdict::Doubtful, seen);
     (!pairs.is_empty()).then_some(found)
+}
+
+/// Returns the finding of [`lag`] with its cost as a share of full scale, for the fit of a calibration.
+pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
+    let errors = calibration.quality.compensated.train_rmse.iter().flatten();
+    let of_scale = errors.zip(&calibration.full_scale).filter(|(_, full_scale)| **full_scale > 0.0);
+    let error = of_scale.map(|(error, full_scale)| error / full_scale).fold(0.0, f64::max);
+    found.clone().costing(found.cost * error)
 }
 
 /// Returns the finding of gauges that are behind the reference, or ahead of it; its cost is a share of the error.

@@ -53,11 +53,11 @@ pub enum Quantity {
 pub struct Definition {
     /// Short, constant id for programs.
     pub id: String,
-    /// Short name for people.
+    /// Short name, as in the table.
     pub name: String,
     /// Computation of the figure.
     pub definition: &'static str,
-    /// Source of the definition.
+    /// Standard or book that the definition comes from.
     pub source: &'static str,
     /// Conditions of the source that a free-running recording does not meet; may be empty.
     pub free_running: &'static str,
