@@ -487,6 +487,29 @@ mod tests {
         });
     }
 
+    /// Rows without a header have the gauges in the order of the calibration, and the clock of this computer.
+    #[test]
+    fn a_log_of_numbers_as_a_device_prints_them_is_followed() {
+        let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
+        let calibration = fitted(&recording, 2.0);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.txt");
+        let row = |k: usize| {
+            let gauges = recording.gauges_at(k).iter().map(f64::to_string);
+            gauges.collect::<Vec<_>>().join(" ") + "\r\n"
+        };
+        fs::write(&path, (0..20).map(row).collect::<String>()).unwrap();
+        following(&path, &calibration, |_, seen| {
+            let followed = seen(&|followed| followed.counts == (20, 0));
+            assert!(followed.notes.iter().any(|note| note.contains("clock")), "{:?}", followed.notes);
+            let expected = calibration.apply(&recording).unwrap().conventional;
+            for (at, (_, traces)) in followed.axes.iter().enumerate() {
+                let first = traces.conventional[0][1];
+                assert!((first - expected[at]).abs() < 1e-9, "{first} {}", expected[at]);
+            }
+        });
+    }
+
     /// A growing file shows the loads of the calibration. Another calibration starts again with the existing rows.
     #[test]
     fn a_growing_file_is_shown_with_the_present_calibration() {
