@@ -501,7 +501,11 @@ mod tests {
         fs::write(&path, (0..20).map(row).collect::<String>()).unwrap();
         following(&path, &calibration, |_, seen| {
             let followed = seen(&|followed| followed.counts == (20, 0));
-            assert!(followed.notes.iter().any(|note| note.contains("clock")), "{:?}", followed.notes);
+            assert!(
+                followed.notes.iter().any(|note| note.contains("clock")),
+                "{:?}",
+                followed.notes
+            );
             let expected = calibration.apply(&recording).unwrap().conventional;
             for (at, (_, traces)) in followed.axes.iter().enumerate() {
                 let first = traces.conventional[0][1];

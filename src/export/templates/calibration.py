@@ -47,7 +47,7 @@ OK = 0
 BOX = 64  # samples of which the search knows the smallest and largest points
 {% endif %}
 LEAP_SECS = {{ leap_secs|number }}  # step in time above which a time is implausible (s)
-STRAYS = {{ strays }}  # ... and so many such times in a row are a clock that was set anew
+STRAYS = {{ strays }}  # number of implausible times in a row after which the clock counts as reset
 WRAPS_SECS = {{ wraps_secs|times }}  # wrap-around of 32-bit counters
 GAP_SECS = {{ gap_secs|plain }}
 WINDOW_SECS = {{ window_secs|plain }}
