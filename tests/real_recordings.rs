@@ -355,9 +355,9 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Figures with the default dead band of each real recording; half and twice the dead band change them little.
+/// Figures with the default reversal threshold of each real recording; half and twice the reversal threshold change them little.
 #[test]
-fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
+fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
     for (name, request, _) in all_fitted() {
         let Ok(Look::Table(table)) = Viewer::default().look(&request, &Progress::default()) else {
             panic!("no table of {name}")
@@ -377,13 +377,15 @@ fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
                         value.percent_fs.unwrap_or(f64::NAN),
                         basis.n_cycles,
                         basis.range_share,
-                        basis.dead_band_halved.map(|other| other / value.value),
-                        basis.dead_band_doubled.map(|other| other / value.value),
+                        basis.reversal_threshold_halved.map(|other| other / value.value),
+                        basis.reversal_threshold_doubled.map(|other| other / value.value),
                     );
                     // The ends of the largest cycle may come from another cycle, which hardly changes a mean.
                     if row.definition.id == "hysteresis_mean_width" {
                         for other in
-                            [basis.dead_band_halved, basis.dead_band_doubled].into_iter().flatten()
+                            [basis.reversal_threshold_halved, basis.reversal_threshold_doubled]
+                                .into_iter()
+                                .flatten()
                         {
                             let off = (other / value.value - 1.0).abs();
                             assert!(off < 0.15, "{name} {:?}: {off}", cell.axis);

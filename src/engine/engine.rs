@@ -152,7 +152,7 @@ pub enum Action {
     /// Cancel background work.
     Cancel,
     /// Show a notice.
-    Tell(Notice),
+    Notice(Notice),
     /// Dismiss notice `n`.
     Dismiss(usize),
     /// Dismiss all notices.
@@ -197,7 +197,7 @@ pub struct Engine {
     /// Notices.
     pub notices: Vec<Notice>,
     /// Number of notices so far.
-    n_said: u64,
+    n_notices: u64,
     /// File for which the user must confirm writing.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// File in the import window.
@@ -252,7 +252,7 @@ impl Engine {
             first_thresholds: None,
             finds_thresholds: false,
             notices: Vec::new(),
-            n_said: 0,
+            n_notices: 0,
             replacing: None,
             importing: None,
             recoverable: Vec::new(),
@@ -575,12 +575,12 @@ impl Engine {
 
     fn edit(&mut self, edit: Edit) {
         if let Err(error) = self.change(|project| project.edit(edit)) {
-            self.tell(Level::Error, error.to_string());
+            self.notice(Level::Error, error.to_string());
         }
     }
 
     /// Shows a notice.
-    pub fn tell(&mut self, level: Level, text: impl Into<String>) {
+    pub fn notice(&mut self, level: Level, text: impl Into<String>) {
         self.show_notice(Notice::new(level, text));
     }
 
@@ -591,8 +591,8 @@ impl Engine {
             Level::Error => log::Level::Error,
         };
         log::log!(level, "{}", notice.text);
-        self.n_said += 1;
-        self.notices.push(Notice { number: self.n_said, ..notice });
+        self.n_notices += 1;
+        self.notices.push(Notice { number: self.n_notices, ..notice });
         let surplus = self.notices.len().saturating_sub(MAX_NOTICES);
         self.notices.drain(..surplus);
     }

@@ -617,7 +617,7 @@ mod tests {
         settings.features.look_backs[0].f_th = 0.125;
         settings.full_scale = vec![Some(7.0)];
         let measuring = MetrologySettings {
-            dead_bands: vec![Some(0.25)],
+            reversal_thresholds: vec![Some(0.25)],
             hold_secs: 2.0,
             ..MetrologySettings::default()
         };

@@ -729,7 +729,7 @@ fn a_recording_is_never_written_over() {
 fn notices_are_capped_oldest_first_and_can_be_dismissed() {
     let mut engine = engine();
     for at in 0..MAX_NOTICES + 5 {
-        engine.act(Action::Tell(Notice::new(Level::Info, at.to_string())));
+        engine.act(Action::Notice(Notice::new(Level::Info, at.to_string())));
     }
     assert_eq!(engine.notices.len(), MAX_NOTICES);
     assert_eq!(engine.notices[0].text, "5");
@@ -875,7 +875,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     let importing = engine.importing.as_ref().expect("no names");
     assert_eq!(importing.path, x);
     assert_eq!(importing.waiting, std::slice::from_ref(&y));
-    assert!(importing.inspection.is_some() && !importing.looking);
+    assert!(importing.inspection.is_some() && !importing.is_detecting);
     let import = Action::Import;
     let map = nameless_map(&importing.map);
     let other = ColumnMap { gap_secs: Some(3.0), ..map.clone() };
@@ -886,7 +886,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     engine.act(Action::Cancel);
     settle(&mut engine);
     let importing = engine.importing.as_ref().unwrap();
-    assert!(!importing.looking, "the background work was stopped, not this");
+    assert!(!importing.is_detecting, "the background work was stopped, not this");
     assert_eq!((importing.problem.as_deref(), &importing.map), (None, &map));
     engine.act(import(ImportCommand::Load));
     assert!(engine.importing.is_none());
@@ -1038,7 +1038,7 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     settle(&mut engine);
     assert_eq!(engine.models.rows[0].name, "Conventional");
     assert_eq!(of_mark(&engine, Mark::Proposed).len(), 1);
-    assert!(engine.models.said[0].starts_with("Proposed: "), "{:?}", engine.models.said);
+    assert!(engine.models.remarks[0].starts_with("Proposed: "), "{:?}", engine.models.remarks);
     let rows = engine.models.rows.iter();
     let scored = rows.filter_map(|row| row.model()?.scores.cv_rmse.as_ref());
     assert_eq!(scored.count(), engine.models.rows.len());

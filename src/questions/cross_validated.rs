@@ -127,19 +127,19 @@ pub(crate) fn cross_validated(
                         if fold >= n_folds || progress.is_cancelled() {
                             return Ok(scored);
                         }
-                        let mut heard = 0.0;
+                        let mut reported = 0.0;
                         // Progress is not reported after another fold has failed.
-                        let mut tell = |done: f64| {
-                            let _ = sender.send(done - heard);
-                            heard = done;
+                        let mut report_done = |done: f64| {
+                            let _ = sender.send(done - reported);
+                            reported = done;
                         };
                         let fold =
                             fold_without(training, |part| fit_without(part, n_parts) == fold);
                         let settings = fold.settings(settings, calibration);
                         scored.extend(fold.score(settings, step, progress, &mut |report| {
-                            tell(TrainingStep::Epoch(report).done());
+                            report_done(TrainingStep::Epoch(report).done());
                         })?);
-                        tell(1.0);
+                        report_done(1.0);
                     }
                 })
             })

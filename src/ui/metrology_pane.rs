@@ -12,8 +12,8 @@ use crate::recording::Axis;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
-use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::table;
 use crate::ui::table::Saving;
 
@@ -189,9 +189,9 @@ fn definitions(
                 ui.end_row();
             }
             for (at, axis) in axes.iter().enumerate() {
-                let used = table.and_then(|table| table.dead_bands.get(at).copied());
-                let name = format!("Dead band {}", axis.symbol());
-                dead_band(ui, &name, (axes, at), settings, used);
+                let used = table.and_then(|table| table.reversal_thresholds.get(at).copied());
+                let name = format!("Reversal threshold {}", axis.symbol());
+                reversal_threshold(ui, &name, (axes, at), settings, used);
                 ui.end_row();
             }
         });

@@ -100,7 +100,7 @@ impl Source {
         &mut self,
         column: usize,
         output: Output,
-        dead_band: f64,
+        reversal_threshold: f64,
         progress: &Progress,
     ) -> Result<OutputLag, LookError> {
         if let Some(known) = self.lags.get(&(column, output)) {
@@ -120,7 +120,7 @@ impl Source {
         progress.check()?;
         let known = lag.as_ref().ok();
         let found = OutputLag {
-            widths: known.and_then(|lag| widths(lag, column, &runs, dead_band)),
+            widths: known.and_then(|lag| widths(lag, column, &runs, reversal_threshold)),
             in_time: known.map(|lag| InTime::of(lag, column, &runs)),
             lag,
         };

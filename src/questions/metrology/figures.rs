@@ -89,15 +89,20 @@ pub struct Basis {
     /// Share of all loads of the axis that the cycles have in common.
     pub range_share: f64,
     /// The figure with half the reversal threshold; `None` if there is none then.
-    pub dead_band_halved: Option<f64>,
+    pub reversal_threshold_halved: Option<f64>,
     /// The figure with twice the reversal threshold; `None` if there is none then.
-    pub dead_band_doubled: Option<f64>,
+    pub reversal_threshold_doubled: Option<f64>,
 }
 
 impl Basis {
     /// Returns a basis without the figures of other reversal thresholds.
     pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
-        Self { n_cycles, range_share, dead_band_halved: None, dead_band_doubled: None }
+        Self {
+            n_cycles,
+            range_share,
+            reversal_threshold_halved: None,
+            reversal_threshold_doubled: None,
+        }
     }
 }
 
@@ -171,7 +176,7 @@ pub struct Metrology {
     /// Full scale per axis, in its unit; 0 if there is none.
     pub full_scale: Vec<f64>,
     /// Reversal threshold per axis, in its unit.
-    pub dead_bands: Vec<f64>,
+    pub reversal_thresholds: Vec<f64>,
     /// Number of recordings.
     pub n_recordings: usize,
     /// Number of their samples.

@@ -12,7 +12,7 @@
 //! several axes at once, at varying speed, turns at any load, and seldom dwells. So hysteresis contains the effect of other
 //! axes at equal load, creep and viscosity add to the width, and nonlinearity is that of a branch between two turns. Cycles
 //! are counted by rainflow. Each figure of loops gives its number of cycles, their share of the loads, and its value with
-//! half and twice the dead band ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not
+//! half and twice the reversal threshold ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not
 //! replace a calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) lists the
 //! conditions for each row.
 

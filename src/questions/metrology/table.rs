@@ -71,7 +71,7 @@ pub fn table_by(
         axes: axes.to_vec(),
         full_scale: full_scale.to_vec(),
         notes: notes(&measured, &by_axis),
-        dead_bands: measured.dead_bands,
+        reversal_thresholds: measured.reversal_thresholds,
         n_recordings: runs.len(),
         n_samples,
         rows,
@@ -112,7 +112,7 @@ impl AxisFigures {
             return Self { outputs, missing, cycle_share: None, lag_share: None };
         }
         let [loops, halved, doubled] =
-            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.dead_band));
+            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
         let dwells = DwellRows::of(&view);
         let of_lag: [_; OUTPUTS] =
             std::array::from_fn(|output| lag_rows::figures(&view, axis, output));
@@ -122,7 +122,8 @@ impl AxisFigures {
             for (quantity, found) in &mut of_loops {
                 if let Ok(Found { basis: Some(basis), .. }) = found {
                     let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.size);
-                    [basis.dead_band_halved, basis.dead_band_doubled] = others.each_ref().map(size);
+                    [basis.reversal_threshold_halved, basis.reversal_threshold_doubled] =
+                        others.each_ref().map(size);
                 }
             }
             let of_lag = [Quantity::TimeLag, Quantity::HysteresisWithoutLag]
@@ -204,7 +205,7 @@ pub(crate) fn finished(
         return Err(Reason::Overflow { axis });
     }
     if let Some(basis) = &mut basis {
-        for other in [&mut basis.dead_band_halved, &mut basis.dead_band_doubled] {
+        for other in [&mut basis.reversal_threshold_halved, &mut basis.reversal_threshold_doubled] {
             *other = other.filter(|size| size.is_finite());
         }
     }

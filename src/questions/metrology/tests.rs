@@ -143,7 +143,7 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
         let figure = fz(&table, quantity).conventional.clone().unwrap();
         let basis = figure.basis.unwrap();
         assert_eq!((basis.n_cycles, basis.range_share), (n_cycles, 1.0));
-        let others = [basis.dead_band_halved, basis.dead_band_doubled];
+        let others = [basis.reversal_threshold_halved, basis.reversal_threshold_doubled];
         assert_eq!(others, [Some(figure.value); 2]);
     }
 }
@@ -402,17 +402,19 @@ fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
     assert_eq!(reason(&table, Quantity::Creep), Reason::NoFullScale { axis: Axis::Fz });
 }
 
-/// The load rises, falls by 3, rises again, and falls. With a small dead band, the fall by 3 is a separate cycle, and the
+/// The load rises, falls by 3, rises again, and falls. With a small reversal threshold, the fall by 3 is a separate cycle, and the
 /// large cycle is unchanged.
 #[test]
-fn a_chosen_dead_band_decides_how_small_a_cycle_is_counted() {
+fn a_chosen_reversal_threshold_decides_how_small_a_cycle_is_counted() {
     let load = path(&[0.0, 10.0, 7.0, 10.0, 0.0], 100);
     let one = One::new(load.clone(), load);
-    for dead_band in [4.0, 1.0] {
-        let settings =
-            MetrologySettings { dead_bands: vec![Some(dead_band)], ..MetrologySettings::default() };
+    for reversal_threshold in [4.0, 1.0] {
+        let settings = MetrologySettings {
+            reversal_thresholds: vec![Some(reversal_threshold)],
+            ..MetrologySettings::default()
+        };
         let table = table(&[one.run()], &[Axis::Fz], &[10.0], &settings).unwrap();
-        assert_eq!(table.dead_bands, [dead_band]);
+        assert_eq!(table.reversal_thresholds, [reversal_threshold]);
         let hysteresis = fz(&table, Quantity::Hysteresis).conventional.clone();
         assert_eq!(hysteresis.unwrap().place.unwrap().samples, 0..401);
     }

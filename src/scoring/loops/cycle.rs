@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    /// The same in a load that wiggles by less than the dead band, where the branches visit a load several times.
+    /// The same in a load that wiggles by less than the reversal threshold, where the branches visit a load several times.
     #[test]
     fn a_wiggling_load_does_not_change_the_loop() {
         let wiggle = |(k, load): (usize, &f64)| load * 0.98 + 0.02 * (k as f64 * 1.3).sin();
