@@ -227,7 +227,7 @@ pub enum Id {
     NoTest,
     NoTimes,
     Undetermined,
-    NotLeftOut,
+    NoCrossValidation,
     FewRecordings,
     FewGroups,
     UnusedLoneGroup,
@@ -305,7 +305,7 @@ impl Id {
                  gauges and features",
                 &[Way::Features],
             ),
-            Self::NotLeftOut => ("cross_validation", "", &[]),
+            Self::NoCrossValidation => ("cross_validation", "", &[]),
             Self::FewRecordings => (
                 "groups",
                 "cross-validation leaves out contiguous blocks, which resemble the rest of their recording, so the \

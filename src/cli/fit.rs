@@ -116,7 +116,7 @@ impl Work for FitJob {
         let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter())
-                .partition(|found| matches!(found.id, Id::Undetermined | Id::NotLeftOut));
+                .partition(|found| matches!(found.id, Id::Undetermined | Id::NoCrossValidation));
         grave.iter().for_each(|found| run.say.warning(text(found)));
         let factory = match &self.factory {
             Some(path) => factory_scores(path, &request, &calibration)?,

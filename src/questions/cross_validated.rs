@@ -399,7 +399,7 @@ mod tests {
         .unwrap();
         assert!(scored.left_out.is_none() && scored.calibration.learned.is_some());
         assert!(scored.calibration.quality.compensated.train_rmse.is_some());
-        assert!(scored.calibration.why_not_left_out().is_some());
+        assert!(scored.calibration.no_cross_validation().is_some());
     }
 
     /// The second stage is half right on average, so each fold chooses the share one half on the other folds.

@@ -60,12 +60,12 @@ impl Dataset {
             found.extend(self.auxiliary_left(calibration));
         }
         found.extend(self.auxiliary_beyond(calibration, fitted));
-        let not_left_out = calibration.why_not_left_out();
-        found.extend(not_left_out.map(|why| {
-            Finding::new(Id::NotLeftOut, Doubtful, format!("no cross-validation: {why}"))
+        let no_cross_validation = calibration.no_cross_validation();
+        found.extend(no_cross_validation.map(|why| {
+            Finding::new(Id::NoCrossValidation, Doubtful, format!("no cross-validation: {why}"))
         }));
         if fitted {
-            if not_left_out.is_none() {
+            if no_cross_validation.is_none() {
                 found.extend(self.few_recordings());
             }
             found.extend(self.of_groups());

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::calibration::{CrossValidation, ErrorBlocks, weighed};
+use crate::calibration::{CrossValidation, ErrorBlocks, NoCrossValidation, weighed};
 use crate::features::Thresholds;
 use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
 use crate::questions::thresholds::measure::Measure;
@@ -55,11 +55,9 @@ pub struct Suggestion {
 /// Reason why no thresholds are suggested.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSuggestion {
-    /// Nothing was left out.
-    #[error(
-        "there are too few training recordings for cross-validation; add recordings in the train role"
-    )]
-    NothingLeftOut,
+    /// There is no cross-validation.
+    #[error(transparent)]
+    NoCrossValidation(#[from] NoCrossValidation),
     /// The measure has no axis.
     #[error("the sensor has no axis of this measure; choose another one")]
     NoAxis,
@@ -77,13 +75,14 @@ impl ThresholdMap {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
             .conventional_value(ScoreSet::LeftOut, measure)
-            .ok_or(NoSuggestion::NothingLeftOut)?;
+            .ok_or(NoCrossValidation::FewSamples)?;
         let (at, left_out) =
             self.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
         let best = self.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
         let parts = ErrorBlocks::of_parts(&self.part_samples);
-        if parts.samples.iter().filter(|n| **n > 0.0).count() < 2 {
-            return Err(NoSuggestion::NothingLeftOut);
+        let found = parts.samples.iter().filter(|n| **n > 0.0).count();
+        if found < 2 {
+            return Err(NoCrossValidation::FewGroups { found, needed: 2 }.into());
         }
         let lowest = weighed(&best.left_out_squares, &weights);
         let is_worse = |point: &PointScores| {
@@ -220,6 +219,6 @@ mod tests {
         assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NotYet));
         assert_eq!(half.suggestion(Measure::Moments), Err(NoSuggestion::NoAxis));
         half.conventional.scores.cv_rmse = None;
-        assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NothingLeftOut));
+        assert_eq!(half.suggestion(Measure::Forces), Err(NoCrossValidation::FewSamples.into()));
     }
 }

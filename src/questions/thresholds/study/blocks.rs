@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use crate::calibration::{ErrorBlocks, NEARLY, Terms, past_samples, weighed};
+use crate::calibration::{ErrorBlocks, NEARLY, NoCrossValidation, Terms, past_samples, weighed};
 use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
 use crate::questions::error::AnalysisError;
@@ -203,7 +203,7 @@ impl Bench {
         let left_out =
             LeftOut::of(train, &self.sums.parts, terms).scored_on(self.sums.cold.as_deref());
         let (_, squares) = left_out.with_ridge(self.ridge);
-        let squares = squares.ok_or(NoSuggestion::NothingLeftOut)?;
+        let squares = squares.ok_or(NoCrossValidation::FewSamples)?;
         Ok(Tried { chosen, squares: weighed(&squares, &self.weights) })
     }
 
