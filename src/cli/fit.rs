@@ -134,8 +134,7 @@ impl Work for FitJob {
             note_footprint(&run.say, &request, &calibration);
         }
         let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits);
-        let report =
-            FitReport { cautions: grave.iter().chain(&others).map(text).collect(), ..report };
+        let report = FitReport { findings: grave.iter().chain(&others).collect(), ..report };
         run.print(self.json, &report, |out| {
             print_fit(&calibration, report.factory.as_ref(), n_recordings, out)?;
             match &expected {
@@ -275,7 +274,7 @@ struct FitReport<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     limits: &'a [Checked],
     /// Findings about the recordings and the fit.
-    cautions: Vec<String>,
+    findings: Vec<&'a Finding>,
 }
 
 impl<'a> FitReport<'a> {
@@ -316,7 +315,7 @@ impl<'a> FitReport<'a> {
             expected_error: expected.as_ref().ok(),
             no_expected_error: expected.as_ref().err(),
             limits,
-            cautions: Vec::new(),
+            findings: Vec::new(),
         }
     }
 }

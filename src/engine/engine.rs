@@ -32,7 +32,7 @@ use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
 use crate::export::{ShownFTh, target_endings, target_for};
 use crate::features::{Distance, Thresholds};
-use crate::finding::{Advice, Face};
+use crate::finding::Face;
 use crate::import::map::ColumnMap;
 use crate::panicked::locked;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};

@@ -567,8 +567,7 @@ mod tests {
             let names: Vec<&str> = file.roles.keys().map(String::as_str).collect();
             let loaded = Loaded {
                 recordings: recordings(file.absolute.to_str().unwrap(), &names),
-                warnings: Vec::new(),
-                map: None,
+                ..Loaded::default()
             };
             SessionPart { loaded: Some(Ok(loaded)), file: file.clone(), changed: false }
         });
@@ -656,8 +655,7 @@ mod tests {
             Some(Err("/data/b.csv: torn".to_owned())),
             Some(Ok(Loaded {
                 recordings: recordings("/data/c.csv", &["/data/c.csv"]),
-                warnings: Vec::new(),
-                map: None,
+                ..Loaded::default()
             })),
         ];
         let parts = session.files.iter().zip(found).map(|(file, loaded)| SessionPart {

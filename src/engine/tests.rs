@@ -25,8 +25,9 @@ use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
+use crate::finding::{Finding, Id, Place, Verdict};
+use crate::import::Loaded;
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
-use crate::import::{Cause, LoadWarning, Loaded};
 use crate::progress::Progress;
 use crate::questions::Mark;
 use crate::questions::loops::asked::{AskFigures, LookAt};
@@ -157,7 +158,7 @@ fn read(recording: Recording) -> OpenedFile {
     let Source::File(path) = recording.source().clone() else {
         panic!("not of a file");
     };
-    let loaded = Loaded { recordings: vec![recording], warnings: Vec::new(), map: None };
+    let loaded = Loaded { recordings: vec![recording], ..Loaded::default() };
     (path, Ok(Opened::Recordings(loaded, None)))
 }
 
@@ -393,17 +394,13 @@ fn a_file_that_failed_leaves_what_is_loaded_and_what_came_with_it() {
 #[test]
 fn warnings_of_a_file_become_notices() {
     let mut engine = engine();
-    let warning = LoadWarning {
-        path: "a.csv".into(),
-        first_line: 3,
-        last_line: 3,
-        count: 1,
-        cause: Cause::NotARotation,
-    };
+    let place = Place { path: "a.csv".into(), first_line: 3, last_line: 3, count: 1 };
+    let warning = Finding::new(Id::RowsSkipped, Verdict::Doubtful, "no rotation");
+    let warning = Finding { place: Some(place), ..warning };
     let loaded = Loaded {
         recordings: vec![of_file("a", &["S1"], &[Axis::Fz])],
         warnings: vec![warning],
-        map: None,
+        ..Loaded::default()
     };
     let opened = Ok(Opened::Recordings(loaded, None));
     finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
@@ -1265,7 +1262,7 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
     let recording = of_file("other", &GAUGES, &FORCES);
     let part = SessionPart {
         file: SessionFile { absolute: "other".into(), ..SessionFile::default() },
-        loaded: Some(Ok(Loaded { recordings: vec![recording], warnings: Vec::new(), map: None })),
+        loaded: Some(Ok(Loaded { recordings: vec![recording], ..Loaded::default() })),
         changed: true,
     };
     finish(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::engine::{Edit, Engine, FileContent};
+use crate::finding::Face;
 use crate::questions::errors::Shown;
 use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
@@ -206,7 +207,7 @@ fn notes(ui: &mut egui::Ui, table: &Metrology) {
          not replace a calibration in steps on a reference machine.",
         table.n_recordings, table.n_samples
     ));
-    for note in &table.notes {
-        ui.warn(format!("Note: {note}"));
+    for found in &table.findings {
+        ui.warn(format!("Note: {}", found.text(Face::Window)));
     }
 }

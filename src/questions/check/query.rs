@@ -626,6 +626,6 @@ mod tests {
         let settings = FitSettings { decimation: 10, ..FitSettings::default() };
         let found = of(set, settings);
         assert_eq!(found.verdict, Verdict::Enough, "{:#?}", found.reasons);
-        assert_eq!(found.rig.findings, []);
+        assert!(found.rig.findings.is_empty(), "{:?}", found.rig.findings);
     }
 }

@@ -34,7 +34,7 @@ mod verdict;
 
 pub(crate) use dwells::Dwell;
 pub use dwells::dwells;
-pub use figures::{Basis, Cell, Figure, Metrology, Note, Place, Row, Run, Value};
+pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
 pub(crate) use measured::check_numbers;
 pub(crate) use quantity::Quantity;
 pub(crate) use reason::Reason;

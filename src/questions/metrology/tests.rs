@@ -1,5 +1,6 @@
 //! Known values for every row, and the reason for every missing figure.
 
+use crate::finding::Id;
 use crate::questions::metrology::*;
 use crate::recording::Axis;
 use crate::recording::simulated;
@@ -88,6 +89,10 @@ fn fz(table: &Metrology, quantity: Quantity) -> &Cell {
 #[track_caller]
 fn value(figure: &Figure) -> f64 {
     figure.as_ref().unwrap().value
+}
+
+fn ids(table: &Metrology) -> Vec<Id> {
+    table.findings.iter().map(|found| found.id).collect()
 }
 
 fn reason(table: &Metrology, quantity: Quantity) -> Reason {
@@ -347,7 +352,8 @@ fn without_a_reference_every_figure_says_so() {
         }
     }
     let beside = table_of(&[bare, one.run()], &[Axis::Fz], &[10.0]);
-    assert_eq!(beside.notes, [Note::WithoutReference { count: 1, all: 2 }]);
+    assert_eq!(ids(&beside), [Id::WithoutReference]);
+    assert!(beside.findings[0].seen.starts_with("1 of 2 recordings"));
     let hysteresis = fz(&beside, Quantity::Hysteresis).conventional.clone().unwrap();
     assert_eq!(hysteresis.place.unwrap().recording, 1);
 }
@@ -391,12 +397,10 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
 fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
     let load = path(&[0.0, 10.0, 0.0], 100);
     let table = One::new(load.clone(), load.clone()).table(5.0);
-    assert!(matches!(
-        table.notes[..],
-        [Note::BeyondFullScale { reaches: 10.0, full_scale: 5.0, .. }]
-    ));
+    assert_eq!(ids(&table), [Id::BeyondFullScale]);
+    assert!(table.findings[0].seen.contains("reaches 10.00 N, beyond its full scale of 5.000 N"));
     let table = One::new(load.clone(), load).table(0.0);
-    assert_eq!(table.notes, [Note::NoFullScale { axis: Axis::Fz }]);
+    assert_eq!(ids(&table), [Id::NoFullScale]);
     let rmse = fz(&table, Quantity::Rmse).conventional.clone().unwrap();
     assert_eq!(rmse.percent_fs, None);
     assert_eq!(reason(&table, Quantity::Creep), Reason::NoFullScale { axis: Axis::Fz });
@@ -557,7 +561,7 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
         let table = table_of(&runs, &[Axis::Fz], &[10.0]);
         let lag = value(&fz(&table, Quantity::TimeLag).conventional);
         assert!((lag - tau).abs() < 0.001, "{late:?}: {lag}");
-        let has_note = table.notes.iter().any(|note| matches!(note, Note::Lag { .. }));
+        let has_note = ids(&table).contains(&Id::LagInLoop);
         assert_eq!(has_note, late != Late::Hysteresis);
         let without = &fz(&table, Quantity::HysteresisWithoutLag).conventional;
         match late {

@@ -4,6 +4,7 @@ use egui::{RichText, TextEdit};
 
 use super::{ImportFields, send};
 use crate::engine::{ImportCommand, Importing};
+use crate::finding::Face;
 use crate::import::inspect::Inspection;
 use crate::recording::Axis;
 use crate::ui::command::Command;
@@ -30,7 +31,7 @@ pub(super) fn foot(
             }
         }
         for warning in &check.warnings {
-            ui.warn(warning);
+            ui.warn(warning.text(Face::Window));
         }
     });
     ui.horizontal(|ui| {
