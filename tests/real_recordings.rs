@@ -16,7 +16,7 @@ use loopscope::questions::loops::{
     TableOf, TableQuestion, Up, Viewer,
 };
 use loopscope::questions::metrology::MetrologySettings;
-use loopscope::questions::{Request, analyse};
+use loopscope::questions::{OnScreen, Request, analyse};
 use loopscope::recording::{Entry, RecordingSet, Role};
 use loopscope::scoring::loops::{Density, Frame};
 use program::{fit, numbers};
@@ -248,11 +248,7 @@ fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>
         let applied = entries.map(|entry| analysis.calibration.apply(&entry.recording).unwrap());
         let outputs = applied.map(|own| own.conventional).collect();
         let request = LookRequest {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings,
-            decimation: 1,
-            traces: Arc::clone(&analysis.traces),
-            visible: None,
+            loads: OnScreen::of(&request, &analysis, None),
             measuring: MetrologySettings::default(),
             question: Question::Table(TableQuestion { of: TableOf::All }),
         };
@@ -269,8 +265,8 @@ fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f
 #[test]
 fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
-        let axes = request.calibration.axes.clone();
-        let recordings = Arc::clone(&request.recordings);
+        let axes = request.loads.calibration.axes.clone();
+        let recordings = Arc::clone(&request.loads.recordings);
         let mut viewer = Viewer::default();
         for (at, axis) in axes.iter().enumerate() {
             let pairs = recordings.entries().iter().zip(&outputs);
@@ -308,8 +304,8 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
 #[test]
 fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
-        let axes = request.calibration.axes.clone();
-        let recordings = Arc::clone(&request.recordings);
+        let axes = request.loads.calibration.axes.clone();
+        let recordings = Arc::clone(&request.loads.recordings);
         let mut viewer = Viewer::default();
         let load = Channel::Load(LoadKind::Calculated, axes[0]);
         let output = Channel::Load(LoadKind::Output(Output::Conventional), axes[0]);

@@ -26,7 +26,7 @@ use crate::engine::project::SessionFile;
 use crate::engine::project::{Edit, FromFile, Project, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
-use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
+use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
@@ -44,10 +44,11 @@ use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
-use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::questions::{
+    Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
+};
 use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
-use crate::scoring::numbers::significant;
 
 /// Files with the column maps by which they are read.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
@@ -497,13 +498,7 @@ impl Engine {
     /// Returns the content of a file with the traces in this interval of time.
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
         let (of, analysis) = self.exact()?;
-        Some(FileContent::Traces(Box::new(TracesToWrite {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.recordings),
-            decimation: of.settings.decimation,
-            traces: Arc::clone(&analysis.traces),
-            visible,
-        })))
+        Some(FileContent::Traces(Box::new(OnScreen::of(of, analysis, visible))))
     }
 
     /// Returns the request for an analysis of the document.
@@ -555,11 +550,7 @@ impl Engine {
     pub fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookRequest> {
         let (of, analysis) = self.exact()?;
         Some(LookRequest {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.recordings),
-            decimation: of.settings.decimation,
-            traces: Arc::clone(&analysis.traces),
-            visible: visible.filter(|_| question.follows_screen()),
+            loads: OnScreen::of(of, analysis, visible.filter(|_| question.follows_screen())),
             measuring: self.project.measuring.clone(),
             question,
         })

@@ -21,6 +21,7 @@ use crate::questions::dataset::{Dataset, Datasets};
 use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::questions::request::Request;
+use crate::recording::in_role;
 use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
@@ -42,13 +43,13 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
 
 /// Returns the approximate work of the cross-validation, in the steps that the fit counts.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
-    let training = data.entries.iter().filter(|entry| entry.role == Role::Train);
+    let training = in_role(&data.entries, Role::Train);
     let steps = match settings.regressor.learner() {
         Some(Learner::Network) => {
-            let samples: usize = training.map(|entry| entry.recording.n_samples()).sum();
+            let samples: usize = training.iter().map(|own| own.n_samples()).sum();
             samples.div_ceil(settings.network.batch) * settings.network.epochs
         }
-        _ => 10 * training.count(),
+        _ => 10 * training.len(),
     };
     (steps as f64 * cross_validation_cost(settings)) as u64
 }

@@ -81,18 +81,8 @@ impl Engine {
         let set = self.project.edit(Edit::Thresholds(found.thresholds));
         debug_assert!(set.is_ok(), "thresholds fit any recordings");
         let shown = ShownFTh::of(map.distance);
-        let text = format!(
-            "Thresholds set to the cross-validation minimum: F_th {} {}, t_th {} s. RMSE {}, uncompensated {}{}",
-            significant(shown.factor * found.thresholds.f_th, 3),
-            shown.unit,
-            significant(found.thresholds.t_th_secs, 3),
-            significant(found.left_out, 4),
-            significant(found.conventional, 4),
-            match found.beats_conventional {
-                true => "",
-                false => ": not surely better (90 % confidence)",
-            }
-        );
+        let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
+        let text = format!("Thresholds set to the {}", found.in_words(&map, measure, &f_th));
         self.notice(Level::Info, text);
     }
 

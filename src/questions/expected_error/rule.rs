@@ -2,6 +2,7 @@
 
 use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation, counted};
 use crate::min_max::MinMax;
+use crate::recording::in_role;
 use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
 use crate::scoring::quantile::quantile;
 
@@ -139,14 +140,10 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
 /// Returns a sentence that names the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond those recorded".to_owned()];
-    let training: Vec<&Recording> = {
-        let training = entries.iter().filter(|entry| entry.role == Role::Train);
-        training.map(|entry| &*entry.recording).collect()
-    };
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
         missing.push("combined loads (the axes were loaded one at a time)".to_owned());
     }
-    if is_one_programme(&training) {
+    if is_one_programme(&in_role(entries, Role::Train)) {
         missing.push("other load programmes (all training recordings repeat one)".to_owned());
     }
     if !matches!(grouped_by, GroupedBy::Mounting | GroupedBy::Mount | GroupedBy::Setup) {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::calibration::FitSettings;
 use crate::progress::Cancelled;
 use crate::progress::Progress;
+use crate::questions::OnScreen;
 use crate::questions::errors::query::{Analysis, analyse};
 use crate::questions::errors::view::View;
 use crate::questions::loops::*;
@@ -60,13 +61,10 @@ fn analysed(recordings: &Arc<RecordingSet>) -> Analysis {
 }
 
 fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
-    let analysis = analysed(recordings);
+    let Analysis { calibration, traces, .. } = analysed(recordings);
+    let recordings = Arc::clone(recordings);
     LookRequest {
-        calibration: analysis.calibration,
-        recordings: Arc::clone(recordings),
-        decimation: 1,
-        traces: analysis.traces,
-        visible: None,
+        loads: OnScreen { calibration, recordings, decimation: 1, traces, visible: None },
         measuring: MetrologySettings::default(),
         question,
     }
@@ -193,10 +191,10 @@ fn only_what_is_on_screen_is_looked_at() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz]), with_play("b", vec![Axis::Fz])]);
     let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::Visible)));
     assert_eq!(picture(&request).n_samples, 4000);
-    request.visible = Some((50.0, 110.0));
+    request.loads.visible = Some((50.0, 110.0));
     let part = picture(&request);
     assert_eq!((part.parts.len(), part.n_samples), (2, 1201));
-    request.visible = Some((1e4, 2e4));
+    request.loads.visible = Some((1e4, 2e4));
     assert_eq!(look(&request).unwrap_err(), LookError::NoSamples);
     request.question = Question::Loops(loops(Up::Error, Span::One(1)));
     assert_eq!(picture(&request).n_samples, 2000);
@@ -345,7 +343,7 @@ fn whatever_is_looked_at_the_reversal_threshold_is_the_same() {
     let recordings = set(vec![large, small.unwrap()]);
     let expected = 0.05 * 20.0;
     let mut request = request(&recordings, Question::Table(TableQuestion { of: TableOf::All }));
-    request.decimation = 10;
+    request.loads.decimation = 10;
     let Ok(Look::Table(table)) = look(&request) else { panic!("no table") };
     assert_eq!(table.reversal_thresholds, [expected]);
     for span in [Span::All, Span::One(1), Span::Of(TableOf::Train)] {

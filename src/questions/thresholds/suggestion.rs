@@ -7,6 +7,8 @@ use crate::features::Thresholds;
 use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::scorer::PointScores;
+use crate::scoring::metrics::percent_change;
+use crate::scoring::numbers::significant;
 
 /// Range of one threshold within which the held-out error is not surely above the lowest (90 % confidence).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -105,6 +107,25 @@ impl ThresholdMap {
 }
 
 impl Suggestion {
+    /// Returns the minimum and its errors as a clause; `f_th` is the suggested F_th with its unit.
+    pub fn in_words(&self, map: &ThresholdMap, measure: Measure, f_th: &str) -> String {
+        let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
+        let [own, conventional] =
+            [self.left_out, self.conventional].map(|rmse| significant(rmse, 4));
+        let change = percent_change(self.conventional, self.left_out)
+            .map_or_else(String::new, |change| format!(", {change:+.1} %"));
+        let (t_th, how) = (self.thresholds.t_th_secs, &self.cross_validation);
+        format!(
+            "cross-validation minimum of {label}: F_th {f_th}, t_th {t_th} s: {own} {unit} (uncompensated {conventional} \
+             {unit}{change}; {how}){}",
+            if self.beats_conventional {
+                ""
+            } else {
+                "; not below the uncompensated error with 90 % confidence"
+            }
+        )
+    }
+
     /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
     ///
     /// The smallest values do not count, because they are the conventional calibration.

@@ -16,7 +16,8 @@ use crate::questions::thresholds::study::parts::check_parts;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
-use crate::recording::{Recording, Role};
+use crate::recording::Role;
+use crate::recording::in_role;
 use crate::scoring::left_out::LeftOut;
 
 /// Shortest time that is tried, in steps of the recordings.
@@ -119,14 +120,10 @@ impl Study {
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
-            let training = || {
-                let entries = self.data.entries.iter();
-                let own = entries.filter(|entry| entry.role == Role::Train);
-                own.map(|entry| &*entry.recording)
-            };
-            let step = training().filter_map(Recording::rate_hz).map(|rate| 1.0 / rate);
+            let training = in_role(&self.data.entries, Role::Train);
+            let step = training.iter().filter_map(|own| own.rate_hz()).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
-            let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
+            let longest = training.iter().map(|own| own.duration_secs()).fold(0.0, f64::max);
             candidates.retain(|secs| *secs >= SHORTEST_TIME * shortest && *secs <= longest);
         }
         if candidates.iter().any(|value| block.travel(*value) > 0.0) {
