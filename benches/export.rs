@@ -22,6 +22,7 @@ fn main() {
     for (name, features, history_rate_hz) in [
         ("default", FeatureSettings::default(), 0.0),
         ("default, history 100 Hz", FeatureSettings::default(), 100.0),
+        ("default, history 1000 Hz", FeatureSettings::default(), 1000.0),
         ("lag", with(none.clone().with(&FixedLag, &[0.5])), 0.0),
         ("creep", with(none.clone().with(&Creep, &[1.0, 6.0, 40.0])), 0.0),
         ("play", with(none.clone().with(&Play, &[0.1, 0.2, 0.4, 0.7, 1.1, 1.6])), 0.0),

@@ -10,7 +10,6 @@ mod error;
 mod examples;
 mod exports;
 mod fit;
-mod history;
 mod inputs;
 mod inspect;
 mod installed;

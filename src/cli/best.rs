@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::choices::{CommonArgs, fit_arguments};
 use super::error::JobError;
 use super::examples::examples;
-use super::exports::{check_determined, check_endings, export};
+use super::exports::{check_determined, check_endings, export, with_history_that_fits};
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
@@ -103,6 +103,7 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
+            let request = with_history_that_fits(run, request)?;
             let calibration = train(&request, &Progress::default(), &mut |_| {})?;
             check_determined(&calibration, self.force)?;
             let mut files = Together::default();

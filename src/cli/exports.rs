@@ -8,6 +8,7 @@ use crate::calibration::Calibration;
 use crate::export::{Together, add_calibration, caution, target_endings, target_for};
 use crate::finding::Face;
 use crate::progress::Progress;
+use crate::questions::history::coarse_history;
 use crate::questions::{Request, handed_over};
 use crate::recording::identity::Identity;
 
@@ -32,6 +33,18 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
             failed(format!("{found}; --force exports it anyway"))
         }
     }
+}
+
+/// Returns the request with the history rate of [`coarse_history`], and prints what that rate costs.
+///
+/// # Errors
+/// [`JobError`] if a fit fails.
+pub fn with_history_that_fits(run: &Run, mut request: Request) -> Result<Request, JobError> {
+    if let Some(coarse) = coarse_history(&request, &run.progress)? {
+        run.say.note(format_args!("{coarse}; --history-rate sets another rate"));
+        request.settings.history_rate_hz = coarse.rate_hz;
+    }
+    Ok(request)
 }
 
 /// Writes the calibration to the chosen `files`, and warns of parts of the model that a format leaves out.

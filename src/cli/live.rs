@@ -11,10 +11,9 @@ use crate::export::{LiveSample, LoadRows, name_gauges};
 use crate::formats::text::ArrivingLines;
 use crate::import::ReadError;
 use crate::import::live::{
-    GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Rejected, RowForm,
+    GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places, RowForm,
 };
 use crate::import::map::ColumnMap;
-use crate::recording::gap::pause_by_step;
 use crate::recording::{Axis, Tare, TareError};
 
 /// Status of rows that are averaged for a tare.
@@ -113,13 +112,6 @@ impl fmt::Display for Request {
     }
 }
 
-/// Content of a line.
-enum Arrived {
-    Row(LiveRow),
-    Rejected(Rejected),
-    Request(Request),
-}
-
 impl Request {
     /// Returns the command of a line; `None` for a row.
     fn of(line: &str) -> Option<Self> {
@@ -147,8 +139,8 @@ struct Taring {
 }
 
 impl Taring {
-    fn new(interval: (f64, f64), n_gauges: usize) -> Self {
-        Self { interval, first_secs: None, sums: vec![0.0; n_gauges], n: 0 }
+    fn new(interval: (f64, f64)) -> Self {
+        Self { interval, first_secs: None, sums: Vec::new(), n: 0 }
     }
 
     /// Takes a row. Returns the mean of the interval once a row comes after it.
@@ -158,7 +150,8 @@ impl Taring {
             Some(first) if first <= time => time - first,
             // The first row, or the first row after a reset of the clock.
             _ => {
-                *self = Self::new(self.interval, gauges.len());
+                *self = Self::new(self.interval);
+                self.sums = vec![0.0; gauges.len()];
                 self.first_secs = Some(time);
                 0.0
             }
@@ -184,161 +177,150 @@ impl Taring {
     }
 }
 
-impl Tap<'_> {
-    fn answer(
-        mut self,
-        path: &Path,
-        next: &mut dyn FnMut() -> Result<Option<Grown>, JobError>,
-    ) -> Result<(), JobError> {
-        let mut out = None;
-        let mut n_broken = 0;
-        let mut unloaded: Option<Vec<f64>> = None;
-        let mut taring = match self.tare {
-            Some(Tare::Interval(from, to)) => Some(Taring::new((from, to), 0)),
-            _ => None,
+/// Zero and remaining work that outlive a replaced file.
+#[derive(Debug, Default)]
+struct Zero {
+    /// Mean gauges of the unloaded sensor.
+    unloaded: Option<Vec<f64>>,
+    /// Average that is being taken.
+    taring: Option<Taring>,
+    /// Number of lines that were not usable as rows.
+    n_broken: u64,
+}
+
+/// Computes the loads of the rows of one table.
+struct Answering<'a, 'c> {
+    say: &'a Messages,
+    estimator: Estimator<'c>,
+    places: Places,
+    gap_secs: f64,
+    axes: Vec<Axis>,
+    zero: &'a mut Zero,
+    out: &'a mut LoadRows<io::StdoutLock<'static>>,
+    /// Gauges of the newest row.
+    newest: Option<Vec<f64>>,
+}
+
+impl Answering<'_, '_> {
+    fn row(&mut self, row: &LiveRow) -> Result<(), JobError> {
+        let gauges = self.places.gauges(row);
+        self.newest = Some(gauges.clone());
+        if let Some(taring) = &mut self.zero.taring {
+            let Some(mean) = taring.take(row.time, &gauges)? else {
+                self.out.write_without_load(Some(row.time), TARING, None)?;
+                return Ok(self.out.flush()?);
+            };
+            self.zero.taring = None;
+            self.tare(mean)?;
+        }
+        let auxiliary = self.places.auxiliary(row);
+        let sample = LiveSample {
+            time: row.time,
+            clock_secs: row.time,
+            gauges: &gauges,
+            auxiliary: &auxiliary,
+            reference: (&self.axes, &row.loads),
+            is_held: self.places.is_held(row, self.gap_secs),
         };
+        self.out.write(&mut self.estimator, sample)?;
+        Ok(self.out.flush()?)
+    }
+
+    fn tare(&mut self, mean: Vec<f64>) -> Result<(), JobError> {
+        self.estimator.tare(&mean)?;
+        self.zero.unloaded = Some(mean);
+        Ok(())
+    }
+
+    fn obey(&mut self, request: Request) -> Result<(), JobError> {
+        self.say.note(request);
+        match request {
+            Request::Reset => self.estimator.reset(),
+            // Without a row, there are no gauges to use.
+            Request::Tare(0.0) => {
+                if let Some(newest) = self.newest.clone() {
+                    self.tare(newest)?;
+                }
+            }
+            Request::Tare(secs) => self.zero.taring = Some(Taring::new((0.0, secs))),
+        }
+        Ok(())
+    }
+
+    /// Takes a line of the table: a row, or a line that is reported and has no load.
+    fn line(&mut self, table: &mut LiveTable, line: &str) -> Result<(), JobError> {
+        let rejected = match table.row(line) {
+            Ok(row) => return row.map_or(Ok(()), |row| self.row(&row)),
+            Err(rejected) => rejected,
+        };
+        self.zero.n_broken += 1;
+        let why = &rejected.why;
+        if self.zero.n_broken <= TOLD_ONE_BY_ONE {
+            self.say.warning(format_args!("line not usable as a row: {line}: {why}"));
+        }
+        let status = Status::REJECTED_VALUE.to_string();
+        self.out.write_without_load(rejected.time, &status, Some(why))?;
+        Ok(self.out.flush()?)
+    }
+}
+
+/// Source of lines; `None` at its end.
+type Lines<'a> = dyn FnMut() -> Result<Option<Grown>, JobError> + 'a;
+
+impl Tap<'_> {
+    fn answer(mut self, path: &Path, next: &mut Lines<'_>) -> Result<(), JobError> {
+        let mut out = None;
+        let mut zero = Zero::default();
+        if let Some(Tare::Interval(from, to)) = self.tare {
+            zero.taring = Some(Taring::new((from, to)));
+        }
         while let Some((mut table, rows)) = self.begin(path, next)? {
+            self.note_assumptions(path, &table);
             if !self.names_gauges {
                 name_gauges(&mut self.calibration, table.gauge_names());
             }
-            if let Some(found) = table.device() {
-                self.say.note(format_args!(
-                    "{}: {found}; --rows and --rate change this",
-                    path.display()
-                ));
-            }
-            if let Some(unit) = table.assumed_unit() {
-                self.say.note(format_args!(
-                    "{}: the times have no unit; {unit} is assumed, because it matches the calibration's sample rate best",
-                    path.display()
-                ));
-            }
-            let places = table.places(&self.calibration.gauges);
-            let places = places.ok_or_else(|| {
-                let actual = table.gauge_names().join(" ");
-                let expected = self.calibration.gauges.join(" ");
-                JobError::other(format!(
-                    "the rows have the gauges {actual}, but the calibration needs {expected}"
-                ))
-            })?;
-            let design = self.calibration.design();
-            let mut estimator = Estimator::new(&self.calibration, &design)?;
-            if let Some(mean) = &unloaded {
-                estimator.tare(mean)?;
-            }
+            let calibration = &self.calibration;
+            let axes = table.axes().to_vec();
             let out = match &mut out {
                 Some(out) => out,
-                None => {
-                    let axes: Vec<Axis> = table.axes().to_vec();
-                    out.insert(LoadRows::live(
-                        &self.calibration,
-                        axes,
-                        self.json,
-                        io::stdout().lock(),
-                    )?)
-                }
+                None => out.insert(LoadRows::live(
+                    calibration,
+                    axes.clone(),
+                    self.json,
+                    io::stdout().lock(),
+                )?),
             };
-            let needed = self.calibration.features.auxiliary_names();
-            let auxiliary_places = table.auxiliary_places(&needed).map_err(|channel| {
-                JobError::other(format!(
-                    "the rows have no auxiliary channel {channel}, which the calibration needs"
-                ))
-            })?;
-            let gap_secs = self.calibration.gap_secs;
-            let mut auxiliary = vec![0.0; auxiliary_places.len()];
-            let mut gauges = vec![0.0; places.len()];
-            let axes = table.axes().to_vec();
-            let mut has_row = false;
-            let mut write = |line: Arrived| -> Result<(), JobError> {
-                let row = match line {
-                    Arrived::Request(Request::Reset) => {
-                        estimator.reset();
-                        return Ok(());
-                    }
-                    Arrived::Request(Request::Tare(secs)) if secs > 0.0 => {
-                        taring = Some(Taring::new((0.0, secs), 0));
-                        return Ok(());
-                    }
-                    // Without a row, a tare has no gauges to use.
-                    Arrived::Request(Request::Tare(_)) if !has_row => return Ok(()),
-                    Arrived::Request(Request::Tare(_)) => {
-                        estimator.tare(&gauges)?;
-                        unloaded = Some(gauges.clone());
-                        return Ok(());
-                    }
-                    Arrived::Rejected(rejected) => {
-                        let status = Status::REJECTED_VALUE.to_string();
-                        out.write_without_load(rejected.time, &status, Some(&rejected.why))?;
-                        return Ok(out.flush()?);
-                    }
-                    Arrived::Row(row) => row,
-                };
-                has_row = true;
-                for (gauge, place) in gauges.iter_mut().zip(&places) {
-                    *gauge = row.gauges[*place];
-                }
-                if let Some(own) = &mut taring {
-                    match own.take(row.time, &gauges)? {
-                        None => {
-                            out.write_without_load(Some(row.time), TARING, None)?;
-                            return Ok(out.flush()?);
-                        }
-                        Some(mean) => {
-                            estimator.tare(&mean)?;
-                            unloaded = Some(mean);
-                            taring = None;
-                        }
-                    }
-                }
-                for (value, place) in auxiliary.iter_mut().zip(&auxiliary_places) {
-                    *value = row.auxiliary[*place];
-                }
-                let is_old = |(age, step): (f64, f64)| age > gap_secs.max(pause_by_step(step));
-                let mut ages = auxiliary_places.iter().map(|at| row.auxiliary_ages[*at]);
-                let sample = LiveSample {
-                    time: row.time,
-                    clock_secs: row.time,
-                    gauges: &gauges,
-                    auxiliary: &auxiliary,
-                    reference: (&axes, &row.loads),
-                    is_held: ages.any(is_old),
-                };
-                out.write(&mut estimator, sample)?;
-                Ok(out.flush()?)
-            };
-            for row in rows {
-                write(Arrived::Row(row))?;
+            let places = table.places(&calibration.gauges, &calibration.features.auxiliary_names());
+            let design = calibration.design();
+            let mut estimator = Estimator::new(calibration, &design)?;
+            if let Some(mean) = &zero.unloaded {
+                estimator.tare(mean)?;
             }
+            let mut answering = Answering {
+                say: self.say,
+                estimator,
+                places: places.map_err(JobError::other)?,
+                gap_secs: calibration.gap_secs,
+                axes,
+                zero: &mut zero,
+                out,
+                newest: None,
+            };
+            rows.iter().try_for_each(|row| answering.row(row))?;
             loop {
                 match next()? {
-                    None => {
-                        if n_broken > TOLD_ONE_BY_ONE {
-                            self.say
-                                .warning(format_args!("{n_broken} lines were not usable as rows"));
-                        }
-                        return Ok(());
-                    }
                     Some(Grown::Nothing) => {}
                     Some(Grown::Replaced) => break,
-                    Some(Grown::Line(line)) => {
-                        if let Some(request) = Request::of(&line) {
-                            self.say.note(request);
-                            write(Arrived::Request(request))?;
-                            continue;
+                    Some(Grown::Line(line)) => match Request::of(&line) {
+                        Some(request) => answering.obey(request)?,
+                        None => answering.line(&mut table, &line)?,
+                    },
+                    None => {
+                        let n = zero.n_broken;
+                        if n > TOLD_ONE_BY_ONE {
+                            self.say.warning(format_args!("{n} lines were not usable as rows"));
                         }
-                        match table.row(&line) {
-                            Ok(row) => row.map(Arrived::Row).map_or(Ok(()), &mut write)?,
-                            Err(rejected) => {
-                                n_broken += 1;
-                                if n_broken <= TOLD_ONE_BY_ONE {
-                                    let why = &rejected.why;
-                                    self.say.warning(format_args!(
-                                        "line not usable as a row: {line}: {why}"
-                                    ));
-                                }
-                                write(Arrived::Rejected(rejected))?;
-                            }
-                        }
+                        return Ok(());
                     }
                 }
             }
@@ -346,11 +328,24 @@ impl Tap<'_> {
         Ok(())
     }
 
+    /// Prints the form of the rows and the unit of their times, where they were guessed.
+    fn note_assumptions(&self, path: &Path, table: &LiveTable) {
+        let path = path.display();
+        if let Some(found) = table.device() {
+            self.say.note(format_args!("{path}: {found}; --rows and --rate change this"));
+        }
+        if let Some(unit) = table.assumed_unit() {
+            self.say.note(format_args!(
+                "{path}: the times have no unit; {unit} is assumed, because it matches the calibration's sample rate best"
+            ));
+        }
+    }
+
     /// Reads up to the first row; `None` if the input ends before.
     fn begin(
         &self,
         path: &Path,
-        next: &mut dyn FnMut() -> Result<Option<Grown>, JobError>,
+        next: &mut Lines<'_>,
     ) -> Result<Option<(LiveTable, Vec<LiveRow>)>, JobError> {
         let auxiliary = self.calibration.features.auxiliary_names();
         let source = LiveSource {

@@ -7,6 +7,7 @@ use crate::questions::check::faulty::FindFaults;
 use crate::questions::check::query::CheckData;
 use crate::questions::errors::asked::Analyse;
 use crate::questions::expected_error::asked::AskExpectedError;
+use crate::questions::history::AskHistory;
 use crate::questions::loops::asked::{AskFigures, AskLoops, AskVerdict};
 use crate::questions::models::asked::{Compare, FindBest, Train};
 use crate::questions::question::Query;
@@ -27,6 +28,7 @@ impl Lanes {
             Box::new(Lane::<StudyThresholds>::new(notify)),
             Box::new(Lane::<CheckData>::new(notify)),
             Box::new(Lane::<AskExpectedError>::new(notify)),
+            Box::new(Lane::<AskHistory>::new(notify)),
             Box::new(Lane::<ChooseBlock>::new(notify)),
             Box::new(Lane::<Train>::new(notify)),
             Box::new(Lane::<Compare>::new(notify)),

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::calibration::{Calibration, Estimator};
-use crate::import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable};
+use crate::calibration::{Calibration, Estimator, Status};
+use crate::import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places};
 use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::questions::question::{Query, Unanswered, Work};
@@ -117,9 +117,6 @@ struct Minute {
     /// True if there are new rows to show.
     changed: bool,
 }
-
-/// Columns of the gauges and auxiliary channels of a calibration, or the reason why they are not in the file.
-type Places = Result<(Vec<usize>, Vec<usize>), String>;
 
 /// Result of one sample.
 struct Taken {
@@ -253,26 +250,30 @@ impl Minute {
         }
         let mut taken: VecDeque<Taken> = VecDeque::new();
         let mut status = "nothing has come yet".to_owned();
-        let mut places: Option<Places> = None;
+        let mut places: Option<Result<Places, String>> = None;
         let mut waiting = self.rows.len();
         let mut shown: Option<Instant> = None;
         loop {
             progress.check()?;
             if let Some(table) = &self.table {
-                let places = places.get_or_insert_with(|| places_of(calibration, table));
+                let [gauges, auxiliary] = &self.channels;
+                let places = places.get_or_insert_with(|| {
+                    let unfit = |why| format!("{why}; waiting for another file in its place");
+                    table.places(gauges, auxiliary).map_err(unfit)
+                });
                 if places.is_err() {
                     status = "not used".to_owned();
                 }
-                if let Ok((places, auxiliary_places)) = places {
+                if let Ok(places) = places {
                     let new = self.rows.len() - waiting..self.rows.len();
                     for row in self.rows.range(new) {
-                        let gauges: Vec<f64> =
-                            places.iter().map(|place| row.gauges[*place]).collect();
-                        let auxiliary = auxiliary_places.iter().map(|place| row.auxiliary[*place]);
-                        let auxiliary: Vec<f64> = auxiliary.collect();
+                        let (gauges, auxiliary) = (places.gauges(row), places.auxiliary(row));
                         let updated = estimator.update_with(row.time, &gauges, &auxiliary);
                         let compensated = match updated {
-                            Ok((now, loads)) => {
+                            Ok((mut now, loads)) => {
+                                if places.is_held(row, calibration.gap_secs) {
+                                    now |= Status::AUXILIARY_HELD;
+                                }
                                 status = now.to_string();
                                 loads.to_vec()
                             }
@@ -323,7 +324,7 @@ impl Minute {
     }
 
     /// Returns remarks on the file, and the reason why it cannot be used.
-    fn notes(&self, places: Option<&Places>) -> Vec<String> {
+    fn notes(&self, places: Option<&Result<Places, String>>) -> Vec<String> {
         let unfit = places.and_then(|places| places.as_ref().err());
         let all = self.notes.iter().chain(&self.refused).chain(unfit);
         all.cloned().collect()
@@ -334,7 +335,7 @@ impl Minute {
         calibration: &Calibration,
         taken: &VecDeque<Taken>,
         status: &str,
-        places: Option<&Places>,
+        places: Option<&Result<Places, String>>,
     ) -> Followed {
         let times: Vec<f64> = taken.iter().map(|taken| taken.time).collect();
         // After a clock reset, the screen starts again.
@@ -370,21 +371,6 @@ impl Minute {
             notes: self.notes(places),
         }
     }
-}
-
-fn places_of(calibration: &Calibration, table: &LiveTable) -> Places {
-    let places = table.places(&calibration.gauges).ok_or_else(|| {
-        format!(
-            "the file's gauges are {}, but the calibration needs {}; waiting for another file in its place",
-            table.gauge_names().join(" "),
-            calibration.gauges.join(" ")
-        )
-    })?;
-    let auxiliary = table.auxiliary_places(&calibration.features.auxiliary_names());
-    let auxiliary = auxiliary.map_err(|channel| {
-        format!("the file has no auxiliary channel {channel}, which the calibration needs; waiting for another file in its place")
-    })?;
-    Ok((places, auxiliary))
 }
 
 fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
@@ -488,7 +474,7 @@ mod tests {
         let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
         following(&path, &calibration, |_, seen| {
             let other = seen(&|followed| followed.counts.0 == 2);
-            assert!(other.notes[0].contains("gauges are S1 S2,"), "{:?}", other.notes);
+            assert!(other.notes[0].contains("the gauges S1 S2,"), "{:?}", other.notes);
             let new = folder.path().join("new.csv");
             fs::write(&new, utf16).unwrap();
             fs::rename(&new, &path).unwrap();
@@ -496,8 +482,35 @@ mod tests {
             let right = seen(&|followed| followed.counts.0 == n);
             assert_eq!(right.status, "ok");
             let notes = right.notes.join("; ");
-            assert!(notes.contains("; ms is assumed") && !notes.contains("gauges are"), "{notes}");
+            assert!(notes.contains("; ms is assumed") && !notes.contains("the gauges"), "{notes}");
             assert!((right.span.1 - recording.duration_secs()).abs() < 2e-3);
+        });
+    }
+
+    /// Rows without a header have the gauges in the order of the calibration, and the clock of this computer.
+    #[test]
+    fn a_log_of_numbers_as_a_device_prints_them_is_followed() {
+        let recording = simulated::recordings(3).entries()[0].recording.decimated(2);
+        let calibration = fitted(&recording, 2.0);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.txt");
+        let row = |k: usize| {
+            let gauges = recording.gauges_at(k).iter().map(f64::to_string);
+            gauges.collect::<Vec<_>>().join(" ") + "\r\n"
+        };
+        fs::write(&path, (0..20).map(row).collect::<String>()).unwrap();
+        following(&path, &calibration, |_, seen| {
+            let followed = seen(&|followed| followed.counts == (20, 0));
+            assert!(
+                followed.notes.iter().any(|note| note.contains("clock")),
+                "{:?}",
+                followed.notes
+            );
+            let expected = calibration.apply(&recording).unwrap().conventional;
+            for (at, (_, traces)) in followed.axes.iter().enumerate() {
+                let first = traces.conventional[0][1];
+                assert!((first - expected[at]).abs() < 1e-9, "{first} {}", expected[at]);
+            }
         });
     }
 

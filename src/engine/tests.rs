@@ -1220,7 +1220,7 @@ fn the_title_has_a_star_while_there_are_unsaved_changes() {
     assert_eq!(engine.title(), "s * – LoopScope");
     engine.act(Action::Close);
     assert!(!engine.closes);
-    assert!(matches!(engine.leaving, Some(Leaving::Close)), "somebody is asked first");
+    assert!(matches!(engine.leaving, Some(Leaving::Close)), "the user is asked first");
     engine.act(Action::Undo);
     assert_eq!(engine.title(), "s – LoopScope", "as it was saved");
     edit(&mut engine, Edit::Notes("oiled".to_owned()));

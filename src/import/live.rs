@@ -23,7 +23,7 @@ use crate::import::error::TableError;
 use crate::import::timeline;
 use crate::progress::Progress;
 use crate::recording::Axis;
-use crate::recording::gap::median_step;
+use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::units::TimeUnit;
 
 /// Maximum number of lines before the first row.
@@ -139,6 +139,40 @@ pub struct LiveRow {
     pub loads: Vec<f64>,
 }
 
+/// Positions of the channels of a calibration in the rows of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Places {
+    gauges: Vec<usize>,
+    auxiliary: Vec<usize>,
+}
+
+impl Places {
+    /// Returns the gauges of a row, in the order of the calibration.
+    pub fn gauges(&self, row: &LiveRow) -> Vec<f64> {
+        self.gauges.iter().map(|place| row.gauges[*place]).collect()
+    }
+
+    /// Returns the auxiliary channels of a row, in the order of the calibration.
+    pub fn auxiliary(&self, row: &LiveRow) -> Vec<f64> {
+        self.auxiliary.iter().map(|place| row.auxiliary[*place]).collect()
+    }
+
+    /// Returns true if an auxiliary value of the row is older than a gap of this length (s), or than a pause in its channel.
+    pub fn is_held(&self, row: &LiveRow, gap_secs: f64) -> bool {
+        let mut ages = self.auxiliary.iter().map(|place| row.auxiliary_ages[*place]);
+        ages.any(|(age, step)| age > gap_secs.max(pause_by_step(step)))
+    }
+}
+
+/// Returns the position of each of these names, or the first that is missing.
+fn all_places<'a>(names: &'a [String], among: &[String]) -> Result<Vec<usize>, &'a str> {
+    let place = |name: &'a String| {
+        let found = among.iter().position(|own| own == name);
+        found.ok_or(name.as_str())
+    };
+    names.iter().map(place).collect()
+}
+
 /// Columns of a live source, known once its head has arrived.
 #[derive(Debug)]
 pub struct LiveTable {
@@ -187,27 +221,33 @@ impl LiveTable {
         &self.plan.gauge_names
     }
 
-    /// Returns the position of each gauge in a row: by its name, or by its index if the gauges of JSON lines are one list.
-    pub fn places(&self, gauges: &[String]) -> Option<Vec<usize>> {
+    /// Returns the positions of these channels in a row. Gauges are found by name, or by index if those of JSON lines are one list.
+    ///
+    /// # Errors
+    /// A description of the channels that are missing.
+    pub fn places(&self, gauges: &[String], auxiliary: &[String]) -> Result<Places, String> {
         let names = self.gauge_names();
-        let place = |gauge: &String| names.iter().position(|name| name == gauge);
-        let by_name: Option<Vec<usize>> = gauges.iter().map(place).collect();
         let has_list = self.keys.as_ref().is_some_and(LineKeys::have_list);
         let is_list = has_list && names.len() == gauges.len();
-        by_name.or_else(|| is_list.then(|| (0..names.len()).collect()))
+        let by_name = all_places(gauges, names).ok();
+        let found = by_name.or_else(|| is_list.then(|| (0..names.len()).collect()));
+        Ok(Places {
+            gauges: found.ok_or_else(|| {
+                format!(
+                    "the rows have the gauges {}, but the calibration needs {}",
+                    names.join(" "),
+                    gauges.join(" ")
+                )
+            })?,
+            auxiliary: all_places(auxiliary, self.auxiliary_names()).map_err(|missing| {
+                format!("the rows have no auxiliary channel {missing}, which the calibration needs")
+            })?,
+        })
     }
 
     /// Returns the names of the auxiliary channels.
     pub fn auxiliary_names(&self) -> &[String] {
         &self.plan.auxiliary_names
-    }
-
-    /// Returns the position of each auxiliary channel in a row, or the name of the first one that is missing.
-    pub fn auxiliary_places(&self, names: &[String]) -> Result<Vec<usize>, String> {
-        let own = self.auxiliary_names();
-        let place = |name: &String| own.iter().position(|own| own == name);
-        let places = names.iter().map(|name| place(name).ok_or_else(|| name.clone()));
-        places.collect()
     }
 
     /// Returns the axes of the reference; empty without a reference.
@@ -618,8 +658,8 @@ mod tests {
         let (mut table, rows) = begin(&[r#"{"time": 0.5, "gauges": [1, 2.5], "Fz": 3}"#]).unwrap();
         assert_eq!(table.gauge_names(), ["S1", "S2"]);
         let own = ["A".to_owned(), "B".to_owned()];
-        assert_eq!(table.places(&own), Some(vec![0, 1]));
-        assert_eq!(table.places(&own[1..]), None);
+        assert_eq!(table.places(&own, &[]).unwrap().gauges, [0, 1]);
+        assert!(table.places(&own[1..], &[]).is_err());
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
         let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap().unwrap();
         assert_eq!((row.time, row.gauges, row.loads), (0.6, vec![7.0, 8.0], vec![4.0]));

@@ -8,6 +8,7 @@ mod dataset;
 pub(crate) mod error;
 pub mod errors;
 pub mod expected_error;
+pub mod history;
 mod left_out_fits;
 pub mod loops;
 pub mod metrology;

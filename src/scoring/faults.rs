@@ -263,8 +263,8 @@ mod tests {
 
     const N: usize = 2000;
 
-    /// Two axes at 100 Hz that move on their own, and the first rests at times; three gauges that show them with some hysteresis and noise, in
-    /// counts where `counts` says how fine.
+    /// Returns gauges and loads: two axes at 100 Hz that move independently, the first with rests, and three gauges with some
+    /// hysteresis and noise. With `counts`, the gauges are rounded to steps of this size.
     pub(crate) fn sensor(counts: Option<f64>) -> (Vec<f64>, Vec<f64>) {
         let mut random = Random::new(3, &[]);
         let (mut gauges, mut loads) = (Vec::new(), Vec::new());
@@ -400,7 +400,7 @@ mod tests {
             gauges[3 * k] = gauges[3 * 1300];
         }
         for k in 1500..1502 {
-            // A blow: everything shows it.
+            // A blow moves all channels, so it is no spike.
             loads[2 * k] += 20.0;
             for (gauge, factor) in [1.0, -0.4, 0.7].into_iter().enumerate() {
                 gauges[3 * k + gauge] += 20.0 * factor;
@@ -431,7 +431,7 @@ mod tests {
         }
     }
 
-    /// The worse it is, the less the rest of it says what it should show.
+    /// The longer the channel is stuck, the fewer samples show what its value should be.
     #[test]
     fn a_channel_stuck_for_most_of_a_recording_is_found() {
         for stuck in [200, 600, 1400, 1800] {
@@ -450,7 +450,7 @@ mod tests {
         }
     }
 
-    /// One axis after another, in steps of dead weights, and gauges that show much of the others.
+    /// One axis after the other is loaded with dead weights; each gauge responds to both axes.
     #[test]
     fn a_reference_that_stands_between_steps_is_not_stuck() {
         let (mut gauges, mut loads) = (Vec::new(), Vec::new());
@@ -487,7 +487,7 @@ mod tests {
             assert_eq!(told(channel), [""; 0]);
             for value in [0.0, -40.0] {
                 let with_outs = |k: usize| if is_out(k) { value } else { channel(k) };
-                // What stands still but for that may be a switch.
+                // A channel that is constant except for these jumps may be a switch.
                 if value == 0.0 || channel(0) != channel(N - 1) {
                     assert_eq!(told(&with_outs), ["21 dropped out (T)"], "{value}");
                 }

@@ -161,7 +161,7 @@ mod tests {
 
     const P: usize = 5;
 
-    /// So many rows of features with no simple relation, the last a copy of the first where `repeats`, and their sums.
+    /// Returns rows of features without a simple relation, and their sums. With `repeats`, the last feature copies the first.
     fn data(n: usize, seed: u64, repeats: bool) -> (Vec<Vec<f64>>, NormalEquations) {
         let mut random = Random::new(seed, &[1]);
         let mut sums = NormalEquations::new(P, 1);
@@ -188,7 +188,7 @@ mod tests {
         Mat::from_fn(P, P, |i, j| rows.iter().map(|row| row[i] * row[j]).sum())
     }
 
-    /// The logarithm of the determinant by elimination.
+    /// Returns the logarithm of the determinant, computed by elimination.
     fn log_det(mut matrix: Mat<f64>) -> f64 {
         let mut sum = 0.0;
         for i in 0..P {
@@ -211,7 +211,7 @@ mod tests {
         assert!((free - 4.0).abs() < 1e-3, "{free}");
     }
 
-    /// With a share of λ a lone column keeps 1/(1 + λ) of its coefficient.
+    /// A ridge of λ times the squared length leaves 1/(1 + λ) of the coefficient of a single column.
     #[test]
     fn a_ridge_leaves_a_part_of_the_coefficients_free() {
         let (_, sums) = data(40, 1, false);

@@ -22,6 +22,5 @@ mod straight_lines;
 
 pub(crate) use series::Series;
 
-/// Of more samples than this the loads are not kept but made anew wherever they are needed: what that costs is less than what the
-/// memory would.
+/// Maximum number of samples whose loads are kept. Loads of more samples are computed again at each use, to save memory.
 pub const MANY_SAMPLES: usize = 2_000_000;

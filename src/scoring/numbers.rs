@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// On an axis of 50 points, labels 24 points apart where they can be, and 11 in any case.
+    /// On an axis of 50 points, labels are 24 points apart if possible, and at least 11.
     #[test]
     fn a_short_axis_has_three_ticks_too() {
         for at in 0..2000 {

@@ -478,7 +478,7 @@ mod tests {
         ]
     }
 
-    /// In pixels of a picture 300 wide and 200 high, of all samples and of a part.
+    /// Checks all samples and a part of them, in pixels of a plot 300 wide and 200 high.
     #[test]
     fn nothing_drawn_or_measured_is_further_than_a_pixel_from_the_other() {
         assert_within_a_pixel(6_000, [0..6_000, 1_777..2_100]);

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::engine::{Action, Engine, Existing};
+use crate::engine::{Action, Edit, Engine, Existing};
 use crate::export::{Footprint, TARGETS, caution, target_endings};
+use crate::questions::history::AskHistory;
 use crate::shown::first;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
@@ -51,6 +52,27 @@ impl PaneView for View {
         let text = format!("On a controller: {footprint}");
         let label = if footprint.is_large() { ui.warn(text) } else { ui.weak(text) };
         label.on_hover_text(about);
+        if footprint.is_large()
+            && let Some((of, _)) = cx.engine.exact()
+        {
+            let ask = AskHistory(of.clone());
+            let lane = cx.engine.lane::<AskHistory>();
+            if let Some((asked, Some(coarse))) = lane.whole()
+                && *asked == ask
+            {
+                ui.horizontal_wrapped(|ui| {
+                    let about =
+                        "Sets the history rate: the model is fitted again with this history";
+                    if ui.press(format!("Keep {} Hz", coarse.rate_hz), about) {
+                        let mut settings = of.settings.clone();
+                        settings.history_rate_hz = coarse.rate_hz;
+                        cx.out.push(Edit::Settings(settings).into());
+                    }
+                    ui.label(coarse.to_string());
+                });
+            }
+            cx.ask(ask);
+        }
         ui.scrolled(|ui| {
             for target in TARGETS {
                 let ending = target.endings[0];

@@ -330,6 +330,19 @@ fn rows_on_standard_input_are_an_instrument() {
     assert!(!told.contains("/tmp"), "{told}");
 }
 
+/// Linux refuses to read a folder as it refuses to read a serial port that was unplugged.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_source_that_breaks_off_has_its_own_exit_code() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let input = fs::File::open(workshop.path()).unwrap();
+    let output = command(workshop.path(), &["apply", "c.json", "-"]).stdin(input).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{message}");
+    assert!(message.contains("standard input: the source ended"), "{message}");
+}
+
 fn fed(workshop: &Workshop, arguments: &[&str], text: &str) -> String {
     workshop.write("input", text);
     let input = fs::File::open(workshop.file("input")).unwrap();

@@ -20,7 +20,7 @@ static bool is_number(const std::string &text, double &number)
     return std::isfinite(number);
 }
 
-// Whatever the time is given by, gauges that were tared show no load.
+// With each form of the time, tared gauges show no load.
 static bool is_tared(const LOOPSCOPE_REAL *gauges)
 {
     for (Estimator *other : {&by_ticks, &by_step})

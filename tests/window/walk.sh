@@ -57,7 +57,7 @@ xdotool windowsize "$id" 1280 800 windowmove "$id" 0 0
 until_holds "xdotool windowfocus $id"
 sleep 3 # the built-in sensor is simulated and fitted
 
-# The tour stands in the way of somebody who has had it: step through it with the mouse.
+# The tour covers the window: step through it with the mouse.
 click 179 687
 
 # The pointer shows the past that was found.

@@ -133,10 +133,10 @@ impl Program {
     }
 
     /// Returns the number of samples that the ring buffer holds, in whole boxes: the samples of the window, one older sample,
-    /// the newest, and a box that is being overwritten.
+    /// the newest, and a box that is being overwritten (16 samples in C and Rust, 64 in MATLAB).
     pub fn ring_samples(&self) -> usize {
         let in_window = (self.window_secs / self.history_step_secs).floor() as usize;
-        (in_window + 3 + 16).next_multiple_of(256)
+        (in_window + 3 + 64).next_multiple_of(256)
     }
 
     /// Returns true if the code stores samples.

@@ -496,8 +496,11 @@ static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefi
             point[i] = s->conventional[c->measured_axis[i]] * c->measured_weight[i];
             s->points[i][s->newest] = point[i];
         }
-        {{ prefix }}_widen(s->small_boxes[s->newest / 16], point, s->newest % 16 == 0);
-        {{ prefix }}_widen(s->large_boxes[s->newest / 256], point, s->newest % 256 == 0);
+        /* A sample that will be replaced is the newest until then: no search needs it in a box. */
+        if (s->newest_stays || s->newest % 16 == 0) {
+            {{ prefix }}_widen(s->small_boxes[s->newest / 16], point, s->newest % 16 == 0);
+            {{ prefix }}_widen(s->large_boxes[s->newest / 256], point, s->newest % 256 == 0);
+        }
     }
 {% endif %}
     /* Drops samples that are too old to be used, before the wrapping clock makes them look new. A lag needs one older sample. */

@@ -150,6 +150,8 @@ state.gauges = zeros({{ n_gauges }}, {{ ring_samples }});
 {% endif %}
 {% if look_backs %}
 state.points = zeros({{ measured|length }}, {{ ring_samples }});
+state.low = zeros({{ measured|length }}, {{ ring_samples // 64 }}); % smallest and largest points of 64 samples
+state.high = zeros({{ measured|length }}, {{ ring_samples // 64 }});
 {% endif %}
 {% for block in blocks %}
 {% for memory in block.source.memory if "state." ~ memory.name ~ "(" in block.source.matlab.update %}
@@ -203,7 +205,10 @@ if state.kept == 0
     state.kept = 1;
 elseif state.newest_stays
     state.newest = 1 + mod(state.newest, {{ ring_samples }});
-    state.kept = min(state.kept + 1, {{ ring_samples }});
+    if mod(state.newest, 64) == 1
+        state.kept = min(state.kept, {{ ring_samples - 64 }}); % the oldest box is overwritten
+    end
+    state.kept = state.kept + 1;
 end
 state.newest_stays = state.kept == 1 || state.time - state.last_kept >= {{ history_step_secs|plain }};
 if state.newest_stays
@@ -213,28 +218,57 @@ state.times(state.newest) = state.time;
 state.gauges(:, state.newest) = present;
 {% if look_backs %}
 state.points(:, state.newest) = point;
+box = ceil(state.newest / 64);
+if mod(state.newest, 64) == 1
+    state.low(:, box) = point;
+    state.high(:, box) = point;
+elseif state.newest_stays
+    state.low(:, box) = min(state.low(:, box), point);
+    state.high(:, box) = max(state.high(:, box), point);
+end
 {% endif %}
 end
 
-function [back, kept] = {{ prefix }}_order(state)
-% Number of samples by which each sample of the ring precedes the newest, and whether it is stored.
-back = mod(state.newest - (1:{{ ring_samples }}), {{ ring_samples }});
-kept = back < state.kept;
+function slot = {{ prefix }}_slot(state, back)
+% Index of the sample that came this number of samples before the newest.
+slot = 1 + mod(state.newest - 1 - back, {{ ring_samples }});
 end
 {% endif %}
 {% if look_backs %}
 
 function past = {{ prefix }}_past(state, f_th_squared, t_th_secs)
 % Look-back: from the newest sample backwards, the first that differs by F_th and is no older than t_th; else the newest.
-[back, kept] = {{ prefix }}_order(state);
-squares = zeros(1, {{ ring_samples }});
+past = state.newest;
+point = state.points(:, state.newest);
+corner = zeros(1, {{ ring_samples // 64 }});
 for axis = 1:{{ measured|length }}
-    squares = squares + (state.points(axis, :) - state.points(axis, state.newest)) .^ 2;
+    corner = corner + max(point(axis) - state.low(axis, :), state.high(axis, :) - point(axis)) .^ 2;
 end
-back(~kept | squares < f_th_squared | state.time - state.times > t_th_secs) = {{ ring_samples }};
-[nearest, past] = min(back);
-if nearest == {{ ring_samples }}
-    past = state.newest;
+% Boxes whose farthest corner differs by F_th: from the newest backwards, in groups that double.
+order = 1 + mod(ceil(state.newest / 64) - (1:{{ ring_samples // 64 }}), {{ ring_samples // 64 }});
+boxes = order(corner(order) >= f_th_squared);
+first = 1;
+size_of_group = 1;
+while first <= numel(boxes)
+    group = boxes(first:min(first + size_of_group - 1, numel(boxes)));
+    slots = kron(64 * group, ones(1, 64)) - repmat(0:63, 1, numel(group));
+    back = mod(state.newest - slots, {{ ring_samples }});
+    squares = zeros(1, numel(slots));
+    for axis = 1:{{ measured|length }}
+        squares = squares + (state.points(axis, slots) - point(axis)) .^ 2;
+    end
+    far = find(back < state.kept & squares >= f_th_squared, 1);
+    if ~isempty(far)
+        if state.time - state.times(slots(far)) <= t_th_secs
+            past = slots(far);
+        end
+        return
+    end
+    if back(end) >= state.kept || state.time - state.times(slots(end)) > t_th_secs
+        return
+    end
+    first = first + size_of_group;
+    size_of_group = 2 * size_of_group;
 end
 end
 {% endif %}

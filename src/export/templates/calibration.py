@@ -43,8 +43,11 @@ OK = 0
 {% for name, bits in flags %}
 {{ name }} = {{ bits }}
 {% endfor %}
+{% if look_backs %}
+BOX = 64  # samples of which the search knows the smallest and largest points
+{% endif %}
 LEAP_SECS = {{ leap_secs|number }}  # step in time above which a time is implausible (s)
-STRAYS = {{ strays }}  # ... and so many such times in a row are a clock that was set anew
+STRAYS = {{ strays }}  # number of implausible times in a row after which the clock counts as reset
 WRAPS_SECS = {{ wraps_secs|times }}  # wrap-around of 32-bit counters
 GAP_SECS = {{ gap_secs|plain }}
 WINDOW_SECS = {{ window_secs|plain }}
@@ -121,6 +124,8 @@ class State:
 {% endif %}
 {% if look_backs %}
         self.points = np.empty((1024, len(MEASURED_AXIS)))
+        self.low = np.empty((1024 // BOX, len(MEASURED_AXIS)))
+        self.high = np.empty((1024 // BOX, len(MEASURED_AXIS)))
 {% endif %}
 
     def tare(self, mean):
@@ -232,39 +237,52 @@ class State:
         self.points[self.kept] = self.conventional[MEASURED_AXIS] * MEASURED_WEIGHT
 {% endif %}
         self.kept += 1
+{% if look_backs %}
+        if self.kept % BOX == 0:
+            box = self.points[self.kept - BOX : self.kept]
+            self.low[self.kept // BOX - 1], self.high[self.kept // BOX - 1] = box.min(axis=0), box.max(axis=0)
+{% endif %}
 
     def _make_room(self, time):
-        # One sample older than the window is kept, because a lag may fall between it and the next.
-        old = max(np.searchsorted(self.times, time - WINDOW_SECS) - 2, 0)
+        # One sample older than the window is kept, because a lag may fall between it and the next. Whole boxes are dropped.
+        old = max(np.searchsorted(self.times, time - WINDOW_SECS) - 2, 0){{ " // BOX * BOX" if look_backs }}
         size = len(self.times) * (2 if old < self.kept // 2 else 1)
         self.kept -= old
 
-        def moved(values):
-            room = np.empty((size,) + values.shape[1:])
-            room[: self.kept] = values[old:]
+        def moved(values, each=1):
+            room = np.empty((size // each,) + values.shape[1:])
+            room[: self.kept // each] = values[old // each :]
             return room
 
         self.times = moved(self.times)
         self.gauges = moved(self.gauges)
 {% if look_backs %}
         self.points = moved(self.points)
+        self.low, self.high = moved(self.low, BOX), moved(self.high, BOX)
 {% endif %}
 {% endif %}
 {% if look_backs %}
 
     def _past(self, time, f_th_squared, t_th_secs):
         """Look-back: returns the first sample backwards that differs by F_th and is no older than t_th; else the newest."""
-        end = self.kept
-        point = self.points[end - 1]
-        while end > 0 and time - self.times[end - 1] <= t_th_secs:
-            start = max(end - 256, 0)
-            squares = np.square(self.points[start:end] - point).sum(axis=1)
-            young = time - self.times[start:end] <= t_th_secs
-            found = np.flatnonzero((squares >= f_th_squared) & young)
+        n_boxes = self.kept // BOX
+        point = self.points[self.kept - 1]
+        # Samples after the last whole box, then boxes whose farthest corner differs by F_th: from the newest backwards, in groups
+        # that double.
+        corner = np.maximum(point - self.low[:n_boxes], self.high[:n_boxes] - point)
+        boxes = np.flatnonzero(np.square(corner).sum(axis=1) >= f_th_squared)[::-1]
+        samples = np.arange(self.kept - 1, n_boxes * BOX - 1, -1)
+        size = 1
+        while True:
+            found = np.flatnonzero(np.square(self.points[samples] - point).sum(axis=1) >= f_th_squared)
             if len(found):
-                return start + found[-1]
-            end = start
-        return self.kept - 1
+                past = samples[found[0]]
+                return past if time - self.times[past] <= t_th_secs else self.kept - 1
+            if len(boxes) == 0 or time - self.times[boxes[0] * BOX + BOX - 1] > t_th_secs:
+                return self.kept - 1
+            group, boxes = boxes[:size], boxes[size:]
+            samples = (group[:, None] * BOX + np.arange(BOX)[::-1]).ravel()
+            size *= 2
 {% endif %}
 {% for block in blocks if block.source.python.functions %}
 

@@ -155,8 +155,11 @@ const RUST: &str = "
 const PYTHON_FUNCTIONS: &str = "
     def _lagged(self, lag_secs, present):
         \"\"\"Gauges at the lag, interpolated; the present ones before it has passed.\"\"\"
-        ages = self.time - self.times[: self.kept]
-        younger = np.count_nonzero(ages >= lag_secs)
+        younger = np.searchsorted(self.times[: self.kept], self.time - lag_secs, side=\"right\")
+        while younger < self.kept and self.time - self.times[younger] >= lag_secs:  # rounding
+            younger += 1
+        while younger > 0 and self.time - self.times[younger - 1] < lag_secs:
+            younger -= 1
         if younger == 0 or younger == self.kept:
             return present
         start, end = self.times[younger - 1], self.times[younger]
@@ -172,12 +175,21 @@ const PYTHON: &str = "
 const MATLAB_FUNCTIONS: &str = "
 function gauges = {{ prefix }}_lagged(state, lag_secs, present)
 % Gauges at the lag, interpolated; the present ones before it has passed.
-[back, kept] = {{ prefix }}_order(state);
-back(~kept | state.time - state.times < lag_secs) = numel(back);
-[younger, older] = min(back);
+% Bisection: the sample of number `near` is younger than the lag, that of number `far` is not, counted from the newest.
+near = -1;
+far = state.kept;
+while far - near > 1
+    middle = floor((near + far) / 2);
+    if state.time - state.times({{ prefix }}_slot(state, middle)) < lag_secs
+        near = middle;
+    else
+        far = middle;
+    end
+end
 gauges = present;
-if younger < numel(back)
-    next = 1 + mod(older, numel(back));
+if near >= 0 && far < state.kept
+    older = {{ prefix }}_slot(state, far);
+    next = {{ prefix }}_slot(state, near);
     start = state.times(older);
     share = ((state.time - start) - lag_secs) / (state.times(next) - start);
     gauges = state.gauges(:, older) + share * (state.gauges(:, next) - state.gauges(:, older));

@@ -209,7 +209,7 @@ mod tests {
         assert!(ThresholdGrid::new(values, vec![1.0, 2.0]).is_ok());
     }
 
-    /// Every position once; each level's gaps are at most half of those that were left.
+    /// Each position occurs once, and each level halves the remaining gaps.
     #[test]
     fn coarse_to_fine_visits_all_and_halves_the_gaps() {
         for n in [1, 2, 3, 5, 6, 40, 41, 97] {

@@ -217,7 +217,7 @@ mod tests {
         times.iter().map(risen).collect()
     }
 
-    /// The element itself, without noise: what it was made with comes back.
+    /// Without noise, the fit returns the parameters that made the drift.
     #[test]
     fn a_first_order_creep_element_has_its_known_time_constant_and_size() {
         for (n, secs, tau) in [(2000, 60.0, 6.0), (61, 30.0, 25.0), (5000, 100.0, 1.0)] {

@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(found[1].level, [3.0, 1.0]);
     }
 
-    /// By comparing all pairs: the same start and end, wherever steps and wiggles fall.
+    /// A comparison of all pairs of samples gives the same start and end, for any steps and wiggles.
     #[test]
     fn holds_are_those_of_a_plain_search() {
         let load: Vec<f64> = (0..400)

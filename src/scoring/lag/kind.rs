@@ -134,7 +134,7 @@ fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
 mod tests {
     use super::*;
 
-    /// A ramp of 1 per second is late by the lag itself, of either kind, once a low-pass has settled.
+    /// A ramp of 1 per second is late by the lag, for a delay and for a settled low-pass.
     #[test]
     fn a_ramp_is_late_by_the_lag() {
         let times: Vec<f64> =
@@ -151,7 +151,7 @@ mod tests {
         assert!((early[100] - times[100] - 0.021).abs() < 1e-12);
     }
 
-    /// A sine of 1 Hz at 100 Hz: the cubic misses it by less than a millionth, and the low-pass has its known gain and phase.
+    /// For a sine of 1 Hz at 100 Hz, the cubic errs by less than 1e-6, and the low-pass has its known gain and phase.
     #[test]
     fn a_sine_has_its_known_phase() {
         let times: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();

@@ -1,22 +1,22 @@
-//! Sensors whose lag and play are known, from a simulator of its own: continuous in time up to a twentieth of a sample.
+//! Simulated sensors with known lag and play. The simulator is separate from the built-in sensor, and has twenty steps per sample.
 
 use super::*;
 use crate::random::Random;
 
-/// How the load of an axis moves.
+/// Form of the load of an axis over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Path {
-    /// Eight sines of random rates.
+    /// Eight sines of random frequencies.
     Random,
     /// Ramps of random rates between random turns.
     Ramps,
     /// Sines of three rates, one after another.
     Sines,
-    /// One triangle, again and again.
+    /// A repeated triangle.
     OneRate,
-    /// Holds, and jumps between them.
+    /// Steps between dwells.
     Steps,
-    /// A cycle in five minutes.
+    /// One cycle in five minutes.
     Slow,
 }
 
@@ -29,7 +29,7 @@ struct Sensor {
     play: f64,
     noise: f64,
     n_axes: usize,
-    /// Whether each axis has the play, as a structure has, or each gauge.
+    /// True if each axis has play, as in a structure; false if each gauge has it.
     play_of_axes: bool,
     secs: f64,
 }
@@ -49,7 +49,7 @@ const SENSOR: Sensor = Sensor {
 const FINER: usize = 20;
 const RUNS: u64 = 3;
 
-/// The load in −1 to 1, at a twentieth of the sample step.
+/// Returns the load, from −1 to 1, at twenty times per sample.
 fn path(path: Path, n: usize, step: f64, random: &mut Random) -> Vec<f64> {
     let time = |k: usize| k as f64 * step;
     let tau = std::f64::consts::TAU;
@@ -105,7 +105,7 @@ fn play(load: &[f64], radius: f64) -> Vec<f64> {
     load.iter().map(follow).collect()
 }
 
-/// A low-pass in many small steps, or a shift by whole fine samples.
+/// Applies a low-pass in small steps, or shifts by whole small steps.
 fn lagged(values: &[f64], kind: LagKind, fine_samples: f64) -> Vec<f64> {
     match kind {
         LagKind::Delay => {
@@ -124,7 +124,7 @@ fn lagged(values: &[f64], kind: LagKind, fine_samples: f64) -> Vec<f64> {
     }
 }
 
-/// Times, gauges, loads.
+/// Returns times, gauges and loads.
 fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     let n = (sensor.secs * sensor.rate_hz) as usize;
     let (step, axes) = (1.0 / (FINER as f64 * sensor.rate_hz), sensor.n_axes);
@@ -153,7 +153,7 @@ fn simulated(sensor: &Sensor, seed: u64) -> [Vec<f64>; 3] {
     [(0..n).map(|k| k as f64 / sensor.rate_hz).collect(), gauges, rows(&loads)]
 }
 
-/// The lag of the first output; outputs are the gauges, as any fixed mixture of them has their lag.
+/// Returns the lag of the first output. The outputs are the gauges, because any mixture of them has their lag.
 fn found(sensor: &Sensor) -> Result<Lag, NoLag> {
     let runs: Vec<_> = (0..RUNS).map(|run| simulated(sensor, 100 + run)).collect();
     let runs: Vec<_> = (runs.iter())
@@ -211,7 +211,7 @@ fn six_axes_each_have_their_lag() {
     }
 }
 
-/// What the data do not tell is not a number.
+/// A lag that the samples do not determine is NaN.
 #[test]
 fn one_rate_jumps_and_slow_loads_have_no_lag() {
     for play in [0.0, 0.05] {
@@ -226,7 +226,7 @@ fn one_rate_jumps_and_slow_loads_have_no_lag() {
     assert_eq!(lags(&[still], &Progress::default()).unwrap(), [Err(NoLag::TooShort)]);
 }
 
-/// One recording that is late by two samples beside two that are not.
+/// One of three recordings is late by two samples.
 #[test]
 fn each_recording_has_its_own_lag() {
     let late = [0.0, 2.0, 0.0].map(|samples| Sensor { samples, ..SENSOR });
@@ -240,7 +240,7 @@ fn each_recording_has_its_own_lag() {
     }
 }
 
-/// Width of the loop in shares of full scale: with the lag, with it removed, and of the same sensor without a lag.
+/// Returns widths of the loop as shares of full scale: with the lag, after its removal, and of the same sensor without lag.
 fn hysteresis(sensor: &Sensor, lag: &Lag) -> [f64; 3] {
     let widths_of = |sensor: &Sensor| {
         let runs: Vec<_> = (0..RUNS).map(|run| simulated(sensor, 100 + run)).collect();

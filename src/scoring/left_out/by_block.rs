@@ -143,8 +143,8 @@ mod tests {
     use crate::features::ColumnKind;
     use crate::random::Random;
 
-    /// Columns: a gauge, two of a block that the load depends on, one of a block that is noise to the first target and
-    /// all there is to the second.
+    /// Columns: a gauge; two columns of a block on which the load depends; one column of a block that is noise for the first
+    /// target and determines the second.
     fn parts(n_parts: usize) -> Vec<NormalEquations> {
         let part = |part: usize| {
             let mut random = Random::new(11, &[part as u64]);
@@ -184,7 +184,7 @@ mod tests {
         assert_eq!(alone.by_block(&blocks), None);
     }
 
-    /// With shares of its own each fit is the one that was asked for, column by column, and what is left away is not there.
+    /// With a ridge per block, each fit equals a direct solution with these penalties. A removed block has no coefficients.
     #[test]
     fn shares_are_those_of_fits_to_the_other_parts() {
         let parts = parts(5);

@@ -195,7 +195,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// A ridge shrinks what blocks append, which then needs no sample of its own.
+    /// Columns of blocks that a ridge shrinks need no samples of their own.
     #[test]
     fn what_is_shrunk_needs_no_samples() {
         let kinds = [ColumnKind::Gauge, ColumnKind::Appended];
@@ -208,8 +208,8 @@ mod tests {
         assert_eq!(too_short(&[9], 0.1), Some((0, 1)));
     }
 
-    /// `n` parts of `p` columns and two targets without a simple relation; column 1 is `explained` times column 0 plus
-    /// something small of its own.
+    /// Returns `n` parts of `p` columns and two targets without a simple relation. Column 1 is `explained` times column 0 plus a
+    /// small independent term.
     fn parts(n: usize, p: usize, small: f64) -> (NormalEquations, Vec<NormalEquations>) {
         let parts: Vec<_> = (0..n)
             .map(|part| {
@@ -270,7 +270,7 @@ mod tests {
         assert_as_one_by_one(10, 9, 1.0, &[7, 2, 4], 0.1);
     }
 
-    /// Column 1 is column 0 again, up to nothing at all or to less than a thousandth.
+    /// Column 1 equals column 0, exactly or within a thousandth.
     #[test]
     fn columns_that_explain_each_other_take_the_careful_way() {
         for small in [0.0, 1e-4] {
@@ -278,7 +278,7 @@ mod tests {
         }
     }
 
-    /// What only one part has cannot be learned from the others.
+    /// A column that moves in one part alone cannot be fitted without this part.
     #[test]
     fn a_column_that_only_the_left_out_part_has_gets_no_coefficient() {
         let part = |has: f64| {
@@ -299,7 +299,7 @@ mod tests {
         assert!((left_out.squares(0.0)[0] - 125.0).abs() < 1e-9, "five errors of 5");
     }
 
-    /// A mean fitted without the part: parts {0, 0} and {3} are scored by 3 and by 0, so every error is 3.
+    /// The fit is a mean. The parts {0, 0} and {3} are predicted as 3 and 0, so every error is 3.
     #[test]
     fn a_left_out_part_takes_no_part_in_its_fit() {
         let parts = [&[0.0, 0.0][..], &[3.0]].map(|values| {
@@ -350,7 +350,7 @@ mod tests {
     /// One part of a random design: rows `[x | load]`.
     type Samples = Vec<Vec<f64>>;
 
-    /// Coefficients on the loads by Gram and Schmidt on the samples, a column that those before it explain left at zero.
+    /// Returns the coefficients by Gram-Schmidt on the samples. A column that earlier columns explain gets zero.
     fn explicit_fit(rows: &[&Vec<f64>], in_order: &[usize]) -> Vec<(usize, f64)> {
         let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
@@ -379,8 +379,8 @@ mod tests {
         shares.collect()
     }
 
-    /// Thin ones among them, and gauges that move in one part alone, stand still at some value or at zero elsewhere, by
-    /// sizes that differ by up to a million.
+    /// Some parts are short. Some gauges move in one part alone and are constant or zero elsewhere. Their scales differ by up to
+    /// a factor of a million.
     #[test]
     fn errors_are_those_of_explicit_refits_on_random_designs() {
         for seed in 0..400 {
@@ -460,7 +460,7 @@ mod tests {
         }
     }
 
-    /// Fewer samples than coefficients without a part: many solutions, so no figure, unless a ridge picks one.
+    /// Without a part there are fewer samples than coefficients, so there is no score, unless a ridge determines the solution.
     #[test]
     fn where_the_others_do_not_determine_a_fit_there_is_no_figure() {
         let (total, parts) = parts(2, 60, 1.0);

@@ -110,7 +110,7 @@ mod tests {
         Curve::of(&branches(loads, 0.3)[0], loads, &outputs)
     }
 
-    /// Up from 0 to 10, going back by 0.2 all the time: a straight line stays one.
+    /// The load rises from 0 to 10 and repeatedly falls by 0.2; a straight line stays straight.
     #[test]
     fn a_load_that_wiggles_does_not_bend_a_line() {
         let loads: Vec<f64> =

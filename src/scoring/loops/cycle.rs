@@ -202,7 +202,7 @@ mod tests {
             .collect()
     }
 
-    /// The play operator: it follows only when pushed, and starts pushed downwards.
+    /// Play operator that starts at its lower end.
     fn play(loads: &[f64], radius: f64) -> Vec<f64> {
         let mut state = loads[0] + radius;
         let follow = |&load: &f64| {
@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    /// The same in a load that wiggles by less than the reversal threshold, where the branches visit a load several times.
+    /// The load wiggles by less than the reversal threshold, so the branches visit a load several times. The figures stay the same.
     #[test]
     fn a_wiggling_load_does_not_change_the_loop() {
         let wiggle = |(k, load): (usize, &f64)| load * 0.98 + 0.02 * (k as f64 * 1.3).sin();
@@ -269,7 +269,7 @@ mod tests {
         assert!((one.largest_width() - 0.2).abs() < 1e-3);
     }
 
-    /// A figure of eight, of width x over −1..1: both halves enclose 1/2, and their works cancel.
+    /// In a figure of eight with the width x over −1..1, each half encloses 1/2, and the dissipated work cancels.
     #[test]
     fn branches_that_cross_enclose_an_area_and_do_no_work() {
         let one = Loop {

@@ -212,7 +212,7 @@ mod tests {
         assert_eq!(none.mean_cycles(MinMax { min: 0.0, max: 9.0 }), Err(expected));
     }
 
-    /// Five large cycles with noise of every size on them: as many, and as wide, whatever counts as a reversal.
+    /// With noise on five large cycles, any reversal threshold gives the same number and width of large cycles.
     #[test]
     fn the_reversal_threshold_hardly_touches_the_large_cycles() {
         let noise = |k: usize| ((k * 7919) % 104_729) as f64 / 104_729.0 - 0.5;

@@ -267,7 +267,7 @@ impl Drawn {
         self.raster.touch(from.cell, to.cell);
     }
 
-    /// Returns true if there are more samples than pixels, and so many lines over each pixel that single lines cannot be
+    /// Returns true if there are more samples than pixels, and too many lines over each pixel for single lines to be
     /// seen.
     fn hides_itself(&self) -> bool {
         let n_pixels = self.raster.n_touched_squares();
@@ -312,7 +312,7 @@ mod tests {
     const FRAME: Frame = Frame { loads: (-1.0, 1.0), outputs: (-2.0, 2.0) };
     const PIXELS: [f64; 2] = [60.0, 40.0];
 
-    /// Numbers in ±1 that look random and are the same every time.
+    /// Reproducible pseudo-random numbers in ±1.
     fn uniform(k: usize) -> f64 {
         let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -323,7 +323,7 @@ mod tests {
         (0..n).map(point).collect()
     }
 
-    /// Recordings of every kind, each as its paths.
+    /// Returns recordings of every kind as paths.
     fn kinds() -> Vec<(&'static str, Vec<Vec<[f64; 2]>>)> {
         let wave = |k: usize| (k as f64 * 0.01).sin();
         let walk = |seed: usize| {
@@ -371,7 +371,7 @@ mod tests {
         ]
     }
 
-    /// The steps of paths, cut at what is not finite, on a picture in pixels; one sample alone is a step of no length.
+    /// Returns the steps of paths in pixels. Paths are cut at values that are not finite, and a single sample is a step of length zero.
     fn steps(paths: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
         let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
         let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
@@ -384,7 +384,7 @@ mod tests {
         steps.map(|step| step.map(place)).collect()
     }
 
-    /// The cells of a density on a picture in pixels, each by its two diagonals.
+    /// Returns the two diagonals of each cell of a density, in pixels.
     fn cells(density: &Density) -> Vec<[[f64; 2]; 2]> {
         let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
         let touched = density.touched().map(|(middle, _)| place(middle));
@@ -395,12 +395,12 @@ mod tests {
         touched.flat_map(diagonals).collect()
     }
 
-    /// Places along steps that lie on the picture, a fifth of a pixel apart.
+    /// Returns points along the steps within the plot, a fifth of a pixel apart.
     fn places(steps: &[[[f64; 2]; 2]]) -> Vec<[f64; 2]> {
         let mut places = Vec::new();
         for [from, to] in steps {
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-            // Of a step from far outside only the part that may lie on the picture.
+            // A step from far outside is cut to the part near the plot.
             let n = (length / 0.2).ceil().clamp(1.0, 2e5);
             let all = (0..=n as usize).map(|k| k as f64 / n);
             let all = all.map(|share| [0, 1].map(|i| from[i] + share * (to[i] - from[i])));
@@ -432,7 +432,7 @@ mod tests {
         }
     }
 
-    /// Whatever the number of samples: as many cells as the picture has, and the same ones are touched.
+    /// For any number of samples, the density has the same cells, and the same of them are touched.
     #[test]
     fn the_size_of_a_density_depends_on_the_picture_and_its_levels_on_how_often() {
         for (name, paths) in kinds() {
@@ -453,14 +453,14 @@ mod tests {
             let (once, often) = (density(1), density(4));
             assert_eq!(once.len(), often.len(), "{name}");
             for (one, four) in once.iter().zip(often) {
-                // Four times as many samples are two doublings.
+                // Four times the samples are two doublings.
                 let expected = if *one > 1 { one + 2 } else { *one };
                 assert_eq!(four, expected, "{name}");
             }
         }
     }
 
-    /// One sample in the lower left corner, and seven more in the middle, which a line leads to.
+    /// One sample is in the lower left corner; a line leads from it to seven more in the middle.
     #[test]
     fn levels_count_samples() {
         let corner = [-0.999, -1.99];
@@ -488,8 +488,8 @@ mod tests {
         assert!(line.iter().all(|point| circle.contains(point)));
     }
 
-    /// The same circle once is a line; twenty times it is drawn by how often, and so is noise that fills a spot; twenty times in
-    /// few samples it is lines all the same, since their density would be dots.
+    /// A circle is drawn as a line. The same circle twenty times, or noise that fills a spot, is drawn as a density. Twenty
+    /// circles with few samples stay lines, because their density would be dots.
     #[test]
     fn what_passes_over_itself_is_drawn_by_how_often_however_few_samples_it_has() {
         let circle = |n: usize, turns: usize| {

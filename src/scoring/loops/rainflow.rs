@@ -104,7 +104,7 @@ mod tests {
         count(branches(loads, 0.0), loads)
     }
 
-    /// How often each range occurs, half cycles as halves, by falling range.
+    /// Returns the count of each range, largest first; a half cycle counts one half.
     fn counts(ranges: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
         let mut ranges: Vec<_> = ranges.into_iter().collect();
         ranges.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -118,8 +118,8 @@ mod tests {
         counts(closed.chain(found.residue.iter().map(|half| (half.span(), 0.5))))
     }
 
-    /// The standard's words, step by step: the first range that no later neighbour is smaller than is counted and taken out,
-    /// as a half where it holds the starting point.
+    /// The procedure of the standard, step by step: counts and removes the first range that is at most as large as the next one;
+    /// a range with the starting point counts one half.
     fn slowly(loads: &[f64]) -> Vec<(f64, f64)> {
         let mut points: Vec<f64> = loads.to_vec();
         points.dedup();
@@ -164,14 +164,14 @@ mod tests {
             ((state >> 33) % n) as f64
         };
         for case in 0..300 {
-            // Few levels make many ranges alike, many make hardly any.
+            // With few levels many ranges are equal, with many levels hardly any.
             let levels = [3, 8, 1_000_000][case % 3];
             let loads: Vec<f64> = (0..2 + case).map(|_| next(levels)).collect();
             assert_eq!(counts_of(&loads), slowly(&loads), "{loads:?}");
         }
     }
 
-    /// Up to 10 with a dip from 6 to 4 and back on the way, and down again.
+    /// The load rises to 10, with a dip from 6 to 4 on the way, and falls again.
     #[test]
     fn a_small_cycle_is_left_out_of_the_large_one() {
         let loads = [0.0, 3.0, 6.0, 4.0, 5.0, 7.0, 10.0, 5.0, 0.0];
@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(pairs(&found.residue), [0]);
     }
 
-    /// Small cycles within a cycle within another, whichever way the outermost goes.
+    /// Small cycles lie within a cycle within another one; the outermost rises or falls.
     #[test]
     fn cycles_nest_to_any_depth() {
         let inwards: Vec<f64> =

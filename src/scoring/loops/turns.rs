@@ -170,7 +170,7 @@ fn noise_of(loads: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Numbers in ±1 that look random and are the same every time.
+    /// Reproducible pseudo-random numbers in ±1.
     fn uniform(k: usize) -> f64 {
         let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Six sines with noise of ±0.1 have twelve turns, however the noise falls.
+    /// Six sines with noise of ±0.1 have twelve turns, with any noise.
     #[test]
     fn the_default_reversal_threshold_keeps_noise_from_turning() {
         for amplitude in [0.0, 1e-3, 0.1] {

@@ -1,0 +1,108 @@
+//! The history rate of an export: the coarsest that the fit allows.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::calibration::{Calibration, FitSettings, Regressor};
+use crate::export::Footprint;
+use crate::progress::Progress;
+use crate::questions::error::AnalysisError;
+use crate::questions::models::training::train;
+use crate::questions::question::{Answered, Query, Work};
+use crate::questions::request::Request;
+use crate::scoring::numbers::significant;
+
+/// History rates to try, from the coarsest (Hz).
+const RATES_HZ: [f64; 9] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
+/// Largest accepted ratio of the error with a coarser history to the error with all samples.
+const LARGEST_COST: f64 = 1.01;
+
+/// A history that keeps fewer samples than the recordings have.
+#[derive(Clone, Copy, Debug)]
+pub struct CoarseHistory {
+    /// Samples kept per second (Hz).
+    pub rate_hz: f64,
+    /// Memory on a controller with this history and with all samples (bytes).
+    memory: [usize; 2],
+    /// Mean error of the linear fit as a share of full scale, with this history and with all samples.
+    errors: [f64; 2],
+}
+
+impl fmt::Display for CoarseHistory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [coarse, whole] = self.memory.map(|bytes| bytes as f64 / 1000.0);
+        let [error, all] = self.errors.map(|error| significant(100.0 * error, 3));
+        write!(
+            f,
+            "with {} samples a second in the history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; the mean error of the \
+             linear fit is {error} % of full scale, with all samples {all} %",
+            self.rate_hz
+        )
+    }
+}
+
+/// Returns the coarsest history whose fit costs less than 1 % of the error; if there is none, the finest that needs at most
+/// 64 kB on a controller. Returns `None` if all samples fit into 64 kB, or if a history rate is set.
+///
+/// # Errors
+/// [`AnalysisError`] if a fit fails.
+pub fn coarse_history(
+    request: &Request,
+    progress: &Progress,
+) -> Result<Option<CoarseHistory>, AnalysisError> {
+    let settings = &request.settings;
+    if settings.history_rate_hz != 0.0 || !settings.features.has_history() {
+        return Ok(None);
+    }
+    // All regressors have the same blocks, and least squares is the fastest.
+    let fitted = |history_rate_hz| {
+        let regressor = Regressor::Linear;
+        let settings = FitSettings { history_rate_hz, regressor, ..settings.clone() };
+        let own = Request::fit(Arc::clone(&request.recordings), settings);
+        let own = train(&own, progress, &mut |_| {})?;
+        Ok::<_, AnalysisError>((error_of(&own), Footprint::of(&own)))
+    };
+    let (whole_error, whole) = fitted(0.0)?;
+    let mut chosen = None;
+    for rate_hz in RATES_HZ.into_iter().take_while(|_| whole.is_large()) {
+        let (error, footprint) = fitted(rate_hz)?;
+        if footprint.is_large() {
+            break;
+        }
+        chosen = Some(CoarseHistory {
+            rate_hz,
+            memory: [footprint.memory, whole.memory],
+            errors: [error, whole_error],
+        });
+        if error < LARGEST_COST * whole_error {
+            break;
+        }
+    }
+    Ok(chosen)
+}
+
+/// Returns the mean error over the axes as a share of full scale: in cross-validation, else on the training recordings.
+fn error_of(calibration: &Calibration) -> f64 {
+    calibration.mean_cv_share().unwrap_or_else(|| {
+        let errors = calibration.quality.compensated.train_rmse.iter().flatten();
+        let shares = errors.zip(&calibration.full_scale).map(|(error, scale)| error / scale);
+        shares.sum::<f64>() / calibration.axes.len() as f64
+    })
+}
+
+/// Asks for a coarser history, if the calibration needs too much memory on a controller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskHistory(pub Request);
+
+impl Query for AskHistory {
+    type Answer = Option<CoarseHistory>;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "History rate".to_owned()
+    }
+
+    fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
+        Ok(coarse_history(&self.0, work.progress)?)
+    }
+}
