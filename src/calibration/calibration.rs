@@ -15,6 +15,7 @@ use crate::calibration::expected_error::ExpectedError;
 use crate::calibration::kernel::GridEdge;
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::linear_map::{LinearMap, loads_from_gauges};
+use crate::calibration::no_cross_validation::NoCrossValidation;
 use crate::calibration::settings::Regressor;
 use crate::calibration::sums::RowsOf;
 use crate::calibration::used_recording::UsedRecording;
@@ -365,22 +366,9 @@ impl Calibration {
 
     /// Returns the reason why there are no cross-validation scores, or `None` if there are, or the calibration was not
     /// fitted here.
-    pub fn why_not_left_out(&self) -> Option<&'static str> {
-        if self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0 {
-            return None;
-        }
-        Some(match self.learned {
-            Some(Learned::Network(_)) => {
-                "the network was not cross-validated: this was off, or was cancelled, or too few samples remain without a \
-                 fold"
-            }
-            Some(Learned::Kernel(_)) => {
-                "the cross-validation was cancelled, or too few samples remain without a fold"
-            }
-            None => {
-                "there are too few training samples: without a fold, fewer samples remain than there are coefficients"
-            }
-        })
+    pub fn no_cross_validation(&self) -> Option<NoCrossValidation> {
+        let is_known = self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0;
+        (!is_known).then(|| NoCrossValidation::of(self.regressor.learner()))
     }
 
     /// Returns the kernel's ridge if it lies at an end of the range of candidates, and which end.

@@ -115,7 +115,7 @@ impl Work for FitJob {
         let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter())
-                .partition(|found| matches!(found.id, Id::Undetermined | Id::NotLeftOut));
+                .partition(|found| matches!(found.id, Id::Undetermined | Id::NoCrossValidation));
         grave.iter().for_each(|found| run.say.warning(text(found)));
         let factory = match &self.factory {
             Some(path) => factory_scores(path, &request, &calibration)?,
@@ -133,8 +133,7 @@ impl Work for FitJob {
             note_footprint(&run.say, &request, &calibration);
         }
         let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits);
-        let report =
-            FitReport { cautions: grave.iter().chain(&others).map(text).collect(), ..report };
+        let report = FitReport { findings: grave.iter().chain(&others).collect(), ..report };
         run.print(self.json, &report, |out| {
             print_fit(&calibration, report.factory.as_ref(), n_recordings, out)?;
             match &expected {
@@ -274,7 +273,7 @@ struct FitReport<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     limits: &'a [Checked],
     /// Findings about the recordings and the fit.
-    cautions: Vec<String>,
+    findings: Vec<&'a Finding>,
 }
 
 impl<'a> FitReport<'a> {
@@ -315,7 +314,7 @@ impl<'a> FitReport<'a> {
             expected_error: expected.as_ref().ok(),
             no_expected_error: expected.as_ref().err(),
             limits,
-            cautions: Vec::new(),
+            findings: Vec::new(),
         }
     }
 }

@@ -12,6 +12,7 @@ use super::reading::{ReadArgs, not_recording};
 use super::run::{Run, Work};
 use super::values::named_file;
 use crate::export::write_atomically;
+use crate::finding::Face;
 use crate::formats;
 use crate::formats::text::Decimal;
 use crate::import::estimate_weight;
@@ -264,7 +265,7 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         )?;
     }
     for warning in &check.warnings {
-        writeln!(out, "warning: {}", message(warning))?;
+        writeln!(out, "warning: {}", message(&warning.text(Face::CommandLine)))?;
     }
     Ok(())
 }

@@ -18,6 +18,7 @@ use super::values::named_file;
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
+use crate::finding::Face;
 use crate::questions::errors::Shown;
 use crate::questions::loops::TableOf;
 use crate::questions::metrology::{
@@ -191,11 +192,11 @@ fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Resul
     for shown in axes.chain(crosstalk(table)) {
         writeln!(out, "\n{}", shown.text().trim_end())?;
     }
-    if !table.notes.is_empty() {
+    if !table.findings.is_empty() {
         writeln!(out)?;
     }
-    for note in &table.notes {
-        writeln!(out, "Note: {note}")?;
+    for found in &table.findings {
+        writeln!(out, "Note: {}", found.text(Face::CommandLine))?;
     }
     if !definitions {
         return writeln!(

@@ -12,7 +12,7 @@ use super::values::{named_file, number_in};
 use crate::engine::Session;
 use crate::export::read_with_notes;
 use crate::features::Range;
-use crate::finding::{Advice, Face};
+use crate::finding::Face;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;

@@ -27,7 +27,6 @@ use crate::questions::{BlockSuggestion, Datasets, HistoryBlock, Study, StudyEven
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
 use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
-use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
 /// Fit at every pair of thresholds, print or draw the errors, and suggest thresholds.
@@ -351,31 +350,15 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
 
 fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     let found = &sweep.suggestion;
-    let Thresholds { f_th, t_th_secs } = found.thresholds;
-    let (f_unit, unit) = (f_unit(sweep), sweep.measure_unit);
-    let change = percent_change(found.conventional, found.left_out)
-        .map_or_else(String::new, |change| format!(", {change:+.1} %"));
-    writeln!(
-        out,
-        "\nLeast cross-validation error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
-         {})",
-        sweep.measure,
-        significant(found.left_out, 4),
-        significant(found.conventional, 4),
-        found.cross_validation,
-    )?;
+    let f_unit = f_unit(sweep);
+    let f_th = format!("{}{f_unit}", found.thresholds.f_th);
+    writeln!(out, "\nThresholds at the {}", found.in_words(sweep.map, sweep.by, &f_th))?;
     writeln!(
         out,
         "  range that is as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
         range_text(&found.f_th_range),
         range_text(&found.t_th_range),
     )?;
-    if !found.beats_conventional {
-        writeln!(
-            out,
-            "  Note: no look-back is better than the conventional calibration with 90 % confidence"
-        )?;
-    }
     let (f_edge, t_edge) = found.is_at_edge(sweep.map);
     for (at_edge, name) in [(f_edge, "F_th"), (t_edge, "t_th")] {
         if at_edge {

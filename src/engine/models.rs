@@ -108,7 +108,7 @@ pub struct Models {
     /// Rows in the order of their fits.
     pub rows: Vec<Row>,
     /// Reasons for the proposal of a search, and candidates that it left out.
-    pub said: Vec<String>,
+    pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
     /// Run of which the first answer was taken, and its number of candidates taken.
@@ -175,7 +175,7 @@ impl Models {
             }
         }
         self.taken.1 = best.tried.len();
-        self.said = best.why().into_iter().chain(best.remarks()).collect();
+        self.remarks = best.why().into_iter().chain(best.remarks()).collect();
     }
 
     /// Adds the models of the paper's comparison that have no valid result; `None` if all have one.

@@ -126,10 +126,10 @@ fn scores(scores: &Scores) -> String {
         ("in cross-validation", &scores.cv_rmse),
         ("on the fitted samples", &scores.train_rmse),
     ];
-    let told: Vec<String> = (sets.iter())
+    let stated: Vec<String> = (sets.iter())
         .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_ref()?))))
         .collect();
-    if told.is_empty() { "not known".to_owned() } else { told.join("; ") }
+    if stated.is_empty() { "not known".to_owned() } else { stated.join("; ") }
 }
 
 fn numbers(values: &[f64]) -> String {

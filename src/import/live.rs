@@ -394,7 +394,7 @@ impl LiveTable {
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
-        let why = rows.findings.first_skipped(Path::new("")).map(|own| own.cause);
+        let why = rows.findings.skip_cause().cloned();
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
             // An unusable row still counts where the time is a row number.

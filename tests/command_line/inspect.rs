@@ -195,10 +195,13 @@ fn an_assumed_pattern_of_bursts_is_reported_and_written_to_the_map() {
     let found = inspected(&workshop, &arguments);
     assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 1);
     assert_eq!(found["check"]["assumed_gap_secs"], 2.0);
-    let told = found["check"]["warnings"][0].as_str().unwrap();
+    let warning = &found["check"]["warnings"][0];
+    assert_eq!(warning["id"], "assumed");
+    assert_eq!(warning["place"]["count"], 59);
+    let told = warning["text"].as_str().unwrap();
     let expected = "bursts.csv, line 12: rows come in bursts, with pauses of about 0.32 s that end no recording";
     assert!(told.starts_with(expected), "{told}");
-    assert!(told.ends_with("(59 times, last on line 592)"), "{told}");
+    assert!(told.contains("(59 times, last on line 592)"), "{told}");
     let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);
     assert!(stderr(&fitted).contains("rows come in bursts"));
 

@@ -98,7 +98,7 @@ fn the_tables_contain_the_suggestion_and_its_basis() {
     for said in [
         "RMSE of forces [N] at t_th",
         "RMSE of forces [N] at F_th",
-        "Least cross-validation error of forces",
+        "cross-validation minimum of forces",
         "as good within the uncertainty",
         "mean hysteresis",
         "reversals (Fz",

@@ -83,7 +83,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
             context! {
                 n_recordings => found.n_recordings,
                 n_samples => found.n_samples,
-                notes => found.notes.iter().map(|note| note.to_string()).collect::<Vec<_>>(),
+                notes => found.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
                 tables => all(&axes.chain(crosstalk(found)).collect::<Vec<_>>()),
                 definitions => definitions.collect::<Vec<_>>(),
             }

@@ -464,7 +464,7 @@ mod tests {
         assert_eq!((undetermined.samples, undetermined.coefficients), (9, 10));
         assert_eq!(thin.quality.compensated.cv_rmse, None);
         assert!(thin.quality.conventional.cv_rmse.is_some());
-        assert!(thin.why_not_left_out().is_some());
+        assert!(thin.no_cross_validation().is_some());
         assert_eq!(fitted(&recordings(&[30, 30, 30], &[0]), None).undetermined(), None);
     }
 }

@@ -33,11 +33,12 @@ pub(crate) struct LoopRows<'a> {
 
 impl<'a> LoopRows<'a> {
     /// Returns the loops for this reversal threshold.
-    pub(crate) fn of(view: &'a AxisView<'a>, dead_band: f64) -> Self {
+    pub(crate) fn of(view: &'a AxisView<'a>, reversal_threshold: f64) -> Self {
         let (axis, range) = (view.axis, view.range());
-        let loops = Loops::of(view.runs.iter().map(|run| run.loads), dead_band);
+        let loops = Loops::of(view.runs.iter().map(|run| run.loads), reversal_threshold);
         let largest = loops.largest();
-        let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
+        let largest =
+            largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, reversal_threshold));
         let mean_cycles = largest.clone().and_then(|_| {
             let enough = loops.mean_cycles(range);
             enough.map_err(|few| Reason::few_cycles(axis, few))

@@ -13,10 +13,10 @@ pub enum Reason {
     #[error("no recording has a reference load for {}; record it in a column of this name", .axis.symbol())]
     NoReference { axis: Axis },
     #[error(
-        "{} stays between {} and {} {}, within the dead band of {} {}; load it further, or choose a smaller dead band",
-        .axis.symbol(), short(*.low), short(*.high), .axis.unit(), short(*.dead_band), .axis.unit()
+        "{} stays between {} and {} {}, within the reversal threshold of {} {}; load it further, or choose a smaller reversal threshold",
+        .axis.symbol(), short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
     )]
-    ConstantLoad { axis: Axis, low: f64, high: f64, dead_band: f64 },
+    ConstantLoad { axis: Axis, low: f64, high: f64, reversal_threshold: f64 },
     #[error(
         "the recordings are load cases without times, so {} has no loop, no dwell and no creep; record it over time, with a column t",
         .axis.symbol()
@@ -143,13 +143,13 @@ impl Reason {
 
     /// Returns the reason why the loads of an axis have no cycle with this reversal threshold. `range` is the minimum and
     /// maximum load.
-    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, dead_band: f64) -> Self {
+    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, reversal_threshold: f64) -> Self {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);
         match ways.next() {
             None => {
                 let (low, high) = range.ends().unwrap_or_default();
-                Self::ConstantLoad { axis, low, high, dead_band }
+                Self::ConstantLoad { axis, low, high, reversal_threshold }
             }
             Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
             Some(_) => Self::NoCycle { axis },

@@ -9,7 +9,7 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
-/// | `dead_bands` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
+/// | `reversal_thresholds` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
 /// | `hold_secs` | 5 s | > 0 | shortest dwell |
 /// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale (or ten times its noise)
 /// |
@@ -21,7 +21,8 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 pub struct MetrologySettings {
     /// Reversal threshold per axis, in axis order. Missing entries and `None` are computed from noise and range
     /// ([`LoadExtent`]).
-    pub dead_bands: Vec<Option<f64>>,
+    #[serde(alias = "dead_bands")]
+    pub reversal_thresholds: Vec<Option<f64>>,
     /// Shortest dwell (s).
     pub hold_secs: f64,
     /// Largest movement of a load in a dwell, as a share of full scale.
@@ -37,7 +38,7 @@ pub struct MetrologySettings {
 impl Default for MetrologySettings {
     fn default() -> Self {
         Self {
-            dead_bands: Vec::new(),
+            reversal_thresholds: Vec::new(),
             hold_secs: 5.0,
             still_share: 0.01,
             zero_share: 0.01,
@@ -66,9 +67,9 @@ pub struct Rules<'a> {
 
 impl Rules<'_> {
     /// Returns the reversal threshold of the axis at this position, in its unit.
-    pub fn dead_band(&self, at: usize) -> f64 {
-        let chosen = self.settings.dead_bands.get(at).copied().flatten();
-        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::dead_band))
+    pub fn reversal_threshold(&self, at: usize) -> f64 {
+        let chosen = self.settings.reversal_thresholds.get(at).copied().flatten();
+        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::reversal_threshold))
     }
 
     /// Returns the largest movement in a dwell of the axis at this position, in its unit.
@@ -131,9 +132,10 @@ impl MetrologySettings {
     /// # Errors
     /// [`MetrologyError`] for the first setting that is out of range.
     pub fn validate(&self, n_axes: usize) -> Result<(), MetrologyError> {
-        if !self.dead_bands.is_empty() {
-            let chosen: Vec<f64> = self.dead_bands.iter().map(|band| band.unwrap_or(0.0)).collect();
-            check_per_axis("dead band", "dead bands", &chosen, n_axes)?;
+        if !self.reversal_thresholds.is_empty() {
+            let chosen: Vec<f64> =
+                self.reversal_thresholds.iter().map(|band| band.unwrap_or(0.0)).collect();
+            check_per_axis("reversal threshold", "reversal thresholds", &chosen, n_axes)?;
         }
         if !(self.hold_secs > 0.0 && self.hold_secs.is_finite()) {
             let value = self.hold_secs;
@@ -181,10 +183,10 @@ mod tests {
             settings.validate(2)
         };
         assert_eq!(with(|_| {}), Ok(()));
-        assert_eq!(with(|s| s.dead_bands = vec![None, Some(0.0)]), Ok(()));
-        assert!(with(|s| s.dead_bands = vec![Some(1.0)]).is_err());
-        assert!(with(|s| s.dead_bands = vec![None, Some(-1.0)]).is_err());
-        assert!(with(|s| s.dead_bands = vec![None, Some(f64::NAN)]).is_err());
+        assert_eq!(with(|s| s.reversal_thresholds = vec![None, Some(0.0)]), Ok(()));
+        assert!(with(|s| s.reversal_thresholds = vec![Some(1.0)]).is_err());
+        assert!(with(|s| s.reversal_thresholds = vec![None, Some(-1.0)]).is_err());
+        assert!(with(|s| s.reversal_thresholds = vec![None, Some(f64::NAN)]).is_err());
         assert!(with(|s| s.hold_secs = 0.0).is_err());
         assert!(with(|s| s.zero_share = f64::NAN).is_err());
         assert!(with(|s| s.alone_share = 1.1).is_err());

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::calibration::{Calibration, Estimator, FitSettings, Learner, Scores};
+use crate::calibration::{Calibration, Estimator, FitSettings, NoCrossValidation, Scores};
 use crate::export::bytes_in_float;
 use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
@@ -283,11 +283,9 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
         let spread = spread.map(|spread| Cell::digits(Some(spread), 2));
         return Cell::known(spread, "only \"Find the best\" scores each fold by itself");
     }
-    let why = match (set, model.settings.regressor.learner()) {
-        (ScoreSet::Test, _) => "no recording is in the test role",
-        (ScoreSet::LeftOut, Some(Learner::Network)) => "the network was not cross-validated",
-        (ScoreSet::LeftOut, _) => "it was not cross-validated: too little is left without a part",
-        (ScoreSet::Train, _) => "it was not scored on what it was fitted to",
+    let why = match set {
+        ScoreSet::Train => "it was not scored on its training recordings".to_owned(),
+        _ => set.missing(Some(NoCrossValidation::of(model.settings.regressor.learner()))),
     };
     let about = if set == ScoreSet::LeftOut { &*model.left_out } else { "" };
     Cell::known(value.map(|value| Cell::digits(Some(value), 4).about(about)), why)
