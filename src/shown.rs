@@ -105,6 +105,11 @@ pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
     (all > max).then(|| format!("and {} more", all - max))
 }
 
+/// Returns a number with its noun: `1 sample`, `2 samples`.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

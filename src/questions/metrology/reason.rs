@@ -75,7 +75,7 @@ pub enum Reason {
     NoRecovery { axis: Axis, share: f64 },
     #[error("the time lag of {} is unknown: {reason}", .axis.symbol())]
     NoLag { axis: Axis, reason: NoLag },
-    #[error("the time lag explains {:.0} % of the mean width of {}: hysteresis is that of the row above", 100.0 * .share, .axis.symbol())]
+    #[error("the time lag explains {:.0} % of the mean width of {}, so the hysteresis needs no correction", 100.0 * .share, .axis.symbol())]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(
         "the uncertainty of the time lag leaves the hysteresis of {} uncertain by ± {} {}; load the axis more slowly",
