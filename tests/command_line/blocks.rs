@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
-use crate::workshop::{ALL_FILES, Workshop, recording, run};
+use crate::workshop::{ALL_FILES, Workshop, recording};
 
 fn features(report: &Value) -> Vec<&str> {
     let features = report["features"].as_array().unwrap().iter();
