@@ -53,7 +53,7 @@ impl ExpectedError {
     pub fn of_axis(&self, axis: Axis) -> Result<f64, String> {
         let own = self.axes.iter().find(|own| own.axis == axis);
         own.and_then(|own| own.value)
-            .ok_or_else(|| format!("{} hardly moves in the recordings", axis.symbol()))
+            .ok_or_else(|| format!("{axis} hardly moves in the recordings"))
     }
 
     /// Returns the sentences beside the figures: the held-out samples, and the conditions that are not covered.

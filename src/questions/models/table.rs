@@ -253,7 +253,7 @@ pub fn model_table<'a>(
             |(set, axis, is_spread)| match is_spread {
                 true => in_group(
                     set,
-                    Column::numbers(format!("± {}", axis.symbol()))
+                    Column::numbers(format!("± {axis}"))
                         .unit(axis.unit())
                         .about("Standard deviation of the RMSE over what is left out in turn"),
                 ),
