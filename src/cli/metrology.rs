@@ -15,6 +15,7 @@ use super::reading::ReadArgs;
 use super::recordings::MeasuringArgs;
 use super::run::{Run, Work};
 use super::values::named_file;
+use crate::calibration::counted;
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
@@ -185,9 +186,9 @@ fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Resul
     if report.simulated {
         writeln!(out, "The built-in simulated sensor")?;
     }
-    let (n, plural) = (table.n_recordings, if table.n_recordings == 1 { "" } else { "s" });
+    let recordings = counted(table.n_recordings, "recording");
     let (samples, calibration) = (table.n_samples, report.calibration);
-    writeln!(out, "{n} recording{plural}, {samples} samples; calibration {calibration}")?;
+    writeln!(out, "{recordings}, {samples} samples; calibration {calibration}")?;
     let axes = (0..table.axes.len()).map(|at| axis_figures(table, at, Shown::All));
     for shown in axes.chain(crosstalk(table)) {
         writeln!(out, "\n{}", shown.text().trim_end())?;

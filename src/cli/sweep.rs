@@ -16,7 +16,7 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::{List, named_file, one_of};
-use crate::calibration::Scores;
+use crate::calibration::{Scores, counted};
 use crate::export::{Together, threshold_heat_map, write_threshold_csv, write_threshold_svg};
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::questions::thresholds::{
@@ -397,10 +397,9 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
         .collect();
     writeln!(
         out,
-        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} reversal{} ({})",
+        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} ({})",
         significant(value, 3),
-        found.n_reversals,
-        if found.n_reversals == 1 { "" } else { "s" },
+        counted(found.n_reversals, "reversal"),
         axes.join(", "),
     )?;
     if found.rests_on_few() {
