@@ -6,10 +6,11 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::calibration::{AppliedLoads, FitSettings};
 use loopscope::progress::Progress;
-use loopscope::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set, table_by};
+use loopscope::questions::metrology::{MetrologySettings, Rules, Run, table_by};
 use loopscope::questions::{Request, analyse};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::scoring::lag::{LagRun, lags};
+use loopscope::scoring::loops::extents_of_set;
 use loopscope::scoring::loops::{Frame, Loop, Loops, default_reversal_threshold, outline};
 
 /// Width and height of a plot, and the number of points that it may have anyway.

@@ -25,7 +25,7 @@ use crate::export::{Footprint, Outline, Together, WriteError, listed_targets, ta
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::finding::{Face, Finding, Id};
 use crate::progress::Progress;
-use crate::questions::errors::{Shown, errors, factory_note};
+use crate::questions::errors::{errors, factory_note};
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::expected_error::query::expected_error;
 use crate::questions::expected_error::{expected_error_table, limits_table};
@@ -35,6 +35,7 @@ use crate::questions::{
     train,
 };
 use crate::recording::Axis;
+use crate::report::Shown;
 use crate::scoring::numbers::significant;
 
 /// Fit a conventional and a compensated calibration, and print the errors of both.

@@ -20,15 +20,14 @@ use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
 use crate::finding::Face;
-use crate::questions::errors::Shown;
 use crate::questions::loops::TableOf;
 use crate::questions::metrology::{
-    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, extents_of, extents_of_set,
-    figure_records, table_by,
+    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, table_by,
 };
 use crate::questions::{Request, analyse};
 use crate::recording::{Recording, Role, simulated};
-use crate::scoring::loops::LoadExtent;
+use crate::report::Shown;
+use crate::scoring::loops::{LoadExtent, extents_of, extents_of_set};
 
 /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
 #[derive(Debug, Args)]

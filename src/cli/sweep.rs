@@ -17,11 +17,12 @@ use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::{List, named_file, one_of};
 use crate::calibration::{Scores, counted};
-use crate::export::{Together, threshold_heat_map, write_threshold_csv, write_threshold_svg};
+use crate::export::Together;
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::questions::thresholds::{
     Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
-    ThresholdGrid, ThresholdMap, even_values,
+    ThresholdGrid, ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
+    write_threshold_svg,
 };
 use crate::questions::{BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
 use crate::recording::Axis;

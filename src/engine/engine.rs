@@ -30,7 +30,7 @@ use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
-use crate::export::{ShownFTh, target_endings, target_for};
+use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
 use crate::finding::Face;
 use crate::import::map::ColumnMap;
@@ -43,6 +43,7 @@ use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Train
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
+use crate::questions::thresholds::ShownFTh;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use crate::questions::{
     Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,

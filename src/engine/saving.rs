@@ -8,13 +8,14 @@ use crate::engine::project::Project;
 use crate::engine::session::Session;
 use crate::engine::session::write_session;
 use crate::export::{
-    FileFormat, MAP_FORMATS, TARGETS, TRACE_FORMATS, Together, WriteError, caution, map_format,
-    write_atomically, write_calibration, write_report, write_traces,
+    FileFormat, TARGETS, TRACE_FORMATS, Together, WriteError, caution, write_atomically,
+    write_calibration, write_traces,
 };
 use crate::progress::Progress;
 use crate::questions::metrology::Metrology;
 use crate::questions::metrology::figure_records;
-use crate::questions::page::{ReportRequest, report};
+use crate::questions::page::{ReportRequest, report, write_report};
+use crate::questions::thresholds::{MAP_FORMATS, map_format};
 use crate::questions::thresholds::{Measure, ThresholdMap};
 use crate::questions::{OnScreen, Request, handed_over};
 use crate::report::Table;

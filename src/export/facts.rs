@@ -40,7 +40,7 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
 }
 
 /// Facts on the fit: its model, its settings and its recordings.
-pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
+pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let axes = || calibration.axes.iter().zip(&calibration.units);
     let units = calibration.axes.iter().map(|axis| axis.label());

@@ -5,8 +5,8 @@
 use std::io;
 
 use crate::formats::csv::CsvWriter;
-use crate::questions::errors::Trace;
 use crate::recording::Axis;
+use crate::report::trace::Trace;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 use crate::shown::printable;

@@ -3,10 +3,11 @@
 use crate::engine::Engine;
 use crate::finding::Face;
 use crate::questions::Analysis;
-use crate::questions::errors::{Shown, errors};
+use crate::questions::errors::errors;
 use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::expected_error::{expected_error_column, expected_error_table};
 use crate::questions::thresholds::ScoreSet;
+use crate::report::Shown;
 use crate::report::Table;
 use crate::ui::command::{Kind, Pane};
 use crate::ui::controls::Controls as _;

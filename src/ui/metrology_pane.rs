@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
-use crate::questions::errors::Shown;
 use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::metrology::{crosstalk, overview};
 use crate::recording::Axis;
+use crate::report::Shown;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;

@@ -103,7 +103,7 @@ fn every_figure_is_a_number_or_a_reason() {
 }
 
 #[test]
-fn a_recording_without_reference_has_a_sentence_for_each_figure() {
+fn a_recording_without_reference_has_a_reason_for_each_figure() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat();
     succeed(workshop.path(), &fit);
@@ -150,7 +150,7 @@ fn the_table_shows_notes_and_definitions() {
 }
 
 #[test]
-fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() {
+fn without_files_the_built_in_sensor_is_measured_on_its_test_recordings() {
     let report = metrology(Path::new("."), &[]);
     assert_eq!(report["simulated"], true);
     // 15 test recordings, 40,500 samples, and six of the bench with 6,841 each.
@@ -177,7 +177,7 @@ fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() 
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_in_one_line() {
+fn impossible_arguments_are_refused_in_one_line() {
     let workshop = Workshop::with_recordings();
     let before = workshop.read("a.csv");
     for (arguments, word) in [

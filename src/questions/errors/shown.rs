@@ -1,9 +1,9 @@
 //! The errors of a calibration as tables.
 
 use crate::calibration::{Calibration, FactoryScores};
-use crate::questions::errors::trace::{Shown, Trace};
 use crate::questions::thresholds::ScoreSet;
 use crate::report::table::{Cell, Column, Table};
+use crate::report::trace::{Shown, Trace};
 use crate::scoring::numbers::significant;
 
 /// Returns the errors on one set of samples, one row per axis.

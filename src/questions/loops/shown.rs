@@ -1,10 +1,10 @@
 //! The figures of a loop, and of a dwell's drift, as tables.
 
-use crate::questions::errors::trace::Trace;
 use crate::questions::loops::source::OutputLag;
 use crate::questions::metrology::Basis;
 use crate::recording::Axis;
 use crate::report::table::{Cell, Column, Table};
+use crate::report::trace::Trace;
 use crate::scoring::holds::Drift;
 use crate::scoring::numbers::significant;
 

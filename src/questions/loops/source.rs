@@ -11,11 +11,11 @@ use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::request::LookRequest;
-use crate::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set};
+use crate::questions::metrology::{MetrologySettings, Rules, Run};
 use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lag_of, widths};
-use crate::scoring::loops::LoadExtent;
+use crate::scoring::loops::{LoadExtent, extents_of_set};
 
 /// An interval of one recording.
 #[derive(Clone, Debug, PartialEq)]

@@ -39,7 +39,7 @@ pub(crate) use measured::check_numbers;
 pub(crate) use quantity::Quantity;
 pub(crate) use reason::Reason;
 pub(crate) use settings::MetrologyError;
-pub use settings::{MetrologySettings, Rules, extents_of, extents_of_set};
+pub use settings::{MetrologySettings, Rules};
 pub use shown::crosstalk;
 pub(crate) use shown::{axis_figures, figure_records, overview};
 pub use table::table_by;

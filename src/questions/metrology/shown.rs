@@ -1,6 +1,5 @@
 //! Metrology figures as tables.
 
-use crate::questions::errors::trace::{Shown, Trace};
 use crate::questions::loops::shown::{MOVES, moves};
 use crate::questions::metrology;
 use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
@@ -8,6 +7,7 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::report::table;
 use crate::report::table::{Cell, Column, Table};
+use crate::report::trace::{Shown, Trace};
 use crate::scoring::numbers::significant;
 
 type Output = fn(&metrology::Cell) -> &Figure;

@@ -18,6 +18,7 @@
 
 mod curve;
 mod cycle;
+mod extents;
 mod outline;
 mod rainflow;
 mod raster;
@@ -33,6 +34,7 @@ pub(crate) use curve::Curve;
 pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
 pub(crate) use cycle::even_loads;
+pub use extents::{extents_of, extents_of_set};
 pub(crate) use outline::Stroke;
 pub use outline::{Density, Frame, Outline, outline};
 pub(crate) use turns::{Branch, NOISE_FACTOR};

@@ -2,7 +2,7 @@
 
 use super::data::{ReportData, ReportRecording};
 use crate::calibration::{Calibration, LinearMap};
-use crate::export::facts::settings_of;
+use crate::export::settings_of;
 use crate::features::Distance;
 use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;

@@ -3,11 +3,9 @@
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use super::data::{ReportCurves, ReportData, ReportErrors, ReportRecording};
 use crate::calibration::{Calibration, ExpectedError};
-use crate::export::{
-    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
-    used_recordings,
-};
+use crate::export::used_recordings;
 use crate::features::Thresholds;
 use crate::finding::Face;
 use crate::progress::Progress;
@@ -27,7 +25,9 @@ use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
-use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
+use crate::questions::thresholds::{
+    Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, threshold_curve,
+};
 use crate::recording::{Axis, Identity, RecordingSet, Role, ValidRange};
 use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};
