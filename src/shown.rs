@@ -107,7 +107,11 @@ pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
 
 /// Returns a number with its noun: `1 sample`, `2 samples`.
 pub(crate) fn counted(n: usize, noun: &str) -> String {
-    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
+    match (n, noun) {
+        (1, _) | (_, "series") => format!("{n} {noun}"),
+        (_, "trajectory") => format!("{n} trajectories"),
+        _ => format!("{n} {noun}s"),
+    }
 }
 
 #[cfg(test)]

@@ -100,7 +100,7 @@ impl Quality {
     pub fn ridge_in_words(&self, axes: &[Axis]) -> Option<String> {
         let by_axis = |texts: &mut dyn Iterator<Item = String>| {
             let named = axes.iter().zip(texts);
-            let named = named.map(|(axis, text)| format!("{} {text}", axis.symbol()));
+            let named = named.map(|(axis, text)| format!("{axis} {text}"));
             named.collect::<Vec<_>>().join(", ")
         };
         if !self.ridge_by_block.is_empty() {

@@ -185,9 +185,9 @@ fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Resul
     if report.simulated {
         writeln!(out, "The built-in simulated sensor")?;
     }
-    let n = counted(table.n_recordings, "recording");
+    let recordings = counted(table.n_recordings, "recording");
     let (samples, calibration) = (table.n_samples, report.calibration);
-    writeln!(out, "{n}, {samples} samples; calibration {calibration}")?;
+    writeln!(out, "{recordings}, {samples} samples; calibration {calibration}")?;
     let axes = (0..table.axes.len()).map(|at| axis_figures(table, at, Shown::All));
     for shown in axes.chain(crosstalk(table)) {
         writeln!(out, "\n{}", shown.text().trim_end())?;
