@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Axis;
+use crate::shown::counted;
 
 /// Number and kind of the held-out samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -79,10 +80,4 @@ impl fmt::Display for ExpectedError {
         }
         Ok(())
     }
-}
-
-/// Returns a number with its noun.
-pub(crate) fn counted(n: usize, noun: &str) -> String {
-    let plural = if n == 1 { "" } else { "s" };
-    format!("{n} {noun}{plural}")
 }

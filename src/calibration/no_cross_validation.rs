@@ -1,7 +1,7 @@
 //! Reasons why there are no cross-validation errors.
 
-use crate::calibration::expected_error::counted;
 use crate::calibration::settings::Learner;
+use crate::shown::counted;
 
 /// Reason why there are no cross-validation errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

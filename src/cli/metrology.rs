@@ -15,7 +15,6 @@ use super::reading::ReadArgs;
 use super::recordings::MeasuringArgs;
 use super::run::{Run, Work};
 use super::values::named_file;
-use crate::calibration::counted;
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
@@ -28,6 +27,7 @@ use crate::questions::{Request, analyse};
 use crate::recording::{Recording, Role, simulated};
 use crate::report::Shown;
 use crate::scoring::loops::{LoadExtent, extents_of, extents_of_set};
+use crate::shown::counted;
 
 /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
 #[derive(Debug, Args)]

@@ -16,7 +16,7 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::{List, named_file, one_of};
-use crate::calibration::{Scores, counted};
+use crate::calibration::Scores;
 use crate::export::Together;
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::questions::thresholds::{
@@ -29,6 +29,7 @@ use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
 use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::scoring::numbers::significant;
+use crate::shown::counted;
 
 /// Fit at every pair of thresholds, print or draw the errors, and suggest thresholds.
 #[derive(Debug, Args)]

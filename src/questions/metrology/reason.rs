@@ -76,7 +76,7 @@ pub enum Reason {
     NoRecovery { axis: Axis, share: f64 },
     #[error("the time lag of {axis} is unknown: {reason}")]
     NoLag { axis: Axis, reason: NoLag },
-    #[error("the time lag explains {:.0} % of the mean width of {axis}: hysteresis is that of the row above", 100.0 * .share)]
+    #[error("the time lag explains {:.0} % of the mean width of {axis}, so the hysteresis needs no correction", 100.0 * .share)]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(
         "the uncertainty of the time lag leaves the hysteresis of {axis} uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
