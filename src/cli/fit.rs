@@ -133,8 +133,8 @@ impl Work for FitJob {
         if self.export.iter().any(|path| is_for_controllers(path)) {
             note_footprint(&run.say, &request, &calibration);
         }
-        let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits);
-        let report = FitReport { findings: grave.iter().chain(&others).collect(), ..report };
+        let found = grave.iter().chain(&others).collect();
+        let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits, found);
         run.print(self.json, &report, |out| {
             print_fit(&calibration, report.factory.as_ref(), n_recordings, out)?;
             match &expected {
@@ -284,6 +284,7 @@ impl<'a> FitReport<'a> {
         factory: Option<FactoryScores>,
         expected: &'a Result<ExpectedError, String>,
         limits: &'a [Checked],
+        findings: Vec<&'a Finding>,
     ) -> Self {
         let quality = &calibration.quality;
         let first = calibration.features.look_backs.first();
@@ -315,7 +316,7 @@ impl<'a> FitReport<'a> {
             expected_error: expected.as_ref().ok(),
             no_expected_error: expected.as_ref().err(),
             limits,
-            findings: Vec::new(),
+            findings,
         }
     }
 }

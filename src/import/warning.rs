@@ -139,9 +139,7 @@ impl Cause {
             Self::UnnamedLoads { .. } => Id::UnnamedLoads,
             Self::NewRecording { .. } | Self::WrappedClock { .. } => Id::Stamps,
             Self::RepeatedTime { .. } | Self::TurnByTurn => Id::Stamps,
-            Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. } => Id::Values,
-            Self::HeldReference { .. } | Self::Inertia { .. } => Id::Values,
-            Self::AveragedBursts { .. } => Id::Values,
+            _ => Id::Values,
         }
     }
 
@@ -279,17 +277,16 @@ impl Findings {
     }
 }
 
-/// Compares kind and facts.
-#[cfg(test)]
-impl PartialEq<Cause> for Finding {
-    fn eq(&self, cause: &Cause) -> bool {
-        self.id == cause.id() && self.seen == cause.to_string()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Compares kind and facts.
+    impl PartialEq<Cause> for Finding {
+        fn eq(&self, cause: &Cause) -> bool {
+            self.id == cause.id() && self.seen == cause.to_string()
+        }
+    }
 
     #[test]
     fn one_kind_is_one_warning_across_intervals() {

@@ -192,13 +192,9 @@ pub(crate) struct FixedTraces {
 
 #[derive(Debug)]
 struct FixedAxis {
-    axis: Axis,
     truth: Option<Arc<dyn Values>>,
-    calculated: Option<Arc<Series>>,
-    conventional: Arc<Series>,
-    conventional_error: Option<Arc<Series>>,
-    factory: Option<Arc<Series>>,
-    factory_error: Option<Arc<Series>>,
+    /// Traces of the axis; the compensated load is still the conventional one.
+    traces: AxisTraces,
 }
 
 /// Takes the next trace, if there is one.
@@ -267,15 +263,19 @@ impl FixedTraces {
         let axes = axes
             .map(|((&axis, truth), factory)| {
                 let (has_truth, has_factory) = (truth.is_some(), factory.is_some());
-                FixedAxis {
+                let conventional = next(&mut series, true).expect("one for each axis");
+                let traces = AxisTraces {
                     axis,
-                    conventional: next(&mut series, true).expect("one for each axis"),
+                    compensated: Arc::clone(&conventional),
+                    conventional,
                     calculated: next(&mut series, has_truth),
                     factory: next(&mut series, has_factory),
                     conventional_error: next(&mut series, has_truth),
                     factory_error: next(&mut series, has_truth && has_factory),
-                    truth,
-                }
+                    compensated_error: None,
+                    band: None,
+                };
+                FixedAxis { truth, traces }
             })
             .collect();
         Ok(Self {
@@ -389,7 +389,7 @@ impl FixedTraces {
                     held(&|at, sample| {
                         let recording = &thinned.entries[self.segments[at].recording].recording;
                         let axes = recording.axes();
-                        let own = axes.iter().position(|axis| *axis == fixed.axis);
+                        let own = axes.iter().position(|axis| *axis == fixed.traces.axis);
                         let truth = own.map(|own| recording.loads()[sample * axes.len() + own]);
                         load(at, sample) - truth.unwrap_or(f64::NAN)
                     })
@@ -408,15 +408,10 @@ impl FixedTraces {
         each: usize,
     ) -> TraceSet {
         let axes = self.axes.iter().zip(moving).map(|(fixed, moving)| AxisTraces {
-            axis: fixed.axis,
-            calculated: fixed.calculated.clone(),
-            conventional: Arc::clone(&fixed.conventional),
-            conventional_error: fixed.conventional_error.clone(),
             compensated: moving.compensated,
             compensated_error: moving.error,
-            factory: fixed.factory.clone(),
-            factory_error: fixed.factory_error.clone(),
             band: moving.band,
+            ..fixed.traces.clone()
         });
         let thresholds = calibration.features.look_backs.first().copied();
         TraceSet {
