@@ -299,6 +299,7 @@ pub enum Id {
     Odd,
     Noisy,
     Hum,
+    Alternates,
     Bent,
     ReferenceClipped,
     Lag,
@@ -490,6 +491,12 @@ impl Id {
                 "rig",
                 "the fit gives this recording the same weight as the others; check cables, shields and supply, or exclude it from training",
                 &[Way::Roles],
+            ),
+            Self::Alternates => (
+                "rig",
+                "such values are often two channels in one column, and the fit uses their mean; check the logger's channel order, \
+                 or give the gauge the role Ignore",
+                &[Way::Columns],
             ),
             Self::Hum => (
                 "rig",

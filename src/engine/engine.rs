@@ -37,7 +37,7 @@ use crate::import::map::ColumnMap;
 use crate::panicked::locked;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
-use crate::questions::loops::asked::{AskFigures, AskLoops, AskVerdict};
+use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
 use crate::questions::loops::{LookRequest, Question};
 use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Trained};
 use crate::questions::page::ReportRequest;
@@ -532,6 +532,8 @@ impl Engine {
             self.lanes.of_mut::<AskLoops>().forget();
             self.lanes.of_mut::<AskFigures>().forget();
             self.lanes.of_mut::<AskVerdict>().forget();
+            self.lanes.of_mut::<AskPredicted>().forget();
+            self.lanes.of_mut::<AskResidual>().forget();
         }
     }
 

@@ -8,7 +8,7 @@ use crate::questions::check::query::CheckData;
 use crate::questions::errors::asked::Analyse;
 use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::history::AskHistory;
-use crate::questions::loops::asked::{AskFigures, AskLoops, AskVerdict};
+use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
 use crate::questions::models::asked::{Compare, FindBest, Train};
 use crate::questions::question::Query;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
@@ -25,6 +25,8 @@ impl Lanes {
             Box::new(Lane::<AskLoops>::new(notify)),
             Box::new(Lane::<AskFigures>::new(notify)),
             Box::new(Lane::<AskVerdict>::new(notify)),
+            Box::new(Lane::<AskPredicted>::new(notify)),
+            Box::new(Lane::<AskResidual>::new(notify)),
             Box::new(Lane::<StudyThresholds>::new(notify)),
             Box::new(Lane::<CheckData>::new(notify)),
             Box::new(Lane::<AskExpectedError>::new(notify)),

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::engine::query::Lane;
 use crate::engine::{Edit, Engine, FileContent};
 use crate::finding::Face;
-use crate::questions::loops::asked::{AskFigures, LookAt};
+use crate::questions::loops::asked::{AskFigures, AskVerdict, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::metrology::{crosstalk, overview};
@@ -45,7 +46,10 @@ impl PaneView for MetrologyPane {
         let of = self.of(cx.engine);
         let question = Question::Table(TableQuestion { of });
         if let Some(look) = cx.engine.look(None, question) {
-            cx.ask::<AskFigures>(LookAt(look));
+            match self.is_usual(cx.engine) {
+                true => cx.ask::<AskVerdict>(LookAt(look)),
+                false => cx.ask::<AskFigures>(LookAt(look)),
+            }
         }
     }
 }
@@ -56,9 +60,17 @@ impl MetrologyPane {
         self.of.unwrap_or(usual)
     }
 
+    /// Returns true if the table is the one that the verdict strip shows too, and so is computed once for both.
+    fn is_usual(&self, engine: &Engine) -> bool {
+        self.of(engine) == TableOf::usual(&engine.project().recordings)
+    }
+
     fn draw(&mut self, ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
-        let figures = engine.lane::<AskFigures>();
-        let table = match figures.answer().filter(|_| engine.analysis().is_some()) {
+        let (answer, problem) = match self.is_usual(engine) {
+            true => of_lane(engine.lane::<AskVerdict>()),
+            false => of_lane(engine.lane::<AskFigures>()),
+        };
+        let table = match answer.filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
             _ => None,
         };
@@ -88,7 +100,7 @@ impl MetrologyPane {
             saving.show(ui, text, content, out);
         });
         ui.separator();
-        if let Some(problem) = figures.problem() {
+        if let Some(problem) = problem {
             ui.warn(problem);
         }
         let Some(table) = table else {
@@ -137,6 +149,11 @@ impl MetrologyPane {
         ui.separator();
         dwell_secs(ui, "Dwell", measuring);
     }
+}
+
+/// Returns the answer of a lane, and why there is none.
+fn of_lane<const PANE: char>(lane: &Lane<LookAt<PANE>>) -> (Option<&Look>, Option<&str>) {
+    (lane.answer(), lane.problem())
 }
 
 /// A field for a share of full scale: label, explanation and value.

@@ -15,10 +15,16 @@ use crate::ui::pane::{Cx, PaneView};
 use crate::ui::table::{Saving, Sort};
 use crate::ui::{plots, table};
 
+mod model_plots;
+
+use model_plots::ModelPlots;
+
 /// Largest time limit of a search (min).
 const MOST_MINUTES: f64 = 10_000.0;
 /// Share of the pane's width for the bars.
 const BARS_SHARE: f32 = 0.34;
+/// Share of the pane's height for the plots of the model on screen.
+const PLOTS_SHARE: f32 = 0.45;
 /// Maximum number of characters of a name beside its bar.
 const BAR_NAME_LENGTH: usize = 18;
 /// Maximum number of characters of a name in the list.
@@ -38,6 +44,7 @@ pub struct View {
     sort: Sort,
     /// Path of the saved table.
     path: String,
+    plots: ModelPlots,
 }
 
 impl Default for View {
@@ -47,13 +54,15 @@ impl Default for View {
             minutes: SEARCH_MINUTES,
             sort: Sort::by(RELATIVE),
             path: "models.csv".to_owned(),
+            plots: ModelPlots::default(),
         }
     }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
-        let (engine, out) = (cx.engine, &mut *cx.out);
+        let engine = cx.engine;
+        let out = &mut *cx.out;
         ui.horizontal_wrapped(|ui| {
             self.trying(ui, engine, out);
             ui.separator();
@@ -82,6 +91,11 @@ impl PaneView for View {
             ui.label(said);
         }
         ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: fitted to other recordings");
+        let height = PLOTS_SHARE * ui.available_height();
+        egui::Panel::bottom("model plots").default_size(height).resizable(true).show(ui, |ui| {
+            self.plots.ui(ui, cx);
+        });
+        let out = &mut *cx.out;
         let width = BARS_SHARE * ui.available_width();
         egui::Panel::right("model bars").default_size(width).show(ui, |ui| bars(ui, engine, out));
         egui::CentralPanel::no_frame().show(ui, |ui| {

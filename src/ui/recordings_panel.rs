@@ -132,7 +132,8 @@ fn split_row(ui: &mut egui::Ui, engine: &Engine, fields: &mut View, out: &mut Ve
         ui.field("Train/test split: train on the first", field, "Share of each recording's time that is used for training");
         if ui.press(
             "Split",
-            "Splits each recording in time: the first segment trains, the rest tests. The test segment starts cold, without history, as a robot does",
+            "Splits each recording in time: the first segment trains, the rest tests. History does not cross the split, so each test \
+             segment starts cold: features with memory know nothing of the loads before it",
         ) {
             out.push(Edit::Split(fields.split_percent / 100.0).into());
         }

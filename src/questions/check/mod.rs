@@ -1,5 +1,6 @@
 //! Do the recordings determine the model, and what is wrong with them?
 
+mod alternating;
 pub mod cautions;
 pub mod faulty;
 pub mod independent_loads;

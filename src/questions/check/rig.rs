@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::{Cancelled, Progress};
+use crate::questions::check::alternating;
 use crate::recording::{Axis, Recording};
 use crate::report::figure::{Figure, Line, Scale};
 use crate::report::table::{Cell, Column, Table};
@@ -97,6 +98,7 @@ impl RigReport {
         findings.extend(
             rig.channel_faults(training).iter().map(|own| channel_fault(own, &gauges, rig.axes())),
         );
+        findings.extend(alternating::finding(training));
         progress.check()?;
         let (answers, axes) = (rig.answers(), rig.axes().to_vec());
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))

@@ -8,16 +8,20 @@ use crate::questions::question::{Answered, Query, Work};
 
 /// Loops, cross-plots, dwells, or the table of figures.
 ///
-/// Two panes ask, each on its own lane: see [`AskLoops`] and [`AskFigures`].
+/// Each asker has its own lane: see [`AskLoops`], [`AskFigures`] and [`AskVerdict`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 
 /// Question of the loop pane.
 pub type AskLoops = LookAt<'l'>;
-/// Question of the metrology pane.
+/// Question of the metrology pane about other recordings than the verdict's.
 pub type AskFigures = LookAt<'m'>;
-/// Question of the verdict strip at the top of the window.
+/// Question of the verdict strip at the top of the window, and of the metrology pane about the same recordings.
 pub type AskVerdict = LookAt<'v'>;
+/// Question about predicted over reference load of the model on screen.
+pub type AskPredicted = LookAt<'p'>;
+/// Question about residual over load of the model on screen.
+pub type AskResidual = LookAt<'e'>;
 
 impl<const PANE: char> Query for LookAt<PANE> {
     type Answer = Look;

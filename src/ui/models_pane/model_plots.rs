@@ -1,0 +1,89 @@
+//! Plots of the model on screen: predicted over reference load, and residual over load, on recordings outside the fit.
+
+use crate::questions::loops::asked::{AskPredicted, AskResidual, LookAt};
+use crate::questions::loops::{
+    Channel, CrossQuestion, FiguresOf, Inks, LoadKind, Look, LoopQuestion, LoopView, Output,
+    Question, Span, TableOf, Up,
+};
+use crate::recording::Axis;
+use crate::report::figure::Figure;
+use crate::ui::controls::Controls as _;
+use crate::ui::palette::inks;
+use crate::ui::pane::Cx;
+use crate::ui::plots::{self, Zoom};
+
+/// Minimum size of a plot (points).
+const SMALLEST: f32 = 80.0;
+
+/// The axis and the visible ranges of both plots.
+#[derive(Debug, Default)]
+pub(super) struct ModelPlots {
+    axis: Option<Axis>,
+    zooms: [Zoom; 2],
+}
+
+impl ModelPlots {
+    pub(super) fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
+        let engine = cx.engine;
+        let axes = engine.project().axes();
+        let chosen = self.axis.filter(|own| axes.contains(own));
+        let Some(mut axis) = chosen.or(axes.first().copied()) else { return };
+        ui.horizontal_wrapped(|ui| {
+            ui.strong("Model on screen").on_hover_text("\"Use\" shows another model");
+            for own in axes {
+                ui.select(&mut axis, *own, own.symbol(), "Draws this axis");
+            }
+        });
+        if self.axis.is_some_and(|own| own != axis) {
+            self.zooms = Default::default();
+        }
+        self.axis = Some(axis);
+        let size = ui.available_size();
+        let (width, height) = ((0.5 * size.x - 8.0).max(SMALLEST), (size.y - 4.0).max(SMALLEST));
+        let pixels = [width, height].map(|side| f64::from(side * ui.pixels_per_point()));
+        let span = Span::Of(TableOf::usual(&engine.project().recordings));
+        let [across, up] = [LoadKind::Calculated, LoadKind::Output(Output::Compensated)]
+            .map(|kind| Channel::Load(kind, axis));
+        let [first, second] = self.zooms;
+        let cross = CrossQuestion { across, up, span, frame: first, pixels };
+        let loops =
+            LoopQuestion { axis, up: Up::Error, span, lag_removed: false, frame: second, pixels };
+        ui.horizontal_top(|ui| {
+            let colors = inks(ui.visuals());
+            let labels = || {
+                ["Reference", "Compensated"]
+                    .map(|name| format!("{name} {} [{}]", axis.symbol(), axis.unit()))
+            };
+            let mut one = |ui: &mut egui::Ui,
+                           id: &str,
+                           drawing: &Figure<'_>,
+                           print: &Figure<'_>,
+                           zoom: &mut Zoom| {
+                ui.allocate_ui(egui::vec2(width, height), |ui| {
+                    plots::plot(ui, id, height, [drawing, print], zoom, cx.out);
+                });
+            };
+            if let Some(Look::Cross(plot)) = engine.lane::<AskPredicted>().answer() {
+                let drawing = plot.figure(labels(), &colors, first);
+                let print = plot.figure(labels(), &Inks::PRINT, first);
+                one(ui, "predicted", &drawing, &print, &mut self.zooms[0]);
+            }
+            if let Some(Look::Loops(plot)) = engine.lane::<AskResidual>().answer() {
+                let mut view = LoopView::of_all(plot, ("", ""), FiguresOf::Largest);
+                view.shown.retain(|curve| curve.output == Some(Output::Compensated));
+                let drawing = Figure { title: view.title(), ..view.figure(&colors, second) };
+                let print = view.figure(&Inks::PRINT, second);
+                one(ui, "residual", &drawing, &print, &mut self.zooms[1]);
+            }
+        });
+        if engine.gesture.is_some() {
+            return; // While a slider moves, the plots of the previous settings stay.
+        }
+        if let Some(look) = engine.look(None, Question::Cross(cross)) {
+            cx.ask::<AskPredicted>(LookAt(look));
+        }
+        if let Some(look) = engine.look(None, Question::Loops(loops)) {
+            cx.ask::<AskResidual>(LookAt(look));
+        }
+    }
+}
