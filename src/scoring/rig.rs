@@ -224,15 +224,17 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
 
 /// Load cases of one table taken together, where there are several tables or recordings.
 fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
-    let is_one_table = |a: &usize, b: &usize| {
-        let [a, b] = [recordings[*a], recordings[*b]];
-        a.is_static() && b.is_static() && a.source() == b.source()
-    };
-    let tables: Vec<Vec<usize>> = order.chunk_by(is_one_table).map(<[usize]>::to_vec).collect();
+    let tables = order.chunk_by(|a, b| is_one_table(recordings[*a], recordings[*b]));
+    let tables: Vec<Vec<usize>> = tables.map(<[usize]>::to_vec).collect();
     match tables.len() {
         1 => order.into_iter().map(|own| vec![own]).collect(),
         _ => tables,
     }
+}
+
+/// Returns true if both are load cases of one table.
+fn is_one_table(a: &Recording, b: &Recording) -> bool {
+    a.is_static() && b.is_static() && a.source() == b.source()
 }
 
 /// Mean and standard deviation of each gauge, and how far it moves in them.

@@ -9,14 +9,14 @@ use crate::recording::Axis;
 use crate::scoring::rig::fits::{self, Forward, Shape};
 use crate::scoring::rig::{Rig, chance};
 
-/// A correction is named where it leaves this share of the left-out error at most: of a fault that adds a quarter 0.8 would be left by the
-/// true correction, and a little more by an estimated one.
-const MATTERS: f64 = 0.87;
-/// Smallest change of the load by a tare, over the error that is left without it. Hysteresis leaves the zero where the last loads put it,
-/// which changes the load by less than once the error.
-const SHIFT: f64 = 1.0;
-/// Share of full scale that the left-out error must fall by, too: less is below what references hold.
-const FALLS: f64 = 0.0003;
+/// A correction is named where it leaves this share of the left-out error at most. Of a fault that adds a quarter the true
+/// correction leaves 0.8, and an estimated one up to a twentieth more.
+const MATTERS: f64 = 0.84;
+/// Smallest change of the load by a tare over the error that is left without it, over the one that adds as much as matters: a
+/// tare of which loads leave the zeros uncertain is smaller by chance.
+const SHIFT: f64 = 0.8;
+/// Share of full scale that the left-out error must fall by, too: one step of a reference with 16 bits.
+const FALLS: f64 = 1.5e-5;
 /// Chance that one of all corrections that are tried is found in units that have no fault.
 const BY_CHANCE: f64 = 0.005;
 /// The same over whole recordings, where there are enough to tell how far sound ones differ.
@@ -228,6 +228,10 @@ impl Rig {
         let (is_here, _) = self.corrected(place);
         let sums = self.sums();
         let [own, others] = [true, false].map(|side| self.side(&sums, &is_here, side));
+        // Fewer load cases than coefficients follow any correction.
+        if own[(0, 0)] < (shape.n_gauges + 2) as f64 {
+            return Vec::new();
+        }
         let fit = self.first_fit(&others, &own);
         let variances = fit.variances(&others, shape);
         let mean = column_means(&own);
@@ -384,11 +388,7 @@ impl Rig {
         let corrected =
             sums.iter().fold(Mat::zeros(shape.width(), shape.width()), |all, own| all + own);
         let back = fits::backward(&corrected, shape);
-        let loads = |zeros: &[f64]| -> Vec<f64> {
-            (0..shape.axes.len())
-                .map(|axis| (0..zeros.len()).map(|gauge| back[(axis, gauge)] * zeros[gauge]).sum())
-                .collect()
-        };
+        let loads = |zeros: &[f64]| loads_of(&back, zeros);
         let values: Vec<Vec<f64>> = plain.iter().map(|own| loads(&fit.zeros(own, shape))).collect();
         let weights: Vec<f64> = plain.iter().map(|own| own[(0, 0)]).collect();
         Refit {
@@ -527,11 +527,7 @@ impl Rig {
         let all = self.total(|_| true);
         let fit = Forward::with_drift(&all, shape);
         let back = fits::backward(&all, shape);
-        let loads = |zeros: &[f64]| -> Vec<f64> {
-            (0..shape.axes.len())
-                .map(|axis| (0..zeros.len()).map(|gauge| back[(axis, gauge)] * zeros[gauge]).sum())
-                .collect()
-        };
+        let loads = |zeros: &[f64]| loads_of(&back, zeros);
         let zeros: Vec<Vec<f64>> = plain.iter().map(|own| loads(&fit.zeros(own, shape))).collect();
         let weights: Vec<f64> = plain.iter().map(|own| own[(0, 0)]).collect();
         let times: Vec<f64> = plain.iter().map(|own| own[(0, 1)] / own[(0, 0)]).collect();
@@ -703,7 +699,7 @@ impl Rig {
         };
         let (n, m) = (parts.len() as f64, parts.iter().filter(|here| **here).count() as f64);
         let added = m * (n - m) / (n - 1.0).powi(2);
-        ((MATTERS.powi(-2) - 1.0) / added).sqrt().max(SHIFT)
+        ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT
     }
 
     fn chances(&self, values: &[Vec<f64>], weights: &[f64], is_here: &[bool]) -> [f64; 2] {
@@ -873,6 +869,12 @@ impl Moments {
         let gain = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
         Some(((0..n).map(|i| step[(i, 0)]).collect(), gain))
     }
+}
+
+/// Returns the loads that zeros of the gauges make, over full scale.
+fn loads_of(back: &Mat<f64>, zeros: &[f64]) -> Vec<f64> {
+    let load = |axis| zeros.iter().enumerate().map(|(at, zero)| back[(axis, at)] * zero).sum();
+    (0..back.nrows()).map(load).collect()
 }
 
 fn column_means(sums: &Mat<f64>) -> Vec<f64> {
