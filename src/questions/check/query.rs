@@ -419,15 +419,7 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
                 if fits {
                     let arm = match centre.iter().find(|part| **part != 0.0) {
                         None => String::new(),
-                        Some(part) => format!(
-                            " at {} m along {}",
-                            part.abs(),
-                            named(&centre.map(|part| if part == 0.0 {
-                                0.0
-                            } else {
-                                part.signum()
-                            }))
-                        ),
+                        Some(part) => format!(" at {} m along {}", part.abs(), named(centre)),
                     };
                     loads.push((load, Some(format!("{mass} kg{arm}, down is {}", named(way)))));
                 }
