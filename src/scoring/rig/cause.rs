@@ -12,8 +12,8 @@ use crate::scoring::rig::{Rig, Unit, chance};
 /// A correction is named where it leaves this share of the left-out error at most. Of a fault that adds a quarter the true
 /// correction leaves 0.8, and an estimated one up to a twentieth more.
 const MATTERS: f64 = 0.84;
-/// Smallest change of the load by a tare over the error that is left without it, over the one that adds as much as matters: a
-/// tare of which loads leave the zeros uncertain is smaller by chance.
+/// Smallest change of the load by a tare, as a share of the change that takes as much off the error as matters. An estimated
+/// change is smaller by chance.
 const SHIFT: f64 = 0.8;
 /// Share of full scale that the left-out error must fall by, too: one step of a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
@@ -674,8 +674,8 @@ impl Rig {
         (0..self.n_runs()).map(of_run).collect()
     }
 
-    /// Returns the smallest change of the load by a tare, over the error that is left without it, that makes the error larger by as much
-    /// as matters. Where `n` parts are left out in turn and `m` have the tare, it adds `m (n − m) / (n − 1)²` of its square.
+    /// Returns the smallest change of the load by a tare that is named, over the error that is left without it. Where `n` parts
+    /// are left out in turn and `m` have the tare, a change adds `m (n − m) / (n − 1)²` of its square.
     fn smallest_shift(&self, is_here: &[bool]) -> f64 {
         let parts = match self.n_runs() < fits::FEWEST_RUNS {
             true => is_here.to_vec(),

@@ -296,12 +296,12 @@ struct Trace {
     samples: Vec<(f64, f64)>,
 }
 
-/// A load from which it turns back; each different load case is one.
+/// A load from which an axis turns back, or a load case.
 struct Peak {
     load: f64,
     /// What the gauges show there.
     shown: f64,
-    /// Whether it lasts three samples or more, or is a load case.
+    /// Whether the load stays there for three samples or more, or is a load case.
     stays: bool,
     /// How far the gauges rise and fall meanwhile.
     rise: f64,
