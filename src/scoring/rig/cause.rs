@@ -154,7 +154,6 @@ impl Rig {
         });
         let mut refits: Vec<Refit> = refits.collect();
         refits.push(self.drift(trials.len()));
-        let matters = |without: f64| without < MATTERS * with && with - without > FALLS;
         let is_shift = |own: &Refit| {
             let trial = trials.get(own.trial).filter(|trial| trial.cause == Cause::Tare);
             let squares: f64 = own.values.iter().map(|value| value * value).sum();
@@ -163,7 +162,7 @@ impl Rig {
         };
         let is_found = |own: &&Refit| {
             let of_runs = if own.trial < trials.len() { places.len() } else { 1 };
-            matters(own.error)
+            matters(with, own.error)
                 && is_shift(own)
                 && own.chances[0] < BY_CHANCE / n_tried as f64
                 && own.chances[1] < BY_CHANCE_OF_RUNS / of_runs as f64
@@ -566,7 +565,7 @@ impl Rig {
             let largest = ratios.into_iter().fold(0.0, f64::max);
             let without = if gauges.is_empty() { with } else { self.error_without(run) };
             let is_static = self.noise[run].1;
-            (without < MATTERS * with && with - without > FALLS).then(|| Contradiction {
+            matters(with, without).then(|| Contradiction {
                 cause: if is_static { Cause::Unlike } else { Cause::Noise(gauges) },
                 place: Where::One(run),
                 values: vec![largest],
@@ -620,8 +619,7 @@ impl Rig {
         };
         let is_inside =
             reach(true).iter().zip(reach(false)).all(|(own, others)| *own <= 2.0 * others);
-        let is_found = without < MATTERS * with
-            && with - without > FALLS
+        let is_found = matters(with, without)
             && of_units < BY_CHANCE / n as f64
             && of_runs < BY_CHANCE_OF_RUNS / n as f64
             && is_inside;
@@ -831,6 +829,11 @@ impl Moments {
         let gain = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
         Some(((0..n).map(|i| step[(i, 0)]).collect(), gain))
     }
+}
+
+/// Returns true if a left-out error becomes smaller by enough without a fault.
+fn matters(with: f64, without: f64) -> bool {
+    without < MATTERS * with && with - without > FALLS
 }
 
 /// Returns the sum of the products of two matrices' entries, by the variances of the gauges.
