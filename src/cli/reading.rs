@@ -48,6 +48,26 @@ pub struct ReadArgs {
     pub keep_going: bool,
 }
 
+/// Moves the recordings with the gauges and axes that most have to the front, otherwise in their order: the first decides which
+/// can be used.
+fn usual_columns_first(all: &mut [Entry]) {
+    let has_columns_of = |a: &Entry, b: &Entry| {
+        let [a, b] = [a, b].map(|own| &own.recording);
+        a.gauge_names() == b.gauge_names() && a.axes() == b.axes()
+    };
+    let mut kinds: Vec<(&Entry, usize)> = Vec::new();
+    for own in &*all {
+        match kinds.iter_mut().find(|(kind, _)| has_columns_of(kind, own)) {
+            Some((_, n)) => *n += 1,
+            None => kinds.push((own, 1)),
+        }
+    }
+    // The first of several that are as frequent.
+    let Some((usual, _)) = kinds.into_iter().rev().max_by_key(|(_, n)| *n) else { return };
+    let usual = usual.clone();
+    all.sort_by_key(|own| !has_columns_of(own, &usual));
+}
+
 fn gauge_range(text: &str) -> Result<GaugeRange, String> {
     let ends = |text: &str| {
         let ends = text.split_once(':').and_then(|(low, high)| {
@@ -127,14 +147,20 @@ impl ReadArgs {
         rated: &Rated,
         entry: impl Fn(Entry) -> Result<Entry, JobError>,
     ) -> Result<RecordingSet, JobError> {
-        let mut set = RecordingSet::default();
+        let mut all = Vec::new();
         for (inputs, role) in
             [(&run.inputs.recordings, Role::Train), (&run.inputs.test, Role::Test)]
         {
-            for recording in self.read_if(run, inputs, rated, has_reference)? {
-                let pushed = entry(Entry::new(recording, role)).and_then(|own| Ok(set.push(own)?));
-                self.or_left_out(run, pushed)?;
-            }
+            let read = self.read_if(run, inputs, rated, has_reference)?;
+            all.extend(read.into_iter().map(|recording| Entry::new(recording, role)));
+        }
+        if self.keep_going {
+            usual_columns_first(&mut all);
+        }
+        let mut set = RecordingSet::default();
+        for own in all {
+            let pushed = entry(own).and_then(|own| Ok(set.push(own)?));
+            self.or_left_out(run, pushed)?;
         }
         let is_trained_on = set.entries().iter().any(|entry| entry.role == Role::Train);
         match is_trained_on || run.inputs.recordings.is_empty() {

@@ -140,14 +140,8 @@ impl Rig {
         &self.shape.axes
     }
 
-    fn sums(&self) -> Vec<Mat<f64>> {
-        self.units.iter().map(|unit| unit.sums.clone()).collect()
-    }
-
     fn total(&self, wanted: impl Fn(usize) -> bool) -> Mat<f64> {
-        let width = self.shape.width();
-        let units = self.units.iter().filter(|unit| wanted(unit.run));
-        units.fold(Mat::zeros(width, width), |all, unit| all + &unit.sums)
+        fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
     }
 
     /// How gauges answer to loads, in the gauges' own units: zero, slope for each axis (per N or N·m), and what is left (RMS).
@@ -166,7 +160,7 @@ impl Rig {
     /// Zeros and sensitivities of each run against the fit to the others.
     pub fn table(&self) -> Vec<Run> {
         let n_gauges = self.shape.n_gauges;
-        let errors = fits::left_out(&self.units, &self.sums(), &self.shape, true, false);
+        let errors = fits::left_out(&self.units, &self.shape, true, false);
         // By run and gauge: zero and sensitivity, their weights, and the scatter of the units about them.
         let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
         let mut estimates = Vec::new();
@@ -190,13 +184,13 @@ impl Rig {
                     }
                 }
             }
-            estimates.push((lines, units.len()));
+            estimates.push(lines);
         }
         let known = |value: f64, weight: f64, (squares, freedom): (f64, f64), scale: f64| {
             let error = (squares / freedom / weight).sqrt() / scale;
             (weight > 0.0 && freedom > 0.5 && error.is_finite()).then_some((value / scale, error))
         };
-        let rows = estimates.into_iter().enumerate().map(|(run, (lines, _))| Run {
+        let rows = estimates.into_iter().enumerate().map(|(run, lines)| Run {
             recordings: self.runs[run].clone(),
             zeros: (lines.iter().enumerate())
                 .map(|(gauge, own)| {
@@ -224,15 +218,17 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
 
 /// Load cases of one table taken together, where there are several tables or recordings.
 fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
-    let is_one_table = |a: &usize, b: &usize| {
-        let [a, b] = [recordings[*a], recordings[*b]];
-        a.is_static() && b.is_static() && a.source() == b.source()
-    };
-    let tables: Vec<Vec<usize>> = order.chunk_by(is_one_table).map(<[usize]>::to_vec).collect();
+    let tables = order.chunk_by(|a, b| is_one_table(recordings[*a], recordings[*b]));
+    let tables: Vec<Vec<usize>> = tables.map(<[usize]>::to_vec).collect();
     match tables.len() {
         1 => order.into_iter().map(|own| vec![own]).collect(),
         _ => tables,
     }
+}
+
+/// Returns true if both are load cases of one table.
+fn is_one_table(a: &Recording, b: &Recording) -> bool {
+    a.is_static() && b.is_static() && a.source() == b.source()
 }
 
 /// Mean and standard deviation of each gauge, and how far it moves in them.

@@ -405,6 +405,8 @@ mod tests {
             let found = findings(&request, &calibration, &progress).unwrap();
             let n = found.iter().filter(|own| own.id == Id::Lag).count();
             assert_eq!(n, usize::from(is_found), "{late:?}: {found:?}");
+            let still = Calibration { full_scale: vec![0.0], ..(*calibration).clone() };
+            assert!(found.iter().all(|own| lag_of_fit(own, &still).cost == 0.0));
         }
     }
 

@@ -202,7 +202,7 @@ fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str)
     };
     let loads: Vec<String> = axes.iter().map(axis).collect();
     let s = if n == 1 { "" } else { "s" };
-    let how = how.map_or("not cross-validated", |how| how);
+    let how = how.unwrap_or("not cross-validated");
     format!("Shown: {} in {n} training recording{s} ({how}). {not_covered}", loads.join(", "))
 }
 
@@ -284,16 +284,15 @@ struct Proposals {
 }
 
 fn proposals(on: &Proposing<'_>) -> Proposals {
-    let none = || Proposals {
-        next: Vec::new(),
-        note: "No load moves, so nothing says what another one would show.".to_owned(),
-        unreached: None,
-    };
     let columns = on.calibration.columns();
     let is_past = |at: &usize| matches!(columns[*at], Column::Past { .. });
     let memoryless: Vec<usize> = on.design.all().into_iter().filter(|at| !is_past(at)).collect();
     let (Some(rig), Some(information)) = (on.rig, Information::of(on.sums, &memoryless)) else {
-        return none();
+        return Proposals {
+            next: Vec::new(),
+            note: "No load moves, so nothing says what another one would show.".to_owned(),
+            unreached: None,
+        };
     };
     let moves: Vec<bool> = on.axes.iter().map(|own| rig.axes.contains(&own.axis)).collect();
     let row = |load: &[f64]| {
@@ -419,15 +418,7 @@ fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<Stri
                 if fits {
                     let arm = match centre.iter().find(|part| **part != 0.0) {
                         None => String::new(),
-                        Some(part) => format!(
-                            " at {} m along {}",
-                            part.abs(),
-                            named(&centre.map(|part| if part == 0.0 {
-                                0.0
-                            } else {
-                                part.signum()
-                            }))
-                        ),
+                        Some(part) => format!(" at {} m along {}", part.abs(), named(centre)),
                     };
                     loads.push((load, Some(format!("{mass} kg{arm}, down is {}", named(way)))));
                 }

@@ -33,10 +33,10 @@ const NAMED: usize = 6;
 /// Colours of gauges (Okabe and Ito 2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
-/// Lag from which it matters, in samples ...
-const LAG_SAMPLES: f64 = 0.2;
-/// ... and share of the squared error that goes away with it: the error is then a tenth smaller (√0.8).
+/// Share of the squared error that goes away with a lag that matters: the error is then a tenth smaller (√0.8).
 const LAG_SHARE: f64 = 0.2;
+/// Difference of lags that is reported, in samples.
+const LAG_SAMPLES: f64 = 0.2;
 /// Samples of all recordings beyond which lags are measured on the first ones only.
 const LAG_LONGEST: usize = 200_000;
 
@@ -344,11 +344,7 @@ pub(crate) fn lag(
     if runs.is_empty() {
         return Ok(None);
     }
-    let matters = |own: &&Lag| {
-        own.is_significant()
-            && own.samples.abs() > LAG_SAMPLES
-            && own.explained_error_share > LAG_SHARE
-    };
+    let matters = |own: &&Lag| own.is_significant() && own.explained_error_share > LAG_SHARE;
     let found = lags(&runs, progress)?;
     let known: Vec<&Lag> = found.iter().flatten().collect();
     let late: Vec<&Lag> = known.iter().copied().filter(matters).collect();

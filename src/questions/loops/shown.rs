@@ -30,8 +30,9 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
         let [width, area] = [widths.explained_share(), widths.explained_area_share()]
             .map(|share| significant(100.0 * share, 2));
         let uncertainty = significant(100.0 * widths.uncertainty / widths.largest[1], 2);
+        let not = if found.is_removable() { "" } else { "; the lag is too uncertain to be removed" };
         format!(
-            ": {width} % of the mean width, {area} % of the area; the largest width without it is known to ± {uncertainty} %"
+            ": {width} % of the mean width, {area} % of the area; the largest width without it is known to ± {uncertainty} %{not}"
         )
     });
     let explains = explains.unwrap_or_default();

@@ -31,14 +31,20 @@ pub struct OutputLag {
     pub lag: Result<Lag, NoLag>,
     /// Widths of the loop with and without the lag; `None` without a lag or without a loop.
     pub widths: Option<Widths>,
-    /// Shifts the reference to the time of the output; `None` without a lag.
+    /// Shifts the reference to the time of the output; `None` without a lag, and where it is too uncertain to be removed.
     pub(crate) in_time: Option<InTime>,
 }
 
 impl OutputLag {
-    /// Returns true if the lag explains more than a tenth of the loop's width.
+    /// Returns true if the lag can be removed: it is known well enough to say how wide the loop is without it.
+    pub fn is_removable(&self) -> bool {
+        self.in_time.is_some()
+    }
+
+    /// Returns true if the lag can be removed and explains more than a tenth of the loop's width.
     pub fn is_worth_removing(&self) -> bool {
-        self.lag.as_ref().is_ok_and(Lag::is_significant)
+        self.is_removable()
+            && self.lag.as_ref().is_ok_and(Lag::is_significant)
             && self.widths.is_some_and(|widths| widths.explained_share() > WORTH_REMOVING)
     }
 }
@@ -119,9 +125,12 @@ impl Source {
         let lag = lag_of(&runs, column);
         progress.check()?;
         let known = lag.as_ref().ok();
+        let widths = known.and_then(|lag| widths(lag, column, &runs, reversal_threshold));
+        let full_scale = self.calibration.full_scale[column];
+        let is_certain = widths.is_none_or(|own| !own.is_uncertain(full_scale));
         let found = OutputLag {
-            widths: known.and_then(|lag| widths(lag, column, &runs, reversal_threshold)),
-            in_time: known.map(|lag| InTime::of(lag, column, &runs)),
+            widths,
+            in_time: known.filter(|_| is_certain).map(|lag| InTime::of(lag, column, &runs)),
             lag,
         };
         self.lags.insert((column, output), found.clone());

@@ -5,11 +5,6 @@ use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::lag::{LagRun, WORTH_REMOVING, widths};
 
-/// Maximum change of hysteresis without the lag by the uncertainty of the lag, as a share of itself ...
-const MAX_SHARE: f64 = 0.1;
-/// ... or as a share of full scale.
-const MAX_SHARE_FS: f64 = 0.003;
-
 /// Returns the lag of one output on one axis, its hysteresis without the lag, and the share of the mean width that the lag
 /// explains.
 pub(crate) fn figures(
@@ -34,9 +29,8 @@ pub(crate) fn figures(
         return ([found, Err(Reason::NoCycle { axis })], None);
     };
     let share = widths.explained_share();
-    let allowed = (MAX_SHARE * widths.largest[1]).max(MAX_SHARE_FS * view.full_scale);
     let without = match share > WORTH_REMOVING {
-        true if widths.uncertainty > allowed => {
+        true if widths.is_uncertain(view.full_scale) => {
             Err(Reason::LagTooUncertain { axis, uncertainty: widths.uncertainty })
         }
         true => Ok(Found::everywhere(widths.largest[1])),

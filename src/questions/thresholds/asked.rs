@@ -110,9 +110,8 @@ impl Query for StudyThresholds {
             hysteresis: study.mean_hysteresis(),
             lag: None,
         };
-        let lag = || study.data.lag_as_hysteresis(&self.settings.features, progress);
         if found.map.as_ref().is_some_and(|map| map.is_complete()) {
-            return Ok(ThresholdStudy { lag: lag()?.cloned(), ..found });
+            return Ok(ThresholdStudy { lag: study.lag(progress)?, ..found });
         }
         show(found.clone());
         let grid = ThresholdGrid::covering(study.largest_distance(), MAP_SIDE, MAP_SIDE)
@@ -136,7 +135,7 @@ impl Query for StudyThresholds {
         found.map = so_far.map(Arc::new).or(found.map);
         prepared.map.clone_from(&found.map);
         map?;
-        Ok(ThresholdStudy { lag: lag()?.cloned(), ..found })
+        Ok(ThresholdStudy { lag: study.lag(progress)?, ..found })
     }
 }
 

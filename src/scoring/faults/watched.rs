@@ -300,7 +300,7 @@ impl Watched<'_> {
         let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
-        is_farther && spread > (3.0 * resolution).max(0.03 * span)
+        is_farther && spread > (3.0 * resolution).max((4.0 * expected.sigma).min(0.03 * span))
     }
 
     /// Finds intervals in which the channel repeats one value although it should move, or be elsewhere.

@@ -15,6 +15,10 @@ use crate::scoring::loops::{Loop, Loops};
 
 /// A lag that explains more than this share of a loop's mean width is worth removing.
 pub const WORTH_REMOVING: f64 = 0.1;
+/// Maximum change of the largest width without the lag by the uncertainty of the lag, as a share of itself ...
+const MAX_SHARE: f64 = 0.1;
+/// ... or as a share of full scale.
+const MAX_SHARE_FS: f64 = 0.003;
 /// Rows that the map is fitted to, at most about.
 const MOST_ROWS: usize = 100_000;
 
@@ -44,6 +48,11 @@ impl Widths {
     /// Returns the share of the mean width that the lag explains, 0 to 1.
     pub fn explained_share(&self) -> f64 {
         share(self.mean)
+    }
+
+    /// Returns true if the lag is not known well enough to say how wide the loop is without it.
+    pub fn is_uncertain(&self, full_scale: f64) -> bool {
+        self.uncertainty > (MAX_SHARE * self.largest[1]).max(MAX_SHARE_FS * full_scale)
     }
 
     /// Returns the share of the area that the lag explains, 0 to 1.

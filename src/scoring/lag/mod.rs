@@ -34,11 +34,11 @@ use crate::progress::{Cancelled, Progress};
 const LEAST_SHARE: f64 = 0.02;
 /// Maximum uncertainty (two standard errors) in samples ...
 ///
-/// On 100 made-up sensors with lags up to five samples, play up to 10 % and noise up to 1 %, all 8 lags beyond both
-/// were wrong by more than a tenth of a sample and 3 %, and so were 18 of the 236 within them.
+/// On 100 made-up sensors with lags up to five samples, play up to 10 % and noise up to 1 %, 8 of the 225 lags within one of them
+/// were wrong by more than a tenth of a sample and 3 %, and so were 24 of the 25 beyond both.
 const MOST_SAMPLES: f64 = 0.25;
 /// ... or as a share of the lag.
-const MOST_SHARE: f64 = 0.2;
+const MOST_SHARE: f64 = 0.07;
 
 /// One recording, as its lag is measured.
 ///

@@ -7,16 +7,16 @@ use rayon::prelude::*;
 
 use crate::recording::Axis;
 use crate::scoring::rig::fits::{self, Forward, Shape};
-use crate::scoring::rig::{Rig, chance};
+use crate::scoring::rig::{Rig, Unit, chance};
 
-/// A correction is named where it leaves this share of the left-out error at most: of a fault that adds a quarter 0.8 would be left by the
-/// true correction, and a little more by an estimated one.
-const MATTERS: f64 = 0.87;
-/// Smallest change of the load by a tare, over the error that is left without it. Hysteresis leaves the zero where the last loads put it,
-/// which changes the load by less than once the error.
-const SHIFT: f64 = 1.0;
-/// Share of full scale that the left-out error must fall by, too: less is below what references hold.
-const FALLS: f64 = 0.0003;
+/// A correction is named where it leaves this share of the left-out error at most. Of a fault that adds a quarter the true
+/// correction leaves 0.8, and an estimated one up to a twentieth more.
+const MATTERS: f64 = 0.84;
+/// Smallest change of the load by a tare, as a share of the change that takes as much off the error as matters. An estimated
+/// change is smaller by chance.
+const SHIFT: f64 = 0.8;
+/// Share of full scale that the left-out error must fall by, too: one step of a reference with 16 bits.
+const FALLS: f64 = 1.5e-5;
 /// Chance that one of all corrections that are tried is found in units that have no fault.
 const BY_CHANCE: f64 = 0.005;
 /// The same over whole recordings, where there are enough to tell how far sound ones differ.
@@ -135,8 +135,7 @@ struct Moments {
 impl Rig {
     /// The one fault that explains most of what is left out, if one does.
     pub fn contradiction(&self) -> Option<Contradiction> {
-        let plain = self.sums();
-        let errors = fits::left_out(&self.units, &plain, &self.shape, true, false);
+        let errors = fits::left_out(&self.units, &self.shape, true, false);
         let with = fits::mean_error(&errors, &self.units, |_| true);
         let places = self.places();
         let trials: Vec<Trial> =
@@ -155,7 +154,6 @@ impl Rig {
         });
         let mut refits: Vec<Refit> = refits.collect();
         refits.push(self.drift(trials.len()));
-        let matters = |without: f64| without < MATTERS * with && with - without > FALLS;
         let is_shift = |own: &Refit| {
             let trial = trials.get(own.trial).filter(|trial| trial.cause == Cause::Tare);
             let squares: f64 = own.values.iter().map(|value| value * value).sum();
@@ -164,7 +162,7 @@ impl Rig {
         };
         let is_found = |own: &&Refit| {
             let of_runs = if own.trial < trials.len() { places.len() } else { 1 };
-            matters(own.error)
+            matters(with, own.error)
                 && is_shift(own)
                 && own.chances[0] < BY_CHANCE / n_tried as f64
                 && own.chances[1] < BY_CHANCE_OF_RUNS / of_runs as f64
@@ -207,10 +205,9 @@ impl Rig {
         (self.units.iter().map(|unit| is_in(unit.run)).collect(), is_before)
     }
 
-    fn side(&self, sums: &[Mat<f64>], is_here: &[bool], side: bool) -> Mat<f64> {
-        let width = self.shape.width();
-        let own = sums.iter().zip(is_here).filter(|(_, here)| **here == side);
-        own.fold(Mat::zeros(width, width), |all, (own, _)| all + own)
+    fn side(&self, units: &[Unit], is_here: &[bool], side: bool) -> Mat<f64> {
+        let own = units.iter().zip(is_here).filter(|(_, here)| **here == side);
+        fits::sum(own.map(|(own, _)| own), &self.shape)
     }
 
     /// The fit to those that are not corrected; what they don't load it takes from the others.
@@ -226,8 +223,11 @@ impl Rig {
     fn trials(&self, place: Where) -> Vec<Trial> {
         let shape = &self.shape;
         let (is_here, _) = self.corrected(place);
-        let sums = self.sums();
-        let [own, others] = [true, false].map(|side| self.side(&sums, &is_here, side));
+        let [own, others] = [true, false].map(|side| self.side(&self.units, &is_here, side));
+        // Fewer load cases than coefficients follow any correction.
+        if own[(0, 0)] < (shape.n_gauges + 2) as f64 {
+            return Vec::new();
+        }
         let fit = self.first_fit(&others, &own);
         let variances = fit.variances(&others, shape);
         let mean = column_means(&own);
@@ -370,8 +370,8 @@ impl Rig {
     }
 
     fn refit_tare(&self, trial: usize, is_here: &[bool]) -> Refit {
-        let (shape, plain) = (&self.shape, self.sums());
-        let [own, others] = [true, false].map(|side| self.side(&plain, is_here, side));
+        let shape = &self.shape;
+        let [own, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
         let mut correction = Correction::none(shape);
         let mut fit = self.first_fit(&others, &own);
         for _ in 0..STEPS {
@@ -380,22 +380,14 @@ impl Rig {
                 zeros[0].iter().zip(&zeros[1]).map(|(own, other)| own - other).collect();
             fit = Forward::of(&(correction.of(&own, self) + &others), shape);
         }
-        let sums = self.with(&plain, is_here, &correction);
-        let corrected =
-            sums.iter().fold(Mat::zeros(shape.width(), shape.width()), |all, own| all + own);
-        let back = fits::backward(&corrected, shape);
-        let loads = |zeros: &[f64]| -> Vec<f64> {
-            (0..shape.axes.len())
-                .map(|axis| (0..zeros.len()).map(|gauge| back[(axis, gauge)] * zeros[gauge]).sum())
-                .collect()
-        };
-        let values: Vec<Vec<f64>> = plain.iter().map(|own| loads(&fit.zeros(own, shape))).collect();
-        let weights: Vec<f64> = plain.iter().map(|own| own[(0, 0)]).collect();
+        let units = self.with(is_here, &correction);
+        let back = fits::backward(&fits::sum(units.iter(), shape), shape);
+        let (values, weights) = self.zeros_as_loads(&fit, &back);
         Refit {
             trial,
             parameters: shape.axes.len() as f64,
-            values: loads(&correction.shift),
-            error: self.error(&sums),
+            values: loads_of(&back, &correction.shift),
+            error: self.error(&units),
             chances: self.chances(&values, &weights, is_here),
         }
     }
@@ -408,8 +400,8 @@ impl Rig {
         place: Where,
         zeros: Zeros,
     ) -> Option<Refit> {
-        let (shape, plain) = (&self.shape, self.sums());
-        let [own, others] = [true, false].map(|side| self.side(&plain, is_here, side));
+        let shape = &self.shape;
+        let [own, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
         let mut correction = Correction::none(shape);
         let mut fit = self.first_fit(&others, &own);
         let mut variances = fit.variances(&others, shape);
@@ -458,23 +450,23 @@ impl Rig {
             fit = Forward::of(&all, shape);
             variances = fit.variances(&all, shape);
         }
-        let sums = self.with(&plain, is_here, &correction);
+        let units = self.with(is_here, &correction);
+        let of_units = |units: &[Unit]| {
+            self.of_units(units, is_here, &self.ways(cause, &fit), &fit, &variances)
+        };
         let (values, weights) = match steps {
             // How much of the exchange the units show before it.
-            0 => self.of_units(&plain, is_here, &self.ways(cause, &fit), &fit, &variances),
+            0 => of_units(&self.units),
             _ => {
                 let (mut values, weights) = match zeros {
                     Zeros::Scaled => {
-                        let of_unit = |own: &Mat<f64>| {
-                            let own = self.scaled_step(own, &fit, &scaled, &variances);
+                        let of_unit = |own: &Unit| {
+                            let own = self.scaled_step(&own.sums, &fit, &scaled, &variances);
                             (vec![own.step().unwrap_or(0.0)], own.weight)
                         };
-                        sums.iter().map(of_unit).unzip()
+                        units.iter().map(of_unit).unzip()
                     }
-                    _ => {
-                        let ways = self.ways(cause, &fit);
-                        self.of_units(&sums, is_here, &ways, &fit, &variances)
-                    }
+                    _ => of_units(&units),
                 };
                 let effect =
                     if *cause == Cause::Rotation { angles.clone() } else { vec![factor - 1.0] };
@@ -496,7 +488,7 @@ impl Rig {
                 _ if is_before => vec![1.0 / factor],
                 _ => vec![factor],
             },
-            error: self.error(&sums),
+            error: self.error(&units),
             chances: self.chances(&values, &weights, is_here),
         })
     }
@@ -504,42 +496,44 @@ impl Rig {
     /// The parameters of a cause that each unit shows beside a fit, and their weights.
     fn of_units(
         &self,
-        sums: &[Mat<f64>],
+        units: &[Unit],
         is_here: &[bool],
         ways: &[Mat<f64>],
         fit: &Forward,
         variances: &[f64],
     ) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let means = [false, true].map(|side| column_means(&self.side(sums, is_here, side)));
-        let of_unit = |(own, here): (&Mat<f64>, &bool)| {
-            let moments = Moments::about(own, &means[usize::from(*here)], fit, &self.shape);
+        let means = [false, true].map(|side| column_means(&self.side(units, is_here, side)));
+        let of_unit = |(own, here): (&Unit, &bool)| {
+            let moments = Moments::about(&own.sums, &means[usize::from(*here)], fit, &self.shape);
             let weight: f64 = ways.iter().map(|way| moments.square(way, way, variances)).sum();
             let step = moments.step(ways, variances).map(|(step, _)| step);
             let weight = if step.is_some() { weight } else { 0.0 };
             (step.unwrap_or_else(|| vec![0.0; ways.len()]), weight)
         };
-        sums.iter().zip(is_here).map(of_unit).unzip()
+        units.iter().zip(is_here).map(of_unit).unzip()
+    }
+
+    /// Returns the zeros of each unit beside a fit as loads, and the weights of the units.
+    fn zeros_as_loads(&self, fit: &Forward, back: &Mat<f64>) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let of_unit =
+            |own: &Unit| (loads_of(back, &fit.zeros(&own.sums, &self.shape)), own.sums[(0, 0)]);
+        self.units.iter().map(of_unit).unzip()
     }
 
     /// Zeros that follow the time; left out, each part is predicted by what the others say of the drift.
     fn drift(&self, trial: usize) -> Refit {
-        let (shape, plain) = (&self.shape, self.sums());
+        let shape = &self.shape;
         let all = self.total(|_| true);
         let fit = Forward::with_drift(&all, shape);
         let back = fits::backward(&all, shape);
-        let loads = |zeros: &[f64]| -> Vec<f64> {
-            (0..shape.axes.len())
-                .map(|axis| (0..zeros.len()).map(|gauge| back[(axis, gauge)] * zeros[gauge]).sum())
-                .collect()
-        };
-        let zeros: Vec<Vec<f64>> = plain.iter().map(|own| loads(&fit.zeros(own, shape))).collect();
-        let weights: Vec<f64> = plain.iter().map(|own| own[(0, 0)]).collect();
-        let times: Vec<f64> = plain.iter().map(|own| own[(0, 1)] / own[(0, 0)]).collect();
+        let (zeros, weights) = self.zeros_as_loads(&fit, &back);
+        let times: Vec<f64> =
+            self.units.iter().map(|own| own.sums[(0, 1)] / own.sums[(0, 0)]).collect();
         let (run_zeros, run_weights) = self.by_run(&zeros, &weights);
         let whole: Vec<Vec<f64>> = times.iter().map(|own| vec![*own]).collect();
         let run_times: Vec<f64> = self.by_run(&whole, &weights).0.concat();
         let of_units = |with_time: bool| {
-            let errors = fits::left_out(&self.units, &plain, shape, false, with_time);
+            let errors = fits::left_out(&self.units, shape, false, with_time);
             fits::mean_error(&errors, &self.units, |_| true)
         };
         let of_runs = match self.n_runs() >= ENOUGH_RUNS {
@@ -549,9 +543,9 @@ impl Rig {
         Refit {
             trial,
             parameters: shape.axes.len() as f64,
-            values: loads(&fit.drift),
+            values: loads_of(&back, &fit.drift),
             // By units, as no recording alone says how a drift goes on; on the scale of the others' errors.
-            error: of_units(true) / of_units(false).max(f64::MIN_POSITIVE) * self.error(&plain),
+            error: of_units(true) / of_units(false).max(f64::MIN_POSITIVE) * self.left_out_error(),
             chances: [chance::of_slope(&zeros, &weights, &times), of_runs],
         }
     }
@@ -571,7 +565,7 @@ impl Rig {
             let largest = ratios.into_iter().fold(0.0, f64::max);
             let without = if gauges.is_empty() { with } else { self.error_without(run) };
             let is_static = self.noise[run].1;
-            (without < MATTERS * with && with - without > FALLS).then(|| Contradiction {
+            matters(with, without).then(|| Contradiction {
                 cause: if is_static { Cause::Unlike } else { Cause::Noise(gauges) },
                 place: Where::One(run),
                 values: vec![largest],
@@ -584,10 +578,10 @@ impl Rig {
 
     /// Left-out error without one run.
     fn error_without(&self, run: usize) -> f64 {
-        let kept: Vec<usize> =
-            (0..self.units.len()).filter(|at| self.units[*at].run != run).collect();
-        let others = self.of_units_only(&kept);
-        others.error(&others.sums())
+        let others = self.units.iter().filter(|unit| unit.run != run);
+        let others = others
+            .map(|own| Unit { run: own.run - usize::from(own.run > run), sums: own.sums.clone() });
+        self.error(&others.collect::<Vec<_>>())
     }
 
     /// The run whose error is out of line with the others, though its loads are not; of fewer than four nobody can say which.
@@ -625,8 +619,7 @@ impl Rig {
         };
         let is_inside =
             reach(true).iter().zip(reach(false)).all(|(own, others)| *own <= 2.0 * others);
-        let is_found = without < MATTERS * with
-            && with - without > FALLS
+        let is_found = matters(with, without)
             && of_units < BY_CHANCE / n as f64
             && of_runs < BY_CHANCE_OF_RUNS / n as f64
             && is_inside;
@@ -639,37 +632,22 @@ impl Rig {
         })
     }
 
-    /// The same with some of the units alone, their runs numbered anew.
-    fn of_units_only(&self, kept: &[usize]) -> Self {
-        let mut units: Vec<_> = kept.iter().map(|at| self.units[*at].clone()).collect();
-        let mut runs: Vec<usize> = units.iter().map(|unit| unit.run).collect();
-        runs.dedup();
-        for unit in &mut units {
-            unit.run = runs.iter().position(|run| *run == unit.run).unwrap_or(0);
-        }
-        Self {
-            units,
-            shape: self.shape.clone(),
-            runs: runs.iter().map(|run| self.runs[*run].clone()).collect(),
-            scales: self.scales.clone(),
-            spans: self.spans.clone(),
-            noise: Vec::new(),
-        }
-    }
-
     /// Left-out error over all axes, as a share of full scale.
     pub fn left_out_error(&self) -> f64 {
-        self.error(&self.sums())
+        self.error(&self.units)
     }
 
-    fn error(&self, sums: &[Mat<f64>]) -> f64 {
-        let errors = fits::left_out(&self.units, sums, &self.shape, true, false);
-        fits::mean_error(&errors, &self.units, |_| true)
+    fn error(&self, units: &[Unit]) -> f64 {
+        let errors = fits::left_out(units, &self.shape, true, false);
+        fits::mean_error(&errors, units, |_| true)
     }
 
-    fn with(&self, sums: &[Mat<f64>], is_here: &[bool], correction: &Correction) -> Vec<Mat<f64>> {
-        let own = sums.iter().zip(is_here);
-        own.map(|(own, here)| if *here { correction.of(own, self) } else { own.clone() }).collect()
+    fn with(&self, is_here: &[bool], correction: &Correction) -> Vec<Unit> {
+        let corrected = |(own, here): (&Unit, &bool)| match here {
+            true => Unit { run: own.run, sums: correction.of(&own.sums, self) },
+            false => own.clone(),
+        };
+        self.units.iter().zip(is_here).map(corrected).collect()
     }
 
     /// Means over the units of each run.
@@ -694,8 +672,8 @@ impl Rig {
         (0..self.n_runs()).map(of_run).collect()
     }
 
-    /// Returns the smallest change of the load by a tare, over the error that is left without it, that makes the error larger by as much
-    /// as matters. Where `n` parts are left out in turn and `m` have the tare, it adds `m (n − m) / (n − 1)²` of its square.
+    /// Returns the smallest change of the load by a tare that is named, over the error that is left without it. Where `n` parts
+    /// are left out in turn and `m` have the tare, a change adds `m (n − m) / (n − 1)²` of its square.
     fn smallest_shift(&self, is_here: &[bool]) -> f64 {
         let parts = match self.n_runs() < fits::FEWEST_RUNS {
             true => is_here.to_vec(),
@@ -703,7 +681,7 @@ impl Rig {
         };
         let (n, m) = (parts.len() as f64, parts.iter().filter(|here| **here).count() as f64);
         let added = m * (n - m) / (n - 1.0).powi(2);
-        ((MATTERS.powi(-2) - 1.0) / added).sqrt().max(SHIFT)
+        ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT
     }
 
     fn chances(&self, values: &[Vec<f64>], weights: &[f64], is_here: &[bool]) -> [f64; 2] {
@@ -748,19 +726,15 @@ impl Correction {
     /// One more step of a cause.
     fn take(&mut self, cause: &Cause, step: &[f64], shape: &Shape) {
         let n_axes = shape.axes.len();
-        let scaled = |is_own: &dyn Fn(usize) -> bool, factor: f64| {
-            Mat::from_fn(n_axes, n_axes, |i, j| match (i == j, is_own(i)) {
-                (true, true) => factor,
-                (true, false) => 1.0,
-                _ => 0.0,
-            })
+        let mut scale = |axes: &mut dyn Iterator<Item = usize>| {
+            for axis in axes {
+                (0..n_axes).for_each(|j| self.turn[(axis, j)] *= 1.0 + step[0]);
+            }
         };
         match cause {
             Cause::Gauge(gauge) => self.gain[*gauge] *= 1.0 + step[0],
-            Cause::AllGauges => self.turn = scaled(&|_| true, 1.0 + step[0]) * &self.turn,
-            Cause::Axes(own) => {
-                self.turn = scaled(&|axis| own.contains(&axis), 1.0 + step[0]) * &self.turn
-            }
+            Cause::AllGauges => scale(&mut (0..n_axes)),
+            Cause::Axes(own) => scale(&mut own.iter().copied()),
             Cause::Rotation => {
                 let mut about = [0.0; 3];
                 turns(&shape.axes).into_iter().zip(step).for_each(|(at, angle)| about[at] = *angle);
@@ -782,16 +756,13 @@ impl Correction {
     /// What remains of the zeros once the rest is corrected; about the fit's own zeros unless these are `free`.
     fn settle(&mut self, cause: &Cause, fit: &Forward, own: &Mat<f64>, shape: &Shape, free: bool) {
         let n_axes = shape.axes.len();
-        let load = |axis: usize| own[(0, shape.load(axis))] / own[(0, 0)];
+        let load = Mat::from_fn(n_axes, 1, |axis, _| own[(0, shape.load(axis))] / own[(0, 0)]);
+        let said = &fit.slopes * (&self.turn * load);
         for gauge in 0..shape.n_gauges {
             let (zero, gain) = (fit.zero[gauge], self.gain[gauge]);
-            let said: f64 = (0..n_axes)
-                .flat_map(|i| (0..n_axes).map(move |j| (i, j)))
-                .map(|(i, j)| fit.slopes[(gauge, i)] * self.turn[(i, j)] * load(j))
-                .sum();
             let mean = own[(0, shape.gauge(gauge))] / own[(0, 0)];
             self.shift[gauge] = match (free, cause) {
-                (true, _) => mean - gain * (zero + said),
+                (true, _) => mean - gain * (zero + said[(gauge, 0)]),
                 (false, Cause::Gauge(_)) => zero * (1.0 - gain),
                 (false, _) => 0.0,
             };
@@ -840,29 +811,14 @@ impl Moments {
 
     /// Product of two ways over the loads, by the variances of the gauges.
     fn square(&self, one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
-        let along = other * &self.loads;
-        let products = (0..one.nrows()).map(|gauge| {
-            let row: f64 =
-                (0..one.ncols()).map(|axis| one[(gauge, axis)] * along[(gauge, axis)]).sum();
-            row / variances[gauge]
-        });
-        products.sum()
+        over_variances(one, &(other * &self.loads), variances)
     }
 
     /// The step along some ways that explains most, and the squares over variance that it explains; `None` where the loads do not tell.
     fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
         let n = ways.len();
         let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));
-        let right = Mat::from_fn(n, 1, |i, _| -> f64 {
-            let way = &ways[i];
-            let rows = (0..way.nrows()).map(|gauge| {
-                let row: f64 = (0..way.ncols())
-                    .map(|axis| way[(gauge, axis)] * self.rest[(gauge, axis)])
-                    .sum();
-                row / variances[gauge]
-            });
-            rows.sum()
-        });
+        let right = Mat::from_fn(n, 1, |i, _| over_variances(&ways[i], &self.rest, variances));
         let largest = (0..n).map(|i| products[(i, i)]).fold(0.0, f64::max);
         if n == 0 || largest.is_nan() || largest <= 1e-9 {
             return None;
@@ -873,6 +829,27 @@ impl Moments {
         let gain = (0..n).map(|i| step[(i, 0)] * right[(i, 0)]).sum();
         Some(((0..n).map(|i| step[(i, 0)]).collect(), gain))
     }
+}
+
+/// Returns true if a left-out error becomes smaller by enough without a fault.
+fn matters(with: f64, without: f64) -> bool {
+    without < MATTERS * with && with - without > FALLS
+}
+
+/// Returns the sum of the products of two matrices' entries, by the variances of the gauges.
+fn over_variances(one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
+    let of_gauge = |gauge: usize| {
+        let row = (0..one.ncols()).map(|axis| one[(gauge, axis)] * other[(gauge, axis)]);
+        row.sum::<f64>() / variances[gauge]
+    };
+    (0..one.nrows()).map(of_gauge).sum()
+}
+
+/// Returns the loads that zeros of the gauges make, over full scale.
+fn loads_of(back: &Mat<f64>, zeros: &[f64]) -> Vec<f64> {
+    let of_axis =
+        |axis: usize| zeros.iter().enumerate().map(|(at, zero)| back[(axis, at)] * zero).sum();
+    (0..back.nrows()).map(of_axis).collect()
 }
 
 fn column_means(sums: &Mat<f64>) -> Vec<f64> {

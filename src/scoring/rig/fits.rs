@@ -85,14 +85,13 @@ fn residual(
     (sums[(output, output)] + explained).max(0.0)
 }
 
-/// Sums of squared left-out errors over all axes, each over full scale, of each unit; the sums may be corrected ones.
-pub(super) fn left_out(
-    units: &[Unit],
-    sums: &[Mat<f64>],
-    shape: &Shape,
-    by_run: bool,
-    with_time: bool,
-) -> Vec<f64> {
+/// Returns the sums over some units.
+pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> Mat<f64> {
+    units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
+}
+
+/// Sums of squared left-out errors over all axes, each over full scale, of each unit.
+pub(super) fn left_out(units: &[Unit], shape: &Shape, by_run: bool, with_time: bool) -> Vec<f64> {
     let (inputs, outputs) = (shape.inputs(with_time), shape.outputs());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
     let by_run = by_run && n_runs >= FEWEST_RUNS;
@@ -100,13 +99,12 @@ pub(super) fn left_out(
     let n_parts = if by_run { n_runs } else { units.len() };
     let mut errors = vec![0.0; units.len()];
     for left_out in 0..n_parts {
-        let width = shape.width();
         let others = (0..units.len()).filter(|unit| part(*unit) != left_out);
-        let others = others.fold(Mat::zeros(width, width), |all, unit| all + &sums[unit]);
+        let others = sum(others.map(|unit| &units[unit]), shape);
         let factors = solved(others.as_ref(), &inputs, &outputs);
         for unit in (0..units.len()).filter(|unit| part(*unit) == left_out) {
             let of_axes = outputs.iter().enumerate().map(|(axis, output)| {
-                residual(sums[unit].as_ref(), &inputs, |at| factors[(at, axis)], *output)
+                residual(units[unit].sums.as_ref(), &inputs, |at| factors[(at, axis)], *output)
             });
             errors[unit] = of_axes.sum::<f64>() / outputs.len() as f64;
         }

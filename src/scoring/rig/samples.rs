@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::recording::{Recording, median};
-use crate::scoring::rig::Rig;
+use crate::recording::{Axis, Recording, median};
 use crate::scoring::rig::fits::{self, Forward};
+use crate::scoring::rig::{Rig, is_one_table};
 
 /// Maximum number of samples of a recording whose spectrum is taken.
 const SPECTRUM: usize = 1024;
@@ -23,6 +23,13 @@ const OTHERS_BEND: f64 = 4.0;
 /// Mean rise of the gauges while a load stays at its largest value, times the root of the number of visits, over the error of the
 /// fit. Errors of this size alone lower the middle of a visit by 0.8 and scatter by 1.2: three are exceeded once in a thousand times.
 const RISES: f64 = 3.0;
+/// Fewest peaks in the outer half of a load's range that say how far peaks differ.
+const FEWEST_PEAKS: usize = 5;
+/// Root mean square of what the gauges show beyond a limit over the error of the fit, at least. Hysteresis at the largest load
+/// shows 1.4 times the error.
+const BEYOND: f64 = 2.0;
+/// Chance that a load without a limit comes back to exactly its largest value this often.
+const RECURS_BY_CHANCE: f64 = 1e-4;
 /// Highest harmonic of the loads in which hysteresis leaves much.
 const HARMONIC: usize = 3;
 
@@ -215,52 +222,133 @@ impl Rig {
         is_bent.then_some(ChannelFault::Bent(most, bend))
     }
 
-    /// Returns the axes whose reference stays at its largest value while the gauges rise and fall again.
+    /// Returns the axes whose reference ends before the load does: it stays at its largest value while the gauges rise and fall
+    /// again, or comes back to exactly that value where its other peaks all differ.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
         for (axis, own_axis) in shape.axes.iter().enumerate() {
             // Loads and what the gauges show of them, over full scale.
-            let runs = recordings.iter().filter(|own| !own.is_static()).filter_map(|own| {
-                let at = own.axes().iter().position(|axis| axis == own_axis)?;
-                let loads = own.loads()[at..].iter().step_by(own.axes().len());
-                let shown = own.gauges().chunks_exact(shape.n_gauges).map(|row| -> f64 {
-                    let gauges = row.iter().zip(&self.scales).enumerate();
-                    gauges
-                        .map(|(at, (own, (mean, scale)))| back[(axis, at)] * (own - mean) / scale)
-                        .sum()
-                });
-                Some(loads.map(|load| load / shape.full_scale[axis]).zip(shown).collect())
+            let traces = recordings.chunk_by(|a, b| is_one_table(a, b)).map(|table| Trace {
+                is_static: table[0].is_static(),
+                samples: (table.iter().flat_map(|own| self.shown(own, *own_axis, back.row(axis))))
+                    .collect(),
             });
-            let runs: Vec<Vec<(f64, f64)>> = runs.collect();
-            let all = || runs.iter().flatten();
+            let traces: Vec<Trace> = traces.collect();
+            let all = || traces.iter().flat_map(|own| &own.samples);
             let n = all().count().max(1) as f64;
             let mean = all().map(|(load, shown)| shown - load).sum::<f64>() / n;
             let squares = all().map(|(load, shown)| (shown - load - mean).powi(2)).sum::<f64>();
             let error = (squares / n).sqrt();
-            let steps =
-                runs.iter().flat_map(|run| run.windows(2)).map(|own| (own[1].0 - own[0].0).abs());
-            let resolution = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+            let mut loads: Vec<f64> = all().map(|own| own.0).collect();
+            loads.sort_by(f64::total_cmp);
+            let steps = loads.windows(2).map(|own| own[1] - own[0]).filter(|step| *step > 0.0);
+            let resolution = steps.fold(f64::INFINITY, f64::min);
             for outward in [-1.0, 1.0] {
                 let end = all().map(|own| outward * own.0).fold(f64::NEG_INFINITY, f64::max);
-                let is_there = |own: &(f64, f64)| outward * own.0 == end;
-                let visits =
-                    runs.iter().flat_map(|run| run.chunk_by(|a, b| is_there(a) && is_there(b)));
-                let rises: Vec<f64> = visits
-                    .filter(|visit| visit.len() > 2 && is_there(&visit[0]))
-                    .map(|visit| rise(visit.iter().map(|own| outward * own.1).collect()))
-                    .collect();
-                let (visits, mean) =
-                    (rises.len(), rises.iter().sum::<f64>() / rises.len().max(1) as f64);
-                if mean * (visits as f64).sqrt() > RISES * error && mean > resolution {
-                    let load = outward * end * shape.full_scale[axis];
-                    found.push(ChannelFault::ClippedReference { axis, load, visits, rise: mean });
+                let peaks: Vec<Vec<Peak>> =
+                    traces.iter().map(|own| own.peaks(outward, mean)).collect();
+                let visits: Vec<&Peak> =
+                    peaks.iter().flatten().filter(|own| own.stays && own.load == end).collect();
+                let over = |of: fn(&Peak) -> f64| {
+                    visits.iter().map(|own| of(own)).sum::<f64>() / visits.len().max(1) as f64
+                };
+                let rise = over(|own| own.rise);
+                let rises =
+                    rise * (visits.len() as f64).sqrt() > RISES * error && rise > resolution;
+                let beyond = over(|own| (own.shown - own.load).powi(2)).sqrt();
+                if rises || (beyond > BEYOND * error && recurs(&peaks, end, resolution)) {
+                    found.push(ChannelFault::ClippedReference {
+                        axis,
+                        load: outward * end * shape.full_scale[axis],
+                        visits: visits.len(),
+                        rise: if rises { rise } else { beyond },
+                    });
                 }
             }
         }
         found
     }
+
+    /// Returns the load of an axis and what the gauges show of it, over full scale, sample by sample.
+    fn shown(
+        &self,
+        of: &Recording,
+        axis: Axis,
+        back: faer::RowRef<'_, f64>,
+    ) -> impl Iterator<Item = (f64, f64)> {
+        let at = of.axes().iter().position(|own| *own == axis);
+        let place = self.shape.axes.iter().position(|own| *own == axis).unwrap_or_default();
+        let rows = of.gauges().chunks_exact(self.shape.n_gauges);
+        let loads = at.into_iter().flat_map(|at| of.loads()[at..].iter().step_by(of.axes().len()));
+        loads.zip(rows).map(move |(load, row)| {
+            let gauges = row.iter().zip(&self.scales).enumerate();
+            let shown = gauges.map(|(at, (own, (mean, scale)))| back[at] * (own - mean) / scale);
+            (load / self.shape.full_scale[place], shown.sum())
+        })
+    }
+}
+
+/// Loads of one axis in a recording or a table of load cases, and what the gauges show of them.
+struct Trace {
+    is_static: bool,
+    samples: Vec<(f64, f64)>,
+}
+
+/// A load from which an axis turns back, or a load case.
+struct Peak {
+    load: f64,
+    /// What the gauges show there.
+    shown: f64,
+    /// Whether the load stays there for three samples or more, or is a load case.
+    stays: bool,
+    /// How far the gauges rise and fall meanwhile.
+    rise: f64,
+}
+
+impl Trace {
+    /// Returns the peaks in a direction; the gauges show `mean` too much.
+    fn peaks(&self, outward: f64, mean: f64) -> Vec<Peak> {
+        let stays: Vec<&[(f64, f64)]> = match self.is_static {
+            true => self.samples.chunks(1).collect(),
+            false => self.samples.chunk_by(|a, b| a.0 == b.0).collect(),
+        };
+        let load = |at: usize| stays.get(at).map(|own| outward * own[0].0);
+        let is_peak = |at: &usize| {
+            let beside = [load(at + 1), at.checked_sub(1).and_then(load)];
+            self.is_static || beside.into_iter().flatten().all(|own| Some(own) < load(*at))
+        };
+        let peak = |at: usize| {
+            let shown: Vec<f64> = stays[at].iter().map(|own| outward * (own.1 - mean)).collect();
+            Peak {
+                load: outward * stays[at][0].0,
+                shown: shown.iter().sum::<f64>() / shown.len() as f64,
+                stays: self.is_static || shown.len() > 2,
+                rise: if shown.len() > 2 { rise(shown) } else { 0.0 },
+            }
+        };
+        (0..stays.len()).filter(is_peak).map(peak).collect()
+    }
+}
+
+/// Returns true if a load comes back to exactly its largest value more often than chance has it, while its other peaks all differ.
+/// Nominal loads recur at other values, too.
+fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
+    let again = peaks
+        .iter()
+        .map(|own| own.iter().filter(|own| own.stays && own.load == end).count().saturating_sub(1));
+    let again: usize = again.sum();
+    let others = peaks.iter().flatten().map(|own| own.load);
+    let mut others: Vec<f64> = others.filter(|load| *load > 0.5 * end && *load < end).collect();
+    let n = others.len();
+    others.sort_by(f64::total_cmp);
+    others.dedup();
+    let expected = n as f64 * resolution / (0.5 * end);
+    again > 1
+        && n >= again.max(FEWEST_PEAKS)
+        && 10 * others.len() > 9 * n
+        && expected.powi(again as i32) < RECURS_BY_CHANCE
 }
 
 /// Returns by how much the middle half of the values lies above both ends. Without a rise it is negative, by noise alone.

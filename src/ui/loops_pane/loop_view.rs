@@ -93,13 +93,12 @@ pub(super) fn show(
 /// Draws the time lag and the switch that removes it from the loops.
 fn lag(ui: &mut egui::Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     let words = lag_in_words(&picture.lag);
-    let is_known = picture.lag.lag.is_ok();
     match picture.lag.is_worth_removing() && !pane.lag_removed {
         true => ui.warn(words),
         false => ui.weak(words),
     };
     let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
-    ui.add_enabled(is_known || picture.question.lag_removed, switch).on_hover_text(
+    ui.add_enabled(picture.lag.is_removable() || picture.question.lag_removed, switch).on_hover_text(
         "Delays the reference like the gauges, by the same delay or low-pass, and fits the gains of both outputs again. \
          The remaining width is hysteresis, without the effect of an amplifier's filter. Each output has its own lag",
     );

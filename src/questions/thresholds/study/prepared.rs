@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::calibration::{Calibration, FitSettings};
 use crate::features::{Distance, Thresholds};
-use crate::progress::Progress;
+use crate::finding::Finding;
+use crate::progress::{Cancelled, Progress};
 use crate::questions::dataset::{Dataset, Datasets, Paths};
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
@@ -51,6 +52,16 @@ impl Study {
         let paths = data.paths(&blank);
         progress.check()?;
         Ok(Self { data, paths, blank, settings: request.settings })
+    }
+
+    /// Returns the finding of a time lag that a look-back would describe as hysteresis.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn lag(&self, progress: &Progress) -> Result<Option<Finding>, Cancelled> {
+        let mut features = self.settings.features.clone();
+        features.look_backs = vec![Thresholds::default_for(features.distance)];
+        Ok(self.data.lag_as_hysteresis(&features, progress)?.cloned())
     }
 
     /// Returns the axes that errors are measured on.
