@@ -93,7 +93,9 @@ impl Way {
             Self::Ridge => ["--ridge", "Settings, Ridge"],
             Self::Regressor => ["--regressor", "Settings, Regressor"],
             Self::Faulty => ["--leave-out-faulty", "Leave out"],
-            Self::Tare => ["e.g. --tare 0:1.5", "right-click the recording"],
+            Self::Tare => {
+                ["--tare auto, or --tare FROM:TO in seconds", "right-click the recording"]
+            }
             Self::Arm => ["--arm", "Hanging mass"],
             Self::ClockOffset => [
                 "`loopscope inspect FILE` estimates it; \"clock_offset_secs\" under \"join\" in the column map",

@@ -25,6 +25,7 @@ use crate::features::{
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::recording::{Axis, Identity, Recording, Tare, span};
+use crate::shown::counted;
 
 /// Root mean squared errors per axis; `None` if there is nothing to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -99,7 +100,7 @@ impl Quality {
     pub fn ridge_in_words(&self, axes: &[Axis]) -> Option<String> {
         let by_axis = |texts: &mut dyn Iterator<Item = String>| {
             let named = axes.iter().zip(texts);
-            let named = named.map(|(axis, text)| format!("{} {text}", axis.symbol()));
+            let named = named.map(|(axis, text)| format!("{axis} {text}"));
             named.collect::<Vec<_>>().join(", ")
         };
         if !self.ridge_by_block.is_empty() {
@@ -141,8 +142,8 @@ impl Undetermined {
     /// Returns the finding for this fit.
     pub(crate) fn finding(&self) -> Finding {
         let Self { samples, coefficients } = self;
-        let seen =
-            format!("only {samples} training samples for {coefficients} coefficients per axis");
+        let samples = counted(*samples as usize, "training sample");
+        let seen = format!("only {samples} for {coefficients} coefficients per axis");
         Finding::new(Id::Undetermined, Verdict::Insufficient, seen)
     }
 }

@@ -42,7 +42,7 @@ pub use cross_validation::CrossValidation;
 pub(crate) use error::{CalibrationError, FORMAT, VERSION};
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError};
-pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut, counted};
+pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut};
 pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
 pub(crate) use learned::{Learned, LearnedError};

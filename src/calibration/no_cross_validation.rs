@@ -1,6 +1,7 @@
 //! Reasons why there are no cross-validation errors.
 
 use crate::calibration::settings::Learner;
+use crate::shown::counted;
 
 /// Reason why there are no cross-validation errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -24,8 +25,8 @@ pub enum NoCrossValidation {
     )]
     FewSamplesFor { samples: u64, columns: usize },
     #[error(
-        "the training recordings form {found} group{}, and {needed} are needed; add recordings in the train role",
-        if *found == 1 { "" } else { "s" }
+        "the training recordings form {}, and {needed} are needed; add recordings in the train role",
+        counted(*found, "group")
     )]
     FewGroups { found: usize, needed: usize },
 }

@@ -117,7 +117,7 @@ impl Calibration {
         check_features(field, &expected, &actual)?;
         check_length(&format!("{field}.matrix"), self.axes.len(), map.matrix.len())?;
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
-            let field = format!("{field}.matrix, row {}", axis.symbol());
+            let field = format!("{field}.matrix, row {axis}");
             check_length(&field, columns.len(), row.len())?;
             usable(&field, row, -LARGEST)?;
         }

@@ -361,7 +361,7 @@ fn print_fit(
         let widths: Vec<String> = (calibration.axes.iter().zip(band))
             .map(|(axis, width)| {
                 let width = significant(*width, 4);
-                format!("{} {width} {}", axis.symbol(), axis.unit())
+                format!("{axis} {width} {}", axis.unit())
             })
             .collect();
         let samples = if quality.n_test > 0 { "test" } else { "training" };

@@ -27,6 +27,7 @@ use crate::questions::{Request, analyse};
 use crate::recording::{Recording, Role, simulated};
 use crate::report::Shown;
 use crate::scoring::loops::{LoadExtent, extents_of, extents_of_set};
+use crate::shown::counted;
 
 /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
 #[derive(Debug, Args)]
@@ -184,9 +185,9 @@ fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Resul
     if report.simulated {
         writeln!(out, "The built-in simulated sensor")?;
     }
-    let (n, plural) = (table.n_recordings, if table.n_recordings == 1 { "" } else { "s" });
+    let recordings = counted(table.n_recordings, "recording");
     let (samples, calibration) = (table.n_samples, report.calibration);
-    writeln!(out, "{n} recording{plural}, {samples} samples; calibration {calibration}")?;
+    writeln!(out, "{recordings}, {samples} samples; calibration {calibration}")?;
     let axes = (0..table.axes.len()).map(|at| axis_figures(table, at, Shown::All));
     for shown in axes.chain(crosstalk(table)) {
         writeln!(out, "\n{}", shown.text().trim_end())?;

@@ -249,6 +249,9 @@ impl ReadArgs {
             let name = tared.name();
             run.say.note(format_args!("{name}: tared over {from:.3} s to {to:.3} s"));
         }
+        if let Some(loaded) = tared.loaded_while_tared((from, to)) {
+            run.say.warning(loaded);
+        }
         Ok(tared)
     }
 }

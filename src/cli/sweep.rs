@@ -29,6 +29,7 @@ use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
 use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
 use crate::scoring::numbers::significant;
+use crate::shown::counted;
 
 /// Fit at every pair of thresholds, print or draw the errors, and suggest thresholds.
 #[derive(Debug, Args)]
@@ -398,10 +399,9 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
         .collect();
     writeln!(
         out,
-        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} reversal{} ({})",
+        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} ({})",
         significant(value, 3),
-        found.n_reversals,
-        if found.n_reversals == 1 { "" } else { "s" },
+        counted(found.n_reversals, "reversal"),
         axes.join(", "),
     )?;
     if found.rests_on_few() {

@@ -824,7 +824,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
     open(&mut engine, &["c"]);
-    finish(&mut engine, Done::Changed(untared, Ok(tared)));
+    finish(&mut engine, Done::Changed(untared, Ok(tared), Vec::new()));
     assert_eq!(tares(&engine), [None; 4]);
     last_notice(&engine, Level::Warning, "Repeat the action");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));

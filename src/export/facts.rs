@@ -51,7 +51,7 @@ pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
                 Some(true) => " (rated)",
                 _ => "",
             };
-            format!("{} {} {unit}{rated}", axis.symbol(), significant(*full, 5))
+            format!("{axis} {} {unit}{rated}", significant(*full, 5))
         })
         .collect();
     let recordings = first(NAMED_RECORDINGS, &calibration.trained_on);

@@ -84,6 +84,10 @@ pub enum TableError {
     #[error("no rows follow the header")]
     NoRows,
     #[error(
+        "{found} numbers in a row, but the calibration needs {needed}: its gauges in order, then its auxiliary channels"
+    )]
+    FewNumbers { found: usize, needed: usize },
+    #[error(
         "{what} {} (column {}) has no number in any row. Correct or delete the column",
         shown(&column.name),
         column.number

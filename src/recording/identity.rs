@@ -198,8 +198,7 @@ impl SensorFile {
             rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0))
         {
             return Err(format!(
-                "rated_loads: {load} of {} is not valid; enter a number above zero",
-                axis.symbol()
+                "rated_loads: {load} of {axis} is not valid; enter a number above zero"
             ));
         }
         let identity: Identity = toml::Value::Table(table).try_into().map_err(in_words)?;

@@ -92,13 +92,13 @@ pub struct Layout {
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LayoutError {
     #[error(
-        "{name}: the gauges are {}, but {} in the loaded recordings; close the loaded recordings first, or load this one alone",
+        "{name}: the gauges are {}, but {} in the other recordings; use recordings of one sensor",
         names(actual),
         names(expected)
     )]
     Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
     #[error(
-        "{name}: the reference axes are {}, but {} in the loaded recordings; close the loaded recordings first, or load this one alone",
+        "{name}: the reference axes are {}, but {} in the other recordings; use recordings of one sensor and one set of axes",
         Axis::symbols(actual).join(" "),
         Axis::symbols(expected).join(" ")
     )]

@@ -291,6 +291,18 @@ fn rows_are_answered_as_devices_print_them() {
         let answered = loads(&text, more);
         assert_eq!(answered, expected, "{name}");
     }
+    let more = print(&|_, [a, b]| format!("{a},{b},{}\n", a * b));
+    assert_eq!(loads(&more, &rate), expected, "further numbers are ignored");
+    workshop.write("input", "1\n2\n3\n".repeat(9));
+    let input = fs::File::open(workshop.file("input")).unwrap();
+    let arguments = ["apply", "c.json", "-", "--rows", "numbers"];
+    let output = command(workshop.path(), &arguments).stdin(input).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("1 numbers in a row, but the calibration needs 2"), "{message}");
+    let broken =
+        fed(&workshop, &["apply", "c.json", "-", "--json", "--rate", "50"], "1,2\nfoo\n2,3\n");
+    assert!(broken.contains("\"why\":\"1 of 2 values\""), "{broken}");
     let few: String = "1,2\n2,3\n".to_owned();
     assert_eq!(loads(&few, &rate).len(), 2, "fewer than ten lines");
     let clock = fed(&workshop, &["apply", "c.json", "-", "--rows", "numbers"], "1,2\n2,3\n3,4\n");

@@ -168,3 +168,36 @@ fn the_comparison_has_every_regressor_without_and_with_look_back() {
     assert!(text.contains("RMSE, test") && text.contains("polynomial degree 2"), "{text}");
     assert_eq!(text.matches("Linear").count(), 9);
 }
+
+/// Adds the keys of all objects in a value.
+fn add_keys(value: &Value, keys: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(key, own)| {
+            keys.push(key.clone());
+            add_keys(own, keys);
+        }),
+        Value::Array(all) => all.iter().for_each(|own| add_keys(own, keys)),
+        _ => {}
+    }
+}
+
+#[test]
+fn keys_of_printed_json_are_terms_of_the_field() {
+    let workshop = Workshop::with_recordings();
+    let trained = |job: &'static str| [&[job, "--json"], &ALL_FILES[..]].concat();
+    let jobs = [
+        trained("fit"),
+        trained("check"),
+        trained("sweep"),
+        vec!["metrology", "--json", "a.csv"],
+        vec!["inspect", "--json", "a.csv"],
+    ];
+    for job in jobs {
+        let printed = run(workshop.path(), &job).stdout;
+        let mut keys = Vec::new();
+        add_keys(&serde_json::from_slice(&printed).unwrap(), &mut keys);
+        let old = ["stretch", "touch", "hint", "dead_band", "caution", "heard", "squares_cubes"];
+        let is_old = |key: &&String| old.iter().any(|word| key.contains(word));
+        assert!(keys.len() > 5 && !keys.iter().any(|key| is_old(&key)), "{job:?}: {keys:?}");
+    }
+}

@@ -138,13 +138,16 @@ impl Engine {
                 }
             }
             Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
-            Done::Changed(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {
+            Done::Changed(before, ..) if !Arc::ptr_eq(&before, &self.project.recordings) => {
                 let text = "The recordings were changed during taring or leaving out faulty samples, so the result was \
                             discarded. Repeat the action.";
                 self.notice(Level::Warning, text);
             }
-            Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
-            Done::Changed(_, Err(error)) => self.notice(Level::Error, error),
+            Done::Changed(_, Ok(changed), warnings) => {
+                self.edit(Edit::Replace(Arc::new(changed)));
+                warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
+            }
+            Done::Changed(_, Err(error), _) => self.notice(Level::Error, error),
             Done::Simulated(_, set) => self.take_simulated(set),
             Done::Written(FileContent::Session(_, project, trained), path, Ok(())) => {
                 self.take_saved(*project, trained, path);

@@ -3,6 +3,7 @@
 //! Found once; window, command line and report show this list.
 
 use crate::min_max::MinMax;
+use crate::shown::counted;
 
 use crate::calibration::{Calibration, ErrorBlocks, GridEdge, HARM};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -317,15 +318,6 @@ fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let worse: Vec<Axis> = worse.map(|at| calibration.axes[at]).collect();
     let seen = format!("compensated worse than conventional on test: {}", symbols(&worse));
     (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen))
-}
-
-/// A number of something, in words.
-fn counted(n: usize, what: &str) -> String {
-    match (n, what) {
-        (1, _) | (_, "series") => format!("{n} {what}"),
-        (_, "trajectory") => format!("{n} trajectories"),
-        _ => format!("{n} {what}s"),
-    }
 }
 
 fn symbols(axes: &[Axis]) -> String {

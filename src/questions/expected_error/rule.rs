@@ -1,10 +1,11 @@
 //! Rule of the expected error: the errors that count, and the value that is stated.
 
-use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation, counted};
+use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation};
 use crate::min_max::MinMax;
 use crate::recording::in_role;
 use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
 use crate::scoring::quantile::quantile;
+use crate::shown::counted;
 
 /// Share of the held-out errors that lie within the expected error.
 pub(crate) const SHARE: f64 = 0.95;

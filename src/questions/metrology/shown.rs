@@ -22,8 +22,7 @@ const OUTPUTS: [(Trace, Output); 2] = [
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
     let title = format!(
-        "{} [{}], full scale {}, reversal threshold {}",
-        axis.symbol(),
+        "{axis} [{}], full scale {}, reversal threshold {}",
         axis.unit(),
         significant(metrology.full_scale[at], 4),
         significant(metrology.reversal_thresholds[at], 3)

@@ -55,6 +55,11 @@ pub struct Model {
     pub conventional: Scores,
     /// What it costs where it runs.
     pub cost: Cost,
+    /// Number of training samples.
+    pub n_train: u64,
+    /// Ridge of the linear part, per axis.
+    #[serde(skip)]
+    pub ridge: Vec<f64>,
     /// How long it took to try (s), where that is known.
     pub seconds: Option<f64>,
     /// What was trained; `None` where a fit gives it again at once.
@@ -81,6 +86,8 @@ impl Model {
             left_out: left_out.map_or_else(String::new, ToString::to_string),
             conventional: quality.conventional.clone(),
             cost: cost(calibration, recordings),
+            n_train: quality.n_train,
+            ridge: quality.ridge.clone(),
             seconds: None,
             trained: learns.then(|| Arc::clone(calibration)),
         }
@@ -246,7 +253,7 @@ pub fn model_table<'a>(
             |(set, axis, is_spread)| match is_spread {
                 true => in_group(
                     set,
-                    Column::numbers(format!("± {}", axis.symbol()))
+                    Column::numbers(format!("± {axis}"))
                         .unit(axis.unit())
                         .about("Standard deviation of the RMSE over what is left out in turn"),
                 ),
