@@ -1,7 +1,7 @@
 //! What is left out in turn while models are searched: groups of recordings, or intervals of one long run.
 //!
 //! Guarantees: each training sample is left out once, and is then predicted from a cold start. Of one run, what follows is
-//! predicted from what came before, too, so that a drift shows. Of two groups, halves are also left out.
+//! predicted from what came before, too, so that a drift shows.
 
 use std::sync::Arc;
 
@@ -102,7 +102,7 @@ impl NestedFolds {
     fn assembled(
         recordings: &RecordingSet,
         pieces: &[Piece],
-        mut parts: Vec<String>,
+        parts: Vec<String>,
         what: CrossValidation,
         is_forward: bool,
     ) -> Self {
@@ -115,16 +115,7 @@ impl NestedFolds {
                 }))
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
-        let mut more = "";
-        if !is_forward && n_left_out == 2 {
-            // Without one of two groups half of the samples is left to fit, which favours models that need few samples.
-            folds.extend(without_halves(pieces));
-            parts.extend_from_within(..);
-            parts[2..].iter_mut().for_each(|name| name.insert_str(0, "half of "));
-            more = "; and without each half of them";
-        }
         if is_forward {
-            more = "; and forward in time";
             // The last segment is predicted from all before it already; with less than half there is too little to fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
@@ -132,24 +123,12 @@ impl NestedFolds {
         let training = pieces.iter().map(|piece| piece.entry.clone());
         let tested = recordings.entries().iter().filter(|entry| entry.role == Role::Test);
         let whole = Arc::new(collected(training.chain(tested.cloned())));
-        let what = format!("nested, {what}{more}");
+        let what = match folds.len() > n_left_out {
+            true => format!("nested, {what}; and forward in time"),
+            false => format!("nested, {what}"),
+        };
         Self { folds, whole, what, parts, n_left_out }
     }
-}
-
-/// Returns folds that leave out half of each of two groups in turn. These halves are parts of their own.
-fn without_halves(pieces: &[Piece]) -> impl Iterator<Item = Fold> {
-    [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().map(|(group, half)| {
-        Fold::of(pieces.iter().flat_map(|Piece { fold, part, entry }| {
-            let count = if *fold == group { 2 } else { 1 };
-            let segments = entry.recording.segments(count).into_iter().enumerate();
-            segments.map(move |(at, own)| {
-                let is_left_out = *fold == group && at == half;
-                let entry = Entry { recording: Arc::new(own), ..entry.clone() };
-                (entry, is_left_out.then_some(2 + part))
-            })
-        }))
-    })
 }
 
 fn collected(entries: impl Iterator<Item = Entry>) -> RecordingSet {
@@ -213,23 +192,6 @@ mod tests {
         };
         assert!(last(Role::Train) < last(Role::Test));
         assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
-    }
-
-    /// Of two recordings each is predicted from the other, and each half from all else.
-    #[test]
-    fn halves_of_two_recordings_are_predicted_too() {
-        let set = of_lengths(2);
-        let found = NestedFolds::of(&set).unwrap();
-        assert_eq!((found.folds.len(), found.n_left_out, found.parts.len()), (6, 2, 4));
-        assert!(found.parts[3].starts_with("half of "));
-        let all = set.n_samples(Role::Train);
-        let halves = &found.folds[2..];
-        for (fold, part) in halves.iter().zip([2, 2, 3, 3]) {
-            let n = [Role::Train, Role::Test].map(|role| fold.set.n_samples(role));
-            assert_eq!((&fold.parts[..], n[0] + n[1]), (&[part][..], all));
-        }
-        let left_out: usize = halves.iter().map(|fold| fold.set.n_samples(Role::Test)).sum();
-        assert_eq!(left_out, all);
     }
 
     /// Twelve presses of one file are judged in five parts, those of twelve files each by itself.
