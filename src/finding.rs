@@ -283,6 +283,7 @@ pub enum Id {
     WeakestKernelRidge,
     StrongestKernelRidge,
     UnknownState,
+    ColdStart,
     LinearAlone,
     UnusedAuxiliary,
     NoAuxiliary,
@@ -431,6 +432,12 @@ impl Id {
                 "cold_start",
                 "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
                  record loads that move farther",
+                &[Way::Features],
+            ),
+            Self::ColdStart => (
+                "cold_start",
+                "the features with memory do not know yet what came before; ignore the first loads after a start, or use features with \
+                 a shorter memory",
                 &[Way::Features],
             ),
             Self::LinearAlone => (

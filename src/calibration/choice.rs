@@ -7,7 +7,7 @@
 //! no group above 1.1 times the conventional one.
 
 /// Maximum ratio of a fit's error to the conventional error in one group.
-const HARM: f64 = 1.1;
+pub(crate) const HARM: f64 = 1.1;
 /// Share of the differences that is ignored at each end.
 const TRIMMED: f64 = 0.1;
 /// Minimum number of blocks for which one difference is ignored at each end.

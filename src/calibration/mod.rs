@@ -34,7 +34,7 @@ pub(crate) use calibration::{
     history_step_by_rate, learned_inputs, past_samples,
 };
 pub use choice::{Blocks as ErrorBlocks, Choice, Refusal};
-pub(crate) use choice::{NEARLY, SHARES, best_share, simplest_good, weighed};
+pub(crate) use choice::{HARM, NEARLY, SHARES, best_share, simplest_good, weighed};
 pub use coefficient_errors::CoefficientErrors;
 pub(crate) use coefficient_errors::MOST_FEATURES;
 pub(crate) use conventional::Conventional;

@@ -115,8 +115,9 @@ impl Work for FitJob {
         // Grave findings are also printed on standard error, for users who read the figures alone.
         let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
-            (findings(&request, &calibration, &run.progress)?.into_iter())
-                .partition(|found| matches!(found.id, Id::Undetermined | Id::NoCrossValidation));
+            (findings(&request, &calibration, &run.progress)?.into_iter()).partition(|found| {
+                matches!(found.id, Id::Undetermined | Id::NoCrossValidation | Id::ColdStart)
+            });
         grave.iter().for_each(|found| run.say.warning(text(found)));
         let factory = match &self.factory {
             Some(path) => factory_scores(path, &request, &calibration)?,

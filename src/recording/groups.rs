@@ -1,8 +1,8 @@
 //! Groups of recordings that repeat one programme, one day or one mounting. Cross-validation leaves out a whole group
 //! at a time.
 //!
-//! Guarantees: groups that the user set are always used. Groups found from names, folders and files are used only if
-//! there are at least three and no group alone loads an axis. Otherwise each recording is its own group, and
+//! Guarantees: groups that the user set are always used. Groups found from names, folders, files and repeated loads are
+//! used only if there are at least three and no group alone loads an axis. Otherwise each recording is its own group, and
 //! [`UnusedGroups`] gives the reason. A running number alone (`press_1` … `press_690`) makes no group.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -336,6 +336,7 @@ impl RecordingSet {
         }
         ways.push(by_path(GroupedBy::Folder, entries, Path::parent));
         ways.push(by_path(GroupedBy::File, entries, |path| Some(path)));
+        ways.extend(by_loads(entries, &open));
         ways.retain(|way| open.iter().all(|&at| way.keys[at].is_some()));
         ways
     }
@@ -533,6 +534,27 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
+/// Groups recordings that repeat one load programme, named after its first recording. Returns `None` if the training
+/// recordings do not repeat each programme, on average.
+fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
+    let mut programmes: Vec<&Recording> = Vec::new();
+    let mut programme_of = |at: usize| {
+        let own = &*entries[at].recording;
+        let known = programmes.iter().position(|first| own.repeats(first));
+        known.unwrap_or_else(|| {
+            programmes.push(own);
+            programmes.len() - 1
+        })
+    };
+    let trained: BTreeSet<usize> = training.iter().map(|at| programme_of(*at)).collect();
+    let is_repeated = 2 * trained.len() <= training.len();
+    let all: Vec<usize> =
+        if is_repeated { (0..entries.len()).map(programme_of).collect() } else { return None };
+    let name = |programme: usize| Some(format!("loads of {}", programmes[programme].name()));
+    let keys = all.into_iter().map(name).collect();
+    Some(Way { by: GroupedBy::Programme, keys, reports_single_group: false })
+}
+
 /// Groups recordings by a part of the path of their files.
 fn by_path(by: GroupedBy, entries: &[Entry], part: fn(&Path) -> Option<&Path>) -> Way {
     let parts: Vec<Option<&Path>> =
@@ -660,6 +682,36 @@ mod tests {
         assert_eq!(groups(&parts), (GroupedBy::File, vec![0, 0, 1, 2], Some("a.csv".to_owned())));
         let one_file = [("/a.csv", "a #1"), ("/a.csv", "a #2"), ("/a.csv", "a #3")];
         assert_eq!(groups(&one_file), (GroupedBy::Recording, vec![0, 1, 2], None));
+    }
+
+    /// Presses of five heights and shapes, at different speeds and with noise; and presses of random heights.
+    #[test]
+    fn recordings_of_equal_loads_are_one_group_whatever_their_names() {
+        let groups = |height: &dyn Fn(usize) -> f64| {
+            let mut set = RecordingSet::default();
+            for at in 0..40 {
+                let n = 30 + 7 * (at % 4);
+                let load = |k: usize| {
+                    let share = k as f64 / (n - 1) as f64;
+                    height(at) * (std::f64::consts::PI * share).sin() + 0.02 * (1e3 * share).sin()
+                };
+                let recording = Recording::new(
+                    format!("press_{at}"),
+                    Source::File("/a.csv".into()),
+                    (0..n).map(|k| 0.05 * k as f64).collect(),
+                    vec!["S1".to_owned()],
+                    vec![0.0; n],
+                    vec![Axis::Fz],
+                    (0..n).map(load).collect(),
+                );
+                set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
+            }
+            set.groups()
+        };
+        let found = groups(&|at| [1.0, 1.5, 2.0, 2.0, 2.5][at % 5]);
+        assert_eq!((found.by, &found.of[..6]), (GroupedBy::Programme, &[0, 1, 2, 2, 3, 0][..]));
+        let found = groups(&|at| 1.0 + 0.2 * at as f64);
+        assert_eq!(found.by, GroupedBy::Recording);
     }
 
     #[test]

@@ -13,6 +13,7 @@ pub mod kinetics;
 mod left_out;
 mod load_cases;
 pub(crate) mod median;
+mod programme;
 #[expect(clippy::module_inception, reason = "the main type has the name of the module")]
 mod recording;
 pub mod set;

@@ -5,7 +5,7 @@
 use crate::min_max::MinMax;
 use crate::shown::counted;
 
-use crate::calibration::{Calibration, GridEdge};
+use crate::calibration::{Calibration, ErrorBlocks, GridEdge, HARM};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
@@ -16,10 +16,15 @@ use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::in_role;
-use crate::recording::{Axis, GroupedBy, LoneGroup, Role};
+use crate::recording::{Axis, GroupedBy, LoneGroup, Recording, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
+
+/// Number of cold starts in each training recording, evenly spread.
+const STARTS: usize = 8;
+/// Number of times that the time after a start is halved, until the calibration is worse in the remaining time.
+const HALVINGS: i32 = 6;
 
 /// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
 pub(crate) const STANDS_STILL: f64 = 0.02;
@@ -45,6 +50,7 @@ pub fn findings(
         .findings(calibration, fitted)
         .into_iter()
         .chain(lag.map(|own| lag_of_fit(own, calibration)))
+        .chain(if fitted { data.worse_at_start(calibration)? } else { None })
         .collect())
 }
 
@@ -110,6 +116,55 @@ impl Dataset {
         let figures = format!("in {} of the samples of a group", percent(unknown));
         let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
         (unknown > MOST_UNKNOWN).then_some(found)
+    }
+
+    /// Returns how long after a cold start the calibration errs more than the conventional one. The training recordings are
+    /// started anew at several samples each, as a robot that is switched on under load.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] if the calibration cannot be applied.
+    pub(crate) fn worse_at_start(
+        &self,
+        calibration: &Calibration,
+    ) -> Result<Option<Finding>, AnalysisError> {
+        if !calibration.features.has_memory() {
+            return Ok(None);
+        }
+        let training = in_role(&self.entries, Role::Train).into_iter();
+        let timed = training.filter(|own| !own.is_static());
+        let runs: Vec<_> = timed.flat_map(|own| own.segments(STARTS)).collect();
+        let longest = runs.iter().map(Recording::duration_secs).fold(0.0, f64::max);
+        let n_axes = calibration.axes.len();
+        let applied =
+            runs.iter().map(|run| calibration.apply(run)).collect::<Result<Vec<_>, _>>()?;
+        let worse = (0..=HALVINGS).find_map(|halvings| {
+            let secs = longest * 0.5_f64.powi(halvings);
+            let [mut samples, mut own, mut conventional] = [const { Vec::new() }; 3];
+            for (run, applied) in runs.iter().zip(&applied) {
+                let start = run.times().first().copied().unwrap_or_default();
+                let n = run.times().iter().take_while(|time| *time - start <= secs).count();
+                let square = |loads: &[f64]| -> f64 {
+                    let errors = loads.iter().zip(run.loads()).take(n * n_axes);
+                    let scaled = errors.zip(calibration.full_scale.iter().cycle());
+                    let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
+                    scaled.map(|((own, load), scale)| ((own - load) / scale).powi(2)).sum()
+                };
+                samples.push(n as f64);
+                own.push(square(&applied.compensated));
+                conventional.push(square(&applied.conventional));
+            }
+            let blocks = ErrorBlocks { groups: vec![0; samples.len()], samples };
+            let ratio = (own.iter().sum::<f64>() / conventional.iter().sum::<f64>()).sqrt();
+            blocks.is_below(&conventional, &own, 1.0 / HARM).then_some((secs, ratio))
+        });
+        Ok(worse.map(|(secs, ratio)| {
+            let [secs, ratio] = [secs, ratio].map(|own| significant(own, 2));
+            let seen = format!(
+                "on average worse than the conventional calibration over the first {secs} s after a cold start"
+            );
+            let figures = format!("{ratio} times its error, {} starts", runs.len());
+            Finding::new(Id::ColdStart, Doubtful, seen).with(figures)
+        }))
     }
 
     fn few_recordings(&self) -> Option<Finding> {
@@ -276,11 +331,12 @@ mod tests {
 
     use super::*;
     use crate::calibration::FitSettings;
-    use crate::features::{Blocks, FeatureSettings, FixedLag, Play, Polynomial};
+    use crate::features::{Blocks, Creep, FeatureSettings, FixedLag, Play, Polynomial};
     use crate::finding::Face;
     use crate::questions::errors::query::analyse;
+    use crate::random::Random;
     use crate::recording::simulated::{Late, late_set};
-    use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
+    use crate::recording::{Entry, RecordingSet, Source, simulated};
 
     /// What is to be known of a fit to recordings with these names and loads on two axes; `t` in a name makes it test.
     fn of(recordings: &[(&str, Vec<[f64; 2]>)], features: FeatureSettings) -> Vec<Finding> {
@@ -408,6 +464,50 @@ mod tests {
             let still = Calibration { full_scale: vec![0.0], ..(*calibration).clone() };
             assert!(found.iter().all(|own| lag_of_fit(own, &still).cost == 0.0));
         }
+    }
+
+    /// A new load every two seconds. The gauge creeps by as much as the load, or not at all. A creep state is unknown at a
+    /// start, and half of the load is missing.
+    #[test]
+    fn a_cold_start_that_is_worse_is_found() {
+        let found = |creeps: f64, blocks| {
+            let mut set = RecordingSet::default();
+            for at in 0..4 {
+                let mut random = Random::new(3, &[at]);
+                let (mut gauges, mut loads, mut slow, mut load) = (vec![], vec![], 0.0, 0.0);
+                for k in 0..1200 {
+                    if k % 20 == 0 {
+                        load = 10.0 * random.normal();
+                    }
+                    slow += (load - slow) * 0.01;
+                    if k >= 200 {
+                        loads.push(load);
+                        gauges.push(load + creeps * slow + 0.02 * random.normal());
+                    }
+                }
+                let recording = Recording::new(
+                    format!("r{at}"),
+                    Source::Simulated,
+                    (0..1000).map(|k| 0.1 * f64::from(k)).collect(),
+                    vec!["S1".to_owned()],
+                    gauges,
+                    vec![Axis::Fz],
+                    loads,
+                );
+                set.push(Entry::new(recording.unwrap(), Role::Train)).unwrap();
+            }
+            let features = FeatureSettings { blocks, ..FeatureSettings::present() };
+            let settings = FitSettings { features, ..FitSettings::default() };
+            let request = Request::fit(Arc::new(set), settings);
+            let progress = Progress::default();
+            let calibration = analyse(&request, &progress).unwrap().calibration;
+            let found = findings(&request, &calibration, &progress).unwrap();
+            found.into_iter().find(|own| own.id == Id::ColdStart)
+        };
+        let creep = || Blocks::default().with(&Creep, &[10.0]);
+        assert!(found(1.0, creep()).is_some_and(|own| own.seen.contains("over the first ")));
+        assert_eq!(found(0.0, creep()), None);
+        assert_eq!(found(1.0, Blocks::default()), None);
     }
 
     #[test]

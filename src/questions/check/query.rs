@@ -133,6 +133,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     reasons.extend(unusable.map(|why| Finding::new(Id::Unusable, Doubtful, why.as_str())));
     reasons.extend(data.lag(progress)?.map(|own| lag_of_fit(own, &calibration)));
     reasons.extend(data.of_programmes(axes_n));
+    reasons.extend(data.worse_at_start(&calibration)?);
     // The check tells more of the count.
     reasons.retain(|own| own.id != Id::FewLoads);
     let (faults, share) = faulty(asked, progress)?;

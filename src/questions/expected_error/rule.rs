@@ -22,12 +22,6 @@ pub(crate) const LOADED: f64 = 0.1;
 /// Axes were loaded one at a time where more than one is loaded in less than this share of the loaded samples.
 pub(crate) const COMBINED: f64 = 0.05;
 
-/// Number of loads at which two programmes are compared, evenly spread over their samples.
-pub(crate) const COMPARED: usize = 64;
-
-/// Programmes are the same where their loads differ by less than this share of their range, root mean square.
-pub(crate) const SAME_PROGRAMME: f64 = 0.05;
-
 /// Magnitudes of held-out errors.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeldOutErrors {
@@ -181,26 +175,10 @@ pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
 
 /// Returns true if all of several recordings go through the same loads at the same shares of their length.
 pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
-    let [first, others @ ..] = recordings else {
-        return false;
-    };
-    let load = |of: &Recording, at: usize, axis: usize| {
-        let sample = at * (of.n_samples() - 1) / (COMPARED - 1);
-        of.loads()[sample * of.axes().len() + axis]
-    };
-    let is_same = |other: &&Recording| {
-        let (mut squares, mut range) = (0.0, 0.0);
-        for (axis, own) in first.load_ranges().iter().enumerate() {
-            range += own.span().powi(2);
-            for at in 0..COMPARED {
-                squares += (load(first, at, axis) - load(other, at, axis)).powi(2);
-            }
-        }
-        squares / COMPARED as f64 <= SAME_PROGRAMME.powi(2) * range
-    };
-    let is_comparable =
-        |own: &&Recording| own.n_samples() >= COMPARED && own.axes() == first.axes();
-    !others.is_empty() && recordings.iter().all(is_comparable) && others.iter().all(is_same)
+    match recordings {
+        [first, others @ ..] => !others.is_empty() && others.iter().all(|own| own.repeats(first)),
+        [] => false,
+    }
 }
 
 #[cfg(test)]

@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::calibration::{
-    Calibration, ErrorBlocks, FitSettings, Learner, Refusal, Regressor, RidgeChoice, Scores,
-    weighed,
+    Calibration, ErrorBlocks, FitSettings, Refusal, Regressor, RidgeChoice, Scores, weighed,
 };
 use crate::features::FeatureSettings;
 use crate::progress::Progress;
@@ -32,13 +31,16 @@ const ENOUGH_SAMPLES: usize = 60_000;
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 /// Training of those that can.
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// For each learner: what can win after a short training, where its error is below this multiple of the lowest; and the maximum
+/// For each regressor that learns: the multiple of the lowest error below which it can win after a short training, and the maximum
 /// number of models that are trained fully. A short training says less of a network.
-const CAN_WIN: [(Learner, f64, usize); 2] = [(Learner::Kernel, 1.3, 4), (Learner::Network, 1.6, 2)];
-/// The best of each learner is trained longer if it can be taken and its error is below this multiple of the lowest.
+const CAN_WIN: [(Regressor, f64, usize); 4] = [
+    (Regressor::HybridKernel, 1.3, 3),
+    (Regressor::Kernel, 1.3, 3),
+    (Regressor::HybridNetwork, 1.6, 1),
+    (Regressor::Network, 1.6, 1),
+];
+/// The best of each regressor is trained longer if it can be taken and its error is below this multiple of the lowest.
 const NEARLY_BEST: f64 = 1.15;
-/// How many times more landmarks the best kernel gets in the end, and how many times longer the best network is trained.
-const FURTHER: [(Learner, usize); 2] = [(Learner::Kernel, 3), (Learner::Network, 4)];
 /// A block of errors is so many times longer than the time over which they are correlated.
 const TIMES_CORRELATED: usize = 4;
 /// No recording is cut into more blocks.
@@ -368,7 +370,7 @@ pub fn find_best(
     let mut learned = recipes::learned();
     let n_candidates = linear.len() + learned.len();
     let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most).sum();
-    progress.add_total((n_candidates + most_trained + FURTHER.len()) as u64);
+    progress.add_total((n_candidates + most_trained + CAN_WIN.len()) as u64);
     let mut short = Vec::new();
     let n_linear = linear.len();
     for (at, recipe) in linear.into_iter().enumerate() {
@@ -406,7 +408,7 @@ pub fn find_best(
     let least = least.min(running.best.lowest());
     let mut left = CAN_WIN;
     let can_win = |(relative, recipe): &(f64, Recipe)| {
-        let own = left.iter_mut().find(|own| recipe.regressor.learner() == Some(own.0));
+        let own = left.iter_mut().find(|own| recipe.regressor == own.0);
         own.is_some_and(|(_, reach, most)| {
             let can_win = *relative < *reach * least && *most > 0 && running.is_new(*relative);
             *most -= usize::from(can_win);
@@ -423,11 +425,11 @@ pub fn find_best(
         running.try_fully(recipe)?;
         show(&running.best);
     }
-    for (learner, times) in FURTHER {
-        let Some(recipe) = running.best_of(learner, &short) else { continue };
+    for (regressor, ..) in CAN_WIN {
+        let Some(recipe) = running.best_of(regressor, &short) else { continue };
         match running.is_out_of_time() {
             true => running.best.n_left += 1,
-            false => running.try_fully(&recipe.longer(times))?,
+            false => running.try_fully(&recipe.longer())?,
         }
     }
     show(&running.best);
@@ -526,10 +528,14 @@ impl<'a> Running<'a> {
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
-    /// Returns the recipe with the lowest error of a learner, where it can still win.
-    fn best_of<'r>(&self, learner: Learner, trained: &'r [(f64, Recipe)]) -> Option<&'r Recipe> {
+    /// Returns the recipe with the lowest error of a regressor, where it can still win.
+    fn best_of<'r>(
+        &self,
+        regressor: Regressor,
+        trained: &'r [(f64, Recipe)],
+    ) -> Option<&'r Recipe> {
         let reach = NEARLY_BEST * self.best.lowest();
-        let own = trained.iter().filter(|(_, own)| own.regressor.learner() == Some(learner));
+        let own = trained.iter().filter(|(_, own)| own.regressor == regressor);
         let found = own.filter_map(|(_, recipe)| {
             let tried = self.best.tried.iter().find(|tried| tried.name == recipe.name)?;
             let can_win = tried.relative < reach && tried.refused.is_none();
@@ -687,6 +693,43 @@ mod tests {
         assert!(own.relative < 0.2, "{}", own.relative);
         assert_eq!(own.model.settings.features.blocks.of(&Auxiliary), [0.0, 20.0]);
         assert!(best.proposed().unwrap().relative < 0.2);
+    }
+
+    /// Two threads and one, with other work beside them.
+    #[test]
+    fn the_proposal_does_not_depend_on_how_busy_the_machine_is() {
+        let mut set = RecordingSet::default();
+        for entry in crate::recording::simulated::recordings(1).entries().iter().step_by(30) {
+            let own = Entry::new(entry.recording.decimated(40), Role::Train);
+            set.push(own).unwrap();
+        }
+        let search = Search {
+            recordings: Arc::new(set),
+            settings: FitSettings::default(),
+            time_limit: Duration::from_secs(3600),
+            within: WITHIN,
+        };
+        let found = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let best = pool.install(|| find_best(&search, &Progress::default(), &|_| {}));
+            let tried = best.unwrap().tried.into_iter();
+            tried.map(|own| (own.name, own.squares, own.is_proposed)).collect::<Vec<_>>()
+        };
+        let idle = found(2);
+        let is_done = std::sync::atomic::AtomicBool::new(false);
+        let busy = std::thread::scope(|scope| {
+            for _ in 0..2 {
+                scope.spawn(|| {
+                    while !is_done.load(std::sync::atomic::Ordering::Relaxed) {
+                        std::hint::spin_loop();
+                    }
+                });
+            }
+            let busy = found(1);
+            is_done.store(true, std::sync::atomic::Ordering::Relaxed);
+            busy
+        });
+        assert!(idle.len() > 10 && idle == busy);
     }
 
     /// Errors that stay for ten samples, and errors that change from sample to sample.

@@ -84,12 +84,12 @@ impl Recipe {
     }
 
     /// Returns the same network, trained longer, or the same kernel with more landmarks.
-    pub fn longer(&self, times: usize) -> Self {
-        let how = match self.regressor.learner() {
-            Some(Learner::Kernel) => "more landmarks",
-            _ => "trained longer",
+    pub fn longer(&self) -> Self {
+        let (how, times_longer) = match self.regressor.learner() {
+            Some(Learner::Kernel) => ("more landmarks", 3),
+            _ => ("trained longer", 4),
         };
-        Self { name: format!("{}, {how}", self.name), times_longer: times, ..self.clone() }
+        Self { name: format!("{}, {how}", self.name), times_longer, ..self.clone() }
     }
 }
 
