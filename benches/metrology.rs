@@ -6,11 +6,12 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use loopscope::calibration::{AppliedLoads, FitSettings};
 use loopscope::progress::Progress;
-use loopscope::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set, table_by};
+use loopscope::questions::metrology::{MetrologySettings, Rules, Run, table_by};
 use loopscope::questions::{Request, analyse};
 use loopscope::recording::{RecordingSet, simulated};
 use loopscope::scoring::lag::{LagRun, lags};
-use loopscope::scoring::loops::{Frame, Loop, Loops, default_dead_band, outline};
+use loopscope::scoring::loops::extents_of_set;
+use loopscope::scoring::loops::{Frame, Loop, Loops, default_reversal_threshold, outline};
 
 /// Width and height of a plot, and the number of points that it may have anyway.
 const PIXELS: [f64; 2] = [1000.0, 700.0];
@@ -61,7 +62,7 @@ fn loop_pane(c: &mut Criterion, recordings: &RecordingSet, applied: &[AppliedLoa
     let loads = || columns.iter().map(|column| &column[0][..]);
     c.bench_function("loops of one axis with both widths, 243,000 samples", |b| {
         b.iter(|| {
-            let loops = Loops::of(loads(), default_dead_band(loads()));
+            let loops = Loops::of(loads(), default_reversal_threshold(loads()));
             let cycles = loops.full_cycles();
             [1, 2].map(|output| {
                 let all = cycles.iter().map(|cycle| {
@@ -72,7 +73,7 @@ fn loop_pane(c: &mut Criterion, recordings: &RecordingSet, applied: &[AppliedLoa
             })
         });
     });
-    let loops = Loops::of(loads(), default_dead_band(loads()));
+    let loops = Loops::of(loads(), default_reversal_threshold(loads()));
     let whole = Frame { loads: (-12.0, 12.0), outputs: (-14.0, 14.0) };
     c.bench_function("outline of one axis and output, 243,000 samples", |b| {
         b.iter(|| {

@@ -40,7 +40,7 @@ use examples::examples;
 use crate::about;
 use crate::shown::printable;
 
-pub use messages::tell;
+pub use messages::print_message;
 
 /// Calibrate force/torque sensors, and compensate their hysteresis.
 #[derive(Debug, Parser)]

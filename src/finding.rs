@@ -5,6 +5,7 @@
 
 use std::cmp::Reverse;
 use std::fmt;
+use std::path::PathBuf;
 
 use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use strum::IntoStaticStr;
@@ -92,7 +93,9 @@ impl Way {
             Self::Ridge => ["--ridge", "Settings, Ridge"],
             Self::Regressor => ["--regressor", "Settings, Regressor"],
             Self::Faulty => ["--leave-out-faulty", "Leave out"],
-            Self::Tare => ["e.g. --tare 0:1.5", "right-click the recording"],
+            Self::Tare => {
+                ["--tare auto, or --tare FROM:TO in seconds", "right-click the recording"]
+            }
             Self::Arm => ["--arm", "Hanging mass"],
             Self::ClockOffset => [
                 "`loopscope inspect FILE` estimates it; \"clock_offset_secs\" under \"join\" in the column map",
@@ -126,6 +129,19 @@ fn with_ways(text: String, ways: &[Way], face: Face) -> String {
     }
 }
 
+/// Place in a file where something was found. Lines are counted from 1.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Place {
+    /// Path of the file.
+    pub path: PathBuf,
+    /// First line concerned.
+    pub first_line: u64,
+    /// Last line concerned.
+    pub last_line: u64,
+    /// Number of occurrences.
+    pub count: u64,
+}
+
 /// A finding: an observation with its effect and remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
@@ -133,8 +149,10 @@ pub struct Finding {
     pub id: Id,
     /// Best verdict that this finding allows.
     pub severity: Verdict,
-    /// Observation and its place, in a few words.
+    /// Observation in a few words.
     pub seen: String,
+    /// Place in a file; `None` if the finding is not about lines of a file.
+    pub place: Option<Place>,
     /// Figures of the observation; may be empty.
     pub figures: String,
     /// Share of full scale by which it makes errors larger, or of the loads or samples that it concerns; 0 if unknown.
@@ -144,7 +162,7 @@ pub struct Finding {
 impl Finding {
     /// Returns a finding with its observation in a few words.
     pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
-        Self { id, severity, seen: seen.into(), figures: String::new(), cost: 0.0 }
+        Self { id, severity, seen: seen.into(), place: None, figures: String::new(), cost: 0.0 }
     }
 
     /// Returns the finding with its figures.
@@ -187,11 +205,19 @@ impl Finding {
         Self { seen, figures: String::new(), ..own.remove(0) }
     }
 
-    /// Returns the observation with its figures.
+    /// Returns the observation with its place and figures.
     fn observation(&self) -> String {
-        match self.figures.is_empty() {
-            true => self.seen.clone(),
-            false => format!("{} ({})", self.seen, self.figures),
+        let mut text = self.seen.clone();
+        if !self.figures.is_empty() {
+            text += &format!(" ({})", self.figures);
+        }
+        match &self.place {
+            Some(Place { path, first_line, last_line, count }) => {
+                let times = format!(" ({count} times, last on line {last_line})");
+                let times = if *count > 1 { &*times } else { "" };
+                format!("{}, line {first_line}: {text}{times}", path.display())
+            }
+            None => text,
         }
     }
 
@@ -206,13 +232,20 @@ impl Finding {
     }
 }
 
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text(Face::Page))
+    }
+}
+
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut found = serializer.serialize_struct("Finding", 5)?;
+        let mut found = serializer.serialize_struct("Finding", 6)?;
         found.serialize_field("id", <&str>::from(self.id))?;
         found.serialize_field("about", self.id.words().0)?;
         found.serialize_field("verdict", &self.severity)?;
         found.serialize_field("cost", &self.cost)?;
+        found.serialize_field("place", &self.place)?;
         found.serialize_field("text", &self.text(Face::CommandLine))?;
         found.end()
     }
@@ -224,10 +257,21 @@ impl Serialize for Finding {
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "what each means is worded below")]
 pub enum Id {
+    RowsSkipped,
+    PartsIgnored,
+    Assumed,
+    UnnamedLoads,
+    Stamps,
+    Values,
+    WithoutReference,
+    NoFullScale,
+    BeyondFullScale,
+    SmallCycle,
+    LagInLoop,
     NoTest,
     NoTimes,
     Undetermined,
-    NotLeftOut,
+    NoCrossValidation,
     FewRecordings,
     FewGroups,
     UnusedLoneGroup,
@@ -287,6 +331,26 @@ impl Id {
     /// remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
         match self {
+            Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {
+                ("file", "", &[])
+            }
+            Self::Assumed | Self::UnnamedLoads => ("file", "", &[Way::Columns]),
+            Self::WithoutReference => ("figures", "they take no part in the figures", &[]),
+            Self::NoFullScale => {
+                ("figures", "none of its figures is in percent; enter the rated load", &[])
+            }
+            Self::BeyondFullScale => ("figures", "enter the rated load", &[]),
+            Self::SmallCycle => (
+                "figures",
+                "record the axis from its smallest to its largest load and back in one run",
+                &[],
+            ),
+            Self::LagInLoop => (
+                "figures",
+                "this part of the width is no hysteresis; if one clock is late, set its offset where the file is read; if the \
+                 sensor is slow, use a fixed lag, a look-back or a faster amplifier",
+                &[],
+            ),
             Self::NoTest => (
                 "test",
                 "only cross-validation estimates the error on other recordings; use one recording as a test, \
@@ -305,7 +369,7 @@ impl Id {
                  gauges and features",
                 &[Way::Features],
             ),
-            Self::NotLeftOut => ("cross_validation", "", &[]),
+            Self::NoCrossValidation => ("cross_validation", "", &[]),
             Self::FewRecordings => (
                 "groups",
                 "cross-validation leaves out contiguous blocks, which resemble the rest of their recording, so the \

@@ -24,6 +24,8 @@ fn open_window(files: Vec<std::path::PathBuf>) -> ExitCode {
 
 #[cfg(not(feature = "gui"))]
 fn open_window(_files: Vec<std::path::PathBuf>) -> ExitCode {
-    cli::tell(&"this build has no window; use `loopscope fit`, `apply` or `demo` (see --help)");
+    cli::print_message(
+        &"this build has no window; use `loopscope fit`, `apply` or `demo` (see --help)",
+    );
     ExitCode::FAILURE
 }

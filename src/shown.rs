@@ -105,6 +105,15 @@ pub(crate) fn and_more(all: usize, max: usize) -> Option<String> {
     (all > max).then(|| format!("and {} more", all - max))
 }
 
+/// Returns a number with its noun: `1 sample`, `2 samples`.
+pub(crate) fn counted(n: usize, noun: &str) -> String {
+    match (n, noun) {
+        (1, _) | (_, "series") => format!("{n} {noun}"),
+        (_, "trajectory") => format!("{n} trajectories"),
+        _ => format!("{n} {noun}s"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

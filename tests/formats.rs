@@ -281,7 +281,7 @@ fn groups_records_and_frames_of_hdf5_are_read() {
 
 #[cfg(feature = "xlsx")]
 #[test]
-fn sheets_are_read_wherever_their_header_is() {
+fn sheets_are_read_with_a_header_in_any_row() {
     check_workbooks(&fixture(""));
 }
 
@@ -367,7 +367,7 @@ fn matlab_version_4_is_read_in_all_kinds_and_byte_orders() {
 
 /// Each error names a way to convert the file with its own tools.
 #[test]
-fn unsupported_formats_are_refused_with_a_way_out() {
+fn unsupported_formats_are_refused_with_an_alternative() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     for (start, way_out) in [
@@ -632,7 +632,7 @@ fn npy(header: &str, data: &[u8]) -> Vec<u8> {
 
 /// Declared sizes larger than any memory give an error, without allocating that memory.
 #[test]
-fn declared_sizes_are_not_believed() {
+fn declared_sizes_are_checked() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run");
     for shape in ["(9999999999999,)", "(18446744073709551615, 2)", "(1000000, 1000000)"] {

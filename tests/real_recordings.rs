@@ -16,7 +16,7 @@ use loopscope::questions::loops::{
     TableOf, TableQuestion, Up, Viewer,
 };
 use loopscope::questions::metrology::MetrologySettings;
-use loopscope::questions::{Request, analyse};
+use loopscope::questions::{OnScreen, Request, analyse};
 use loopscope::recording::{Entry, RecordingSet, Role};
 use loopscope::scoring::loops::{Density, Frame};
 use program::{fit, numbers};
@@ -248,11 +248,7 @@ fn all_fitted() -> impl Iterator<Item = (&'static str, LookRequest, Vec<Vec<f64>
         let applied = entries.map(|entry| analysis.calibration.apply(&entry.recording).unwrap());
         let outputs = applied.map(|own| own.conventional).collect();
         let request = LookRequest {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings,
-            decimation: 1,
-            traces: Arc::clone(&analysis.traces),
-            visible: None,
+            loads: OnScreen::of(&request, &analysis, None),
             measuring: MetrologySettings::default(),
             question: Question::Table(TableQuestion { of: TableOf::All }),
         };
@@ -269,8 +265,8 @@ fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f
 #[test]
 fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
-        let axes = request.calibration.axes.clone();
-        let recordings = Arc::clone(&request.recordings);
+        let axes = request.loads.calibration.axes.clone();
+        let recordings = Arc::clone(&request.loads.recordings);
         let mut viewer = Viewer::default();
         for (at, axis) in axes.iter().enumerate() {
             let pairs = recordings.entries().iter().zip(&outputs);
@@ -308,8 +304,8 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
 #[test]
 fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
-        let axes = request.calibration.axes.clone();
-        let recordings = Arc::clone(&request.recordings);
+        let axes = request.loads.calibration.axes.clone();
+        let recordings = Arc::clone(&request.loads.recordings);
         let mut viewer = Viewer::default();
         let load = Channel::Load(LoadKind::Calculated, axes[0]);
         let output = Channel::Load(LoadKind::Output(Output::Conventional), axes[0]);
@@ -355,9 +351,9 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Figures with the default dead band of each real recording; half and twice the dead band change them little.
+/// Figures with the default reversal threshold of each real recording; half and twice the reversal threshold change them little.
 #[test]
-fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
+fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
     for (name, request, _) in all_fitted() {
         let Ok(Look::Table(table)) = Viewer::default().look(&request, &Progress::default()) else {
             panic!("no table of {name}")
@@ -377,13 +373,15 @@ fn loop_figures_of_real_recordings_hardly_depend_on_the_dead_band() {
                         value.percent_fs.unwrap_or(f64::NAN),
                         basis.n_cycles,
                         basis.range_share,
-                        basis.dead_band_halved.map(|other| other / value.value),
-                        basis.dead_band_doubled.map(|other| other / value.value),
+                        basis.reversal_threshold_halved.map(|other| other / value.value),
+                        basis.reversal_threshold_doubled.map(|other| other / value.value),
                     );
                     // The ends of the largest cycle may come from another cycle, which hardly changes a mean.
                     if row.definition.id == "hysteresis_mean_width" {
                         for other in
-                            [basis.dead_band_halved, basis.dead_band_doubled].into_iter().flatten()
+                            [basis.reversal_threshold_halved, basis.reversal_threshold_doubled]
+                                .into_iter()
+                                .flatten()
                         {
                             let off = (other / value.value - 1.0).abs();
                             assert!(off < 0.15, "{name} {:?}: {off}", cell.axis);

@@ -15,6 +15,7 @@ use crate::calibration::expected_error::ExpectedError;
 use crate::calibration::kernel::GridEdge;
 use crate::calibration::learned::{Learned, LearnedScratch};
 use crate::calibration::linear_map::{LinearMap, loads_from_gauges};
+use crate::calibration::no_cross_validation::NoCrossValidation;
 use crate::calibration::settings::Regressor;
 use crate::calibration::sums::RowsOf;
 use crate::calibration::used_recording::UsedRecording;
@@ -24,6 +25,7 @@ use crate::features::{
 use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::recording::{Axis, Identity, Recording, Tare, span};
+use crate::shown::counted;
 
 /// Root mean squared errors per axis; `None` if there is nothing to score.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -98,7 +100,7 @@ impl Quality {
     pub fn ridge_in_words(&self, axes: &[Axis]) -> Option<String> {
         let by_axis = |texts: &mut dyn Iterator<Item = String>| {
             let named = axes.iter().zip(texts);
-            let named = named.map(|(axis, text)| format!("{} {text}", axis.symbol()));
+            let named = named.map(|(axis, text)| format!("{axis} {text}"));
             named.collect::<Vec<_>>().join(", ")
         };
         if !self.ridge_by_block.is_empty() {
@@ -140,8 +142,8 @@ impl Undetermined {
     /// Returns the finding for this fit.
     pub(crate) fn finding(&self) -> Finding {
         let Self { samples, coefficients } = self;
-        let seen =
-            format!("only {samples} training samples for {coefficients} coefficients per axis");
+        let samples = counted(*samples as usize, "training sample");
+        let seen = format!("only {samples} for {coefficients} coefficients per axis");
         Finding::new(Id::Undetermined, Verdict::Insufficient, seen)
     }
 }
@@ -365,22 +367,9 @@ impl Calibration {
 
     /// Returns the reason why there are no cross-validation scores, or `None` if there are, or the calibration was not
     /// fitted here.
-    pub fn why_not_left_out(&self) -> Option<&'static str> {
-        if self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0 {
-            return None;
-        }
-        Some(match self.learned {
-            Some(Learned::Network(_)) => {
-                "the network was not cross-validated: this was off, or was cancelled, or too few samples remain without a \
-                 fold"
-            }
-            Some(Learned::Kernel(_)) => {
-                "the cross-validation was cancelled, or too few samples remain without a fold"
-            }
-            None => {
-                "there are too few training samples: without a fold, fewer samples remain than there are coefficients"
-            }
-        })
+    pub fn no_cross_validation(&self) -> Option<NoCrossValidation> {
+        let is_known = self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0;
+        (!is_known).then(|| NoCrossValidation::of(self.regressor.learner()))
     }
 
     /// Returns the kernel's ridge if it lies at an end of the range of candidates, and which end.

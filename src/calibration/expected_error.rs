@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::recording::Axis;
+use crate::shown::counted;
 
 /// Number and kind of the held-out samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -53,7 +54,7 @@ impl ExpectedError {
     pub fn of_axis(&self, axis: Axis) -> Result<f64, String> {
         let own = self.axes.iter().find(|own| own.axis == axis);
         own.and_then(|own| own.value)
-            .ok_or_else(|| format!("{} hardly moves in the recordings", axis.symbol()))
+            .ok_or_else(|| format!("{axis} hardly moves in the recordings"))
     }
 
     /// Returns the sentences beside the figures: the held-out samples, and the conditions that are not covered.
@@ -79,10 +80,4 @@ impl fmt::Display for ExpectedError {
         }
         Ok(())
     }
-}
-
-/// Returns a number with its noun.
-pub(crate) fn counted(n: usize, noun: &str) -> String {
-    let plural = if n == 1 { "" } else { "s" };
-    format!("{n} {noun}{plural}")
 }

@@ -18,6 +18,7 @@ mod length;
 pub mod linear;
 mod linear_map;
 pub mod network;
+mod no_cross_validation;
 mod normal_equations;
 mod settings;
 mod status;
@@ -41,7 +42,7 @@ pub use cross_validation::CrossValidation;
 pub(crate) use error::{CalibrationError, FORMAT, VERSION};
 pub(crate) use estimator::STRAYS;
 pub use estimator::{Estimator, SampleError};
-pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut, counted};
+pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut};
 pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
 pub(crate) use learned::{Learned, LearnedError};
@@ -52,6 +53,7 @@ pub(crate) use network::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED, UNITS,
 };
 pub use network::{Network, NetworkSettings};
+pub use no_cross_validation::NoCrossValidation;
 pub(crate) use normal_equations::NormalEquations;
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE, SettingsError};
 pub use settings::{FitSettings, Regressor, RidgeChoice};

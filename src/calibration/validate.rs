@@ -111,13 +111,13 @@ impl Calibration {
         features: &FeatureSettings,
     ) -> Result<(), CalibrationError> {
         let columns = features.columns(self.gauges.len(), self.offset);
-        let said =
+        let named =
             |columns: &[Column]| columns.iter().map(|column| format!("{column:?}")).collect();
-        let (expected, actual): (Vec<_>, Vec<_>) = (said(&columns), said(&map.columns));
+        let (expected, actual): (Vec<_>, Vec<_>) = (named(&columns), named(&map.columns));
         check_features(field, &expected, &actual)?;
         check_length(&format!("{field}.matrix"), self.axes.len(), map.matrix.len())?;
         for (axis, row) in self.axes.iter().zip(&map.matrix) {
-            let field = format!("{field}.matrix, row {}", axis.symbol());
+            let field = format!("{field}.matrix, row {axis}");
             check_length(&field, columns.len(), row.len())?;
             usable(&field, row, -LARGEST)?;
         }

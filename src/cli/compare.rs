@@ -2,9 +2,10 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use clap::Args;
+use serde::Serialize;
 
 use super::choices::{FitChoices, regressor};
 use super::error::JobError;
@@ -13,13 +14,14 @@ use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::named_file;
-use crate::calibration::{FitSettings, Regressor};
+use crate::calibration::{FitSettings, Regressor, Scores};
 use crate::export::write_atomically;
-use crate::panicked::locked;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
-    AnalysisError, Candidate, ComparedRow, RowEvent, compare, comparison_table, paper_candidates,
+    Candidate, Model, ModelRow, ModelState, compare, model_table, paper_candidates,
 };
+use crate::recording::Axis;
+use crate::report::{Cell, Table};
 
 const DECIMATE_HELP: &str = "Use every N-th sample: 1 is the paper's pattern A, 10 its pattern B [default: both]. Where recordings repeat \
     several programmes (paths), further rows use the first one alone: few trajectories (pattern C)";
@@ -55,6 +57,52 @@ pub struct CompareJob {
     json: bool,
 }
 
+/// A row of the JSON array that `compare --json` prints.
+#[derive(Serialize)]
+struct Row<'a> {
+    #[serde(flatten)]
+    candidate: &'a Candidate,
+    axes: &'a [Axis],
+    n_train: u64,
+    scores: &'a Scores,
+    ridge: &'a [f64],
+    seconds: Option<f64>,
+    #[serde(skip)]
+    model: &'a Model,
+    /// Features and amount of data in words.
+    #[serde(skip)]
+    words: [String; 2],
+}
+
+impl<'a> Row<'a> {
+    fn of(candidate: &'a Candidate, model: &'a Model) -> Self {
+        Self {
+            candidate,
+            axes: &model.axes,
+            n_train: model.n_train,
+            scores: &model.scores,
+            ridge: &model.ridge,
+            seconds: model.seconds,
+            model,
+            words: [candidate.history(), candidate.pattern()],
+        }
+    }
+}
+
+/// Returns the table of models with the errors on these samples.
+fn table(rows: &[Row<'_>], sets: &[ScoreSet]) -> Table {
+    let titles: Vec<String> = sets.iter().map(|set| format!("RMSE, {}", set.label())).collect();
+    let axes = rows.first().map_or(&[][..], |row| row.axes);
+    let rows = rows.iter().map(|row| ModelRow {
+        mark: Cell::words(""),
+        name: &row.words[0],
+        data: &row.words[1],
+        settings: &row.model.settings,
+        state: Ok(row.model),
+    });
+    Table { title: titles.join("; "), ..model_table(axes, sets, rows) }
+}
+
 impl Work for CompareJob {
     fn files(&self) -> Files<'_> {
         self.recordings.files().writing(&self.csv, self.force)
@@ -79,35 +127,29 @@ impl Work for CompareJob {
                 candidates.push(candidate);
             }
         }
-        let ended: Mutex<Vec<(usize, Result<ComparedRow, AnalysisError>)>> = Mutex::default();
-        compare(&recordings, &settings, &candidates, &run.progress, &|at, event| {
+        let states = compare(&recordings, &settings, &candidates, &run.progress, &|_| {
             run.say.show(&run.progress);
-            if let RowEvent::Ended(row) = event {
-                locked(&ended).push((at, row));
-            }
         });
-        let mut ended = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
-        ended.sort_by_key(|(at, _)| *at);
         let (mut rows, mut failed) = (Vec::new(), None);
-        for (at, row) in ended {
-            match row {
-                Ok(row) => rows.push(row),
-                Err(error) => {
-                    let own = &candidates[at];
-                    let (label, history) = (own.regressor.label(), own.history());
-                    let pattern = own.pattern();
+        for (candidate, state) in candidates.iter().zip(&states) {
+            let (history, pattern) = (candidate.history(), candidate.pattern());
+            match state {
+                ModelState::Ready(model) => rows.push(Row::of(candidate, model)),
+                ModelState::Failed(error) => {
+                    let label = candidate.regressor.label();
                     run.say.error(&format_args!("{label}, {history}, pattern {pattern}: {error}"));
-                    failed = Some(error);
+                    failed = Some(error.clone());
                 }
+                ModelState::Waits | ModelState::Runs(_) => {}
             }
         }
         if let Some(path) = &self.csv {
-            write_atomically(path, |out| comparison_table(&rows, &ScoreSet::ALL).write_csv(out))?;
+            write_atomically(path, |out| table(&rows, &ScoreSet::ALL).write_csv(out))?;
         }
         run.print(self.json, &rows, |out| {
-            let is_scored = |set: &ScoreSet| rows.iter().any(|row| set.rmse(&row.scores).is_some());
+            let is_scored = |set: &ScoreSet| rows.iter().any(|row| set.rmse(row.scores).is_some());
             for set in ScoreSet::ALL.into_iter().filter(is_scored) {
-                writeln!(out, "{}", comparison_table(&rows, &[set]).text())?;
+                writeln!(out, "{}", table(&rows, &[set]).text())?;
             }
             Ok(())
         })?;

@@ -25,7 +25,7 @@ use crate::export::{Footprint, Outline, Together, WriteError, listed_targets, ta
 use crate::features::{Block as _, Blocks, Distance, FeatureSettings, Play};
 use crate::finding::{Face, Finding, Id};
 use crate::progress::Progress;
-use crate::questions::errors::{Shown, errors, factory_note};
+use crate::questions::errors::{errors, factory_note};
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::expected_error::query::expected_error;
 use crate::questions::expected_error::{expected_error_table, limits_table};
@@ -35,6 +35,7 @@ use crate::questions::{
     train,
 };
 use crate::recording::Axis;
+use crate::report::Shown;
 use crate::scoring::numbers::significant;
 
 /// Fit a conventional and a compensated calibration, and print the errors of both.
@@ -115,7 +116,7 @@ impl Work for FitJob {
         let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter())
-                .partition(|found| matches!(found.id, Id::Undetermined | Id::NotLeftOut));
+                .partition(|found| matches!(found.id, Id::Undetermined | Id::NoCrossValidation));
         grave.iter().for_each(|found| run.say.warning(text(found)));
         let factory = match &self.factory {
             Some(path) => factory_scores(path, &request, &calibration)?,
@@ -133,8 +134,7 @@ impl Work for FitJob {
             note_footprint(&run.say, &request, &calibration);
         }
         let report = FitReport::new(&calibration, n_recordings, factory, &expected, &limits);
-        let report =
-            FitReport { cautions: grave.iter().chain(&others).map(text).collect(), ..report };
+        let report = FitReport { findings: grave.iter().chain(&others).collect(), ..report };
         run.print(self.json, &report, |out| {
             print_fit(&calibration, report.factory.as_ref(), n_recordings, out)?;
             match &expected {
@@ -274,7 +274,7 @@ struct FitReport<'a> {
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     limits: &'a [Checked],
     /// Findings about the recordings and the fit.
-    cautions: Vec<String>,
+    findings: Vec<&'a Finding>,
 }
 
 impl<'a> FitReport<'a> {
@@ -315,7 +315,7 @@ impl<'a> FitReport<'a> {
             expected_error: expected.as_ref().ok(),
             no_expected_error: expected.as_ref().err(),
             limits,
-            cautions: Vec::new(),
+            findings: Vec::new(),
         }
     }
 }
@@ -360,7 +360,7 @@ fn print_fit(
         let widths: Vec<String> = (calibration.axes.iter().zip(band))
             .map(|(axis, width)| {
                 let width = significant(*width, 4);
-                format!("{} {width} {}", axis.symbol(), axis.unit())
+                format!("{axis} {width} {}", axis.unit())
             })
             .collect();
         let samples = if quality.n_test > 0 { "test" } else { "training" };

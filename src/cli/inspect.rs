@@ -12,6 +12,7 @@ use super::reading::{ReadArgs, not_recording};
 use super::run::{Run, Work};
 use super::values::named_file;
 use crate::export::write_atomically;
+use crate::finding::Face;
 use crate::formats;
 use crate::formats::text::Decimal;
 use crate::import::estimate_weight;
@@ -19,7 +20,7 @@ use crate::import::inspect::{Check, Inspection, Known, TableReport, inspect};
 use crate::import::pose::WeightEstimate;
 use crate::recording::Axis;
 use crate::report::Table;
-use crate::shown::{and_more, message, printable};
+use crate::shown::{and_more, counted, message, printable};
 
 /// Show the contents of a file, the recordings that would be loaded, and any problems; write a column map for it.
 #[derive(Debug, Args)]
@@ -227,17 +228,18 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         let n_samples: usize = check.recordings.iter().map(|report| report.n_samples).sum();
         writeln!(
             out,
-            "would be loaded{of_start}: {} recordings with {n_samples} samples",
-            check.recordings.len()
+            "would be loaded{of_start}: {} with {}",
+            counted(check.recordings.len(), "recording"),
+            counted(n_samples, "sample")
         )?;
         const LISTED: usize = 10;
         for report in check.recordings.iter().take(LISTED) {
-            let rate = report.rate_hz.map_or_else(String::new, |rate| format!(", {rate:.4} Hz"));
+            let rate = rate(report.rate_hz, report.n_samples, report.duration_secs);
             writeln!(
                 out,
-                "  {}: {} samples, {:.3} s{rate}",
+                "  {}: {}, {:.3} s{rate}",
                 printable(&report.name),
-                report.n_samples,
+                counted(report.n_samples, "sample"),
                 report.duration_secs
             )?;
             if !report.auxiliary.is_empty() {
@@ -264,7 +266,16 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         )?;
     }
     for warning in &check.warnings {
-        writeln!(out, "warning: {}", message(warning))?;
+        writeln!(out, "warning: {}", message(&warning.text(Face::CommandLine)))?;
     }
     Ok(())
+}
+/// Returns the sample rate by the median step, and the mean rate if pauses or bursts make it differ by more than 5 %.
+fn rate(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> String {
+    let Some(rate_hz) = rate_hz else { return String::new() };
+    let mean_hz = (n_samples.saturating_sub(1)) as f64 / duration_secs;
+    match (mean_hz / rate_hz - 1.0).abs() < 0.05 {
+        true => format!(", {rate_hz:.4} Hz"),
+        false => format!(", {rate_hz:.4} Hz by the median step, {mean_hz:.4} Hz on average"),
+    }
 }

@@ -9,17 +9,17 @@ use crate::progress::Progress;
 use crate::shown;
 
 /// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them too.
-pub fn tell(message: &dyn Display) {
+pub fn print_message(message: &dyn Display) {
     let message = shown::message(message);
     let _ = writeln!(io::stderr(), "loopscope: {message}");
 }
 
 /// Messages of a job.
 #[derive(Debug, Default)]
-pub struct Messages(Mutex<Said>);
+pub struct Messages(Mutex<State>);
 
 #[derive(Debug, Default)]
-struct Said {
+struct State {
     /// The progress line, which each new text replaces.
     line: Option<String>,
     warnings: Vec<String>,
@@ -27,14 +27,14 @@ struct Said {
 }
 
 impl Messages {
-    fn said(&self) -> MutexGuard<'_, Said> {
+    fn state(&self) -> MutexGuard<'_, State> {
         locked(&self.0)
     }
 
     /// Prints an error.
     pub fn error(&self, error: &dyn Display) {
         self.end_line();
-        tell(error);
+        print_message(error);
     }
 
     /// Prints a note.
@@ -45,22 +45,22 @@ impl Messages {
     /// Prints a warning and keeps it.
     pub fn warning(&self, warning: impl Display) {
         self.error(&format_args!("warning: {warning}"));
-        self.said().warnings.push(warning.to_string());
+        self.state().warnings.push(warning.to_string());
     }
 
     pub fn warnings(&self) -> Vec<String> {
-        self.said().warnings.clone()
+        self.state().warnings.clone()
     }
 
     /// Prints that a file is skipped, and keeps why.
     pub fn left_out(&self, error: &dyn Display) {
         self.error(&format_args!("left out: {error}"));
-        self.said().left_out.push(error.to_string());
+        self.state().left_out.push(error.to_string());
     }
 
     /// Returns why each file that was left out was.
     pub fn files_left_out(&self) -> Vec<String> {
-        self.said().left_out.clone()
+        self.state().left_out.clone()
     }
 
     /// Shows the progress of the work.
@@ -73,17 +73,17 @@ impl Messages {
     /// Replaces the progress line by this text.
     pub fn line(&self, text: &str) {
         let mut out = io::stderr();
-        let mut said = self.said();
-        if out.is_terminal() && said.line.as_deref() != Some(text) {
+        let mut state = self.state();
+        if out.is_terminal() && state.line.as_deref() != Some(text) {
             // A progress line that cannot be written is no error.
             let _ = write!(out, "\r\x1b[K{text}");
-            said.line = Some(text.to_owned());
+            state.line = Some(text.to_owned());
         }
     }
 
     /// Removes the progress line.
     pub fn end_line(&self) {
-        if self.said().line.take().is_some() {
+        if self.state().line.take().is_some() {
             let _ = write!(io::stderr(), "\r\x1b[K");
         }
     }

@@ -18,15 +18,16 @@ use super::values::named_file;
 use crate::calibration::{AppliedLoads, Calibration, FitSettings};
 use crate::export::{read_with_notes, write_atomically};
 use crate::features::{Distance, FeatureSettings, Thresholds};
-use crate::questions::errors::Shown;
+use crate::finding::Face;
 use crate::questions::loops::TableOf;
 use crate::questions::metrology::{
-    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, extents_of, extents_of_set,
-    figure_records, table_by,
+    Metrology, Rules, Run as MeasuredRun, axis_figures, crosstalk, figure_records, table_by,
 };
 use crate::questions::{Request, analyse};
 use crate::recording::{Recording, Role, simulated};
-use crate::scoring::loops::LoadExtent;
+use crate::report::Shown;
+use crate::scoring::loops::{LoadExtent, extents_of, extents_of_set};
+use crate::shown::counted;
 
 /// Measure hysteresis, nonlinearity, repeatability, creep, crosstalk and errors, before and after compensation.
 #[derive(Debug, Args)]
@@ -184,18 +185,18 @@ fn print(report: &Report<'_>, definitions: bool, out: &mut Vec<u8>) -> io::Resul
     if report.simulated {
         writeln!(out, "The built-in simulated sensor")?;
     }
-    let (n, plural) = (table.n_recordings, if table.n_recordings == 1 { "" } else { "s" });
+    let recordings = counted(table.n_recordings, "recording");
     let (samples, calibration) = (table.n_samples, report.calibration);
-    writeln!(out, "{n} recording{plural}, {samples} samples; calibration {calibration}")?;
+    writeln!(out, "{recordings}, {samples} samples; calibration {calibration}")?;
     let axes = (0..table.axes.len()).map(|at| axis_figures(table, at, Shown::All));
     for shown in axes.chain(crosstalk(table)) {
         writeln!(out, "\n{}", shown.text().trim_end())?;
     }
-    if !table.notes.is_empty() {
+    if !table.findings.is_empty() {
         writeln!(out)?;
     }
-    for note in &table.notes {
-        writeln!(out, "Note: {note}")?;
+    for found in &table.findings {
+        writeln!(out, "Note: {}", found.text(Face::CommandLine))?;
     }
     if !definitions {
         return writeln!(

@@ -12,7 +12,7 @@ use super::values::{named_file, number_in};
 use crate::engine::Session;
 use crate::export::read_with_notes;
 use crate::features::Range;
-use crate::finding::{Advice, Face};
+use crate::finding::Face;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
@@ -274,6 +274,9 @@ impl ReadArgs {
         if tare == Tare::Auto {
             let name = tared.name();
             run.say.note(format_args!("{name}: tared over {from:.3} s to {to:.3} s"));
+        }
+        if let Some(loaded) = tared.loaded_while_tared((from, to)) {
+            run.say.warning(loaded);
         }
         Ok(tared)
     }

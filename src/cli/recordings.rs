@@ -149,8 +149,14 @@ impl SensorArgs {
 pub struct MeasuringArgs {
     /// Reversal threshold of each axis in N and N·m, in axis order: how far the load must turn back to count as a reversal
     /// [default: ten times the noise, and at least 5 % of the range].
-    #[arg(long, value_delimiter = ',', value_name = "BAND,…", allow_negative_numbers = true)]
-    dead_band: Vec<f64>,
+    #[arg(
+        long,
+        alias = "dead-band",
+        value_delimiter = ',',
+        value_name = "THRESHOLD,…",
+        allow_negative_numbers = true
+    )]
+    reversal_threshold: Vec<f64>,
     /// Shortest dwell, in seconds, that shows creep or a zero.
     #[arg(
         long,
@@ -165,7 +171,7 @@ impl MeasuringArgs {
     /// Returns the settings for recordings with these axes.
     pub fn settings(&self) -> MetrologySettings {
         MetrologySettings {
-            dead_bands: self.dead_band.iter().copied().map(Some).collect(),
+            reversal_thresholds: self.reversal_threshold.iter().copied().map(Some).collect(),
             hold_secs: self.hold,
             ..MetrologySettings::default()
         }

@@ -12,8 +12,7 @@ use super::inputs::Files;
 use super::recordings::{LimitsArgs, MeasuringArgs, RecordingArgs, SensorArgs, keep_limits};
 use super::run::{Run, Work};
 use super::values::named_file;
-use crate::export::write_report;
-use crate::questions::page::{ReportRequest, report};
+use crate::questions::page::{ReportRequest, report, write_report};
 use crate::questions::{Request, read_factory};
 use crate::recording::simulated;
 

@@ -20,7 +20,7 @@ impl Work for SensorJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         run.print_text(|out| {
             for item in Item::all() {
-                writeln!(out, "{} = \"\"  # {}: {}", item.key(), item.label(), item.hint())?;
+                writeln!(out, "{} = \"\"  # {}: {}", item.key(), item.label(), item.placeholder())?;
             }
             writeln!(
                 out,

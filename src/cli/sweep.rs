@@ -17,19 +17,20 @@ use super::recordings::RecordingArgs;
 use super::run::{Run, Work};
 use super::values::{List, named_file, one_of};
 use crate::calibration::Scores;
-use crate::export::{Together, threshold_heat_map, write_threshold_csv, write_threshold_svg};
+use crate::export::Together;
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
 use crate::finding::Face;
 use crate::questions::thresholds::{
     Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
-    ThresholdGrid, ThresholdMap, even_values,
+    ThresholdGrid, ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
+    write_threshold_svg,
 };
 use crate::questions::{BlockSuggestion, Datasets, HistoryBlock, Study, StudyEvent};
 use crate::recording::Axis;
 use crate::report::{Cell, Column, Table};
 use crate::scoring::mean_hysteresis::{FEWEST_REVERSALS, MeanHysteresis};
-use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
+use crate::shown::counted;
 
 /// Fit at every pair of thresholds, print or draw the errors, and suggest thresholds.
 #[derive(Debug, Args)]
@@ -355,31 +356,15 @@ fn curves(sweep: &Sweep<'_>, measure: Measure, along: Along) -> Table {
 
 fn print_suggestion(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     let found = &sweep.suggestion;
-    let Thresholds { f_th, t_th_secs } = found.thresholds;
-    let (f_unit, unit) = (f_unit(sweep), sweep.measure_unit);
-    let change = percent_change(found.conventional, found.left_out)
-        .map_or_else(String::new, |change| format!(", {change:+.1} %"));
-    writeln!(
-        out,
-        "\nLeast cross-validation error of {}: F_th {f_th}{f_unit}, t_th {t_th_secs} s: {} {unit} (conventional {} {unit}{change}; \
-         {})",
-        sweep.measure,
-        significant(found.left_out, 4),
-        significant(found.conventional, 4),
-        found.cross_validation,
-    )?;
+    let f_unit = f_unit(sweep);
+    let f_th = format!("{}{f_unit}", found.thresholds.f_th);
+    writeln!(out, "\nThresholds at the {}", found.in_words(sweep.map, sweep.by, &f_th))?;
     writeln!(
         out,
         "  range that is as good within the uncertainty: F_th {}{f_unit}; t_th {} s",
         range_text(&found.f_th_range),
         range_text(&found.t_th_range),
     )?;
-    if !found.beats_conventional {
-        writeln!(
-            out,
-            "  Note: no look-back is better than the conventional calibration with 90 % confidence"
-        )?;
-    }
     let (f_edge, t_edge) = found.is_at_edge(sweep.map);
     for (at_edge, name) in [(f_edge, "F_th"), (t_edge, "t_th")] {
         if at_edge {
@@ -418,10 +403,9 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
         .collect();
     writeln!(
         out,
-        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} reversal{} ({})",
+        "The paper's rule (F_th near the mean hysteresis): {}{f_unit} from {} ({})",
         significant(value, 3),
-        found.n_reversals,
-        if found.n_reversals == 1 { "" } else { "s" },
+        counted(found.n_reversals, "reversal"),
         axes.join(", "),
     )?;
     if found.rests_on_few() {

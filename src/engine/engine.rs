@@ -26,13 +26,13 @@ use crate::engine::project::SessionFile;
 use crate::engine::project::{Edit, FromFile, Project, Split};
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
 use crate::engine::recovery::{LeftSession, Recovery, Unsaved, drop_left};
-use crate::engine::saving::{Doubt, Existing, FileContent, TracesToWrite};
+use crate::engine::saving::{Doubt, Existing, FileContent};
 use crate::engine::session::{OpenedSession, Session, SessionPart, add_parts, trained_beside};
 use crate::engine::task::{Done, Task};
 use crate::engine::undo::History;
-use crate::export::{ShownFTh, target_endings, target_for};
+use crate::export::{target_endings, target_for};
 use crate::features::{Distance, Thresholds};
-use crate::finding::{Advice, Face};
+use crate::finding::Face;
 use crate::import::map::ColumnMap;
 use crate::panicked::locked;
 use crate::questions::check::faulty::{FaultyRecording, FindFaults};
@@ -43,11 +43,13 @@ use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Train
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
+use crate::questions::thresholds::ShownFTh;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
-use crate::questions::{Analysis, Datasets, HistoryBlock, RecordingResult, Request, Search, View};
+use crate::questions::{
+    Analysis, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, Search, View,
+};
 use crate::recording::simulated::Late;
 use crate::recording::{Entry, Recording, RecordingSet, Role, Tare};
-use crate::scoring::numbers::significant;
 
 /// Files with the column maps by which they are read.
 type Files = Vec<(PathBuf, Option<ColumnMap>)>;
@@ -152,7 +154,7 @@ pub enum Action {
     /// Cancel background work.
     Cancel,
     /// Show a notice.
-    Tell(Notice),
+    Notice(Notice),
     /// Dismiss notice `n`.
     Dismiss(usize),
     /// Dismiss all notices.
@@ -197,7 +199,7 @@ pub struct Engine {
     /// Notices.
     pub notices: Vec<Notice>,
     /// Number of notices so far.
-    n_said: u64,
+    n_notices: u64,
     /// File for which the user must confirm writing.
     pub replacing: Option<(FileContent, PathBuf, Doubt)>,
     /// File in the import window.
@@ -252,7 +254,7 @@ impl Engine {
             first_thresholds: None,
             finds_thresholds: false,
             notices: Vec::new(),
-            n_said: 0,
+            n_notices: 0,
             replacing: None,
             importing: None,
             recoverable: Vec::new(),
@@ -497,13 +499,7 @@ impl Engine {
     /// Returns the content of a file with the traces in this interval of time.
     pub fn traces_content(&self, visible: Option<(f64, f64)>) -> Option<FileContent> {
         let (of, analysis) = self.exact()?;
-        Some(FileContent::Traces(Box::new(TracesToWrite {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.recordings),
-            decimation: of.settings.decimation,
-            traces: Arc::clone(&analysis.traces),
-            visible,
-        })))
+        Some(FileContent::Traces(Box::new(OnScreen::of(of, analysis, visible))))
     }
 
     /// Returns the request for an analysis of the document.
@@ -555,11 +551,7 @@ impl Engine {
     pub fn look(&self, visible: Option<(f64, f64)>, question: Question) -> Option<LookRequest> {
         let (of, analysis) = self.exact()?;
         Some(LookRequest {
-            calibration: Arc::clone(&analysis.calibration),
-            recordings: Arc::clone(&of.recordings),
-            decimation: of.settings.decimation,
-            traces: Arc::clone(&analysis.traces),
-            visible: visible.filter(|_| question.follows_screen()),
+            loads: OnScreen::of(of, analysis, visible.filter(|_| question.follows_screen())),
             measuring: self.project.measuring.clone(),
             question,
         })
@@ -575,12 +567,12 @@ impl Engine {
 
     fn edit(&mut self, edit: Edit) {
         if let Err(error) = self.change(|project| project.edit(edit)) {
-            self.tell(Level::Error, error.to_string());
+            self.notice(Level::Error, error.to_string());
         }
     }
 
     /// Shows a notice.
-    pub fn tell(&mut self, level: Level, text: impl Into<String>) {
+    pub fn notice(&mut self, level: Level, text: impl Into<String>) {
         self.show_notice(Notice::new(level, text));
     }
 
@@ -591,8 +583,8 @@ impl Engine {
             Level::Error => log::Level::Error,
         };
         log::log!(level, "{}", notice.text);
-        self.n_said += 1;
-        self.notices.push(Notice { number: self.n_said, ..notice });
+        self.n_notices += 1;
+        self.notices.push(Notice { number: self.n_notices, ..notice });
         let surplus = self.notices.len().saturating_sub(MAX_NOTICES);
         self.notices.drain(..surplus);
     }

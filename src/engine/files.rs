@@ -6,10 +6,10 @@ use std::sync::Arc;
 use crate::calibration::Calibration;
 use crate::engine::session::{OpenedSession, Session};
 use crate::export::{names_gauges, read_with_notes, target_for};
-use crate::finding::{Advice, Face};
+use crate::finding::{Advice, Face, Finding, Id};
 use crate::import;
 use crate::import::map::ColumnMap;
-use crate::import::{Cause, LoadWarning, Loaded, ReadError};
+use crate::import::{Loaded, ReadError};
 use crate::progress::Progress;
 use crate::shown::file_name;
 
@@ -92,7 +92,7 @@ fn open_recordings(
 ) -> Result<Opened, ReadError> {
     match import::read(path, map, remembered, progress) {
         Ok(mut loaded) => {
-            let asks = |warning: &&LoadWarning| matches!(warning.cause, Cause::UnnamedLoads { .. });
+            let asks = |warning: &&Finding| warning.id == Id::UnnamedLoads;
             if let Some(unnamed) = loaded.warnings.iter().find(asks).filter(|_| map.is_none()) {
                 return Ok(Opened::WantsMap(unnamed.to_string()));
             }

@@ -97,7 +97,7 @@ pub struct Importing {
     /// Reason why the file cannot be inspected.
     pub problem: Option<String>,
     /// True while an inspection runs.
-    pub looking: bool,
+    pub is_detecting: bool,
     /// Questions about the last proposal, and whether the user has answered them.
     pub questions: Vec<(Question, bool)>,
     /// True if the running inspection makes a proposal.
@@ -114,7 +114,7 @@ impl Importing {
             inspection: None,
             map: ColumnMap::default(),
             problem: None,
-            looking: true,
+            is_detecting: true,
             questions: Vec::new(),
             proposes: true,
             waiting,
@@ -124,19 +124,19 @@ impl Importing {
 
 /// Returns a message for files that were read with a remembered map without asking.
 pub fn by_remembered(mut files: Vec<(PathBuf, ColumnMap)>) -> Vec<String> {
-    let mut said = Vec::new();
+    let mut text = Vec::new();
     while let Some((_, map)) = files.first().cloned() {
         let (by_it, others): (Vec<_>, Vec<_>) =
             files.into_iter().partition(|(_, other)| *other == map);
         files = others;
         let names = by_it.iter().map(|(path, _)| path.file_name().unwrap_or_default().display());
-        said.push(format!(
+        text.push(format!(
             "{}: read with the column map of an earlier, similar file: {}. If this is wrong, close the recording and choose its columns with File > Import",
             first(1, names),
             roles_in_words(&map.table)
         ));
     }
-    said
+    text
 }
 
 /// Returns a short description of the columns that a map uses.
@@ -210,7 +210,7 @@ impl Importing {
 
     /// Returns the inspection with this information.
     pub(super) fn look(&mut self, known: KnownOf) -> Preview {
-        self.looking = true;
+        self.is_detecting = true;
         self.proposes = !matches!(known, KnownOf::Map(_));
         Preview { path: self.path.clone(), known }
     }
@@ -237,7 +237,7 @@ impl Importing {
         if path != self.path {
             return;
         }
-        self.looking = false;
+        self.is_detecting = false;
         match answer {
             Ok(inspection) => {
                 if self.proposes {

@@ -57,7 +57,7 @@ impl Lanes {
     /// Takes the answers of all lanes, and returns the failures of work that the user started.
     pub fn take(&mut self) -> Vec<String> {
         let taken = self.0.iter_mut().filter_map(|lane| {
-            let failed = lane.hear_all().contains(&LaneEvent::Problem);
+            let failed = lane.take_events().contains(&LaneEvent::Problem);
             let (begins, problem) = (lane.begun_by_user()?, lane.problem()?);
             failed.then(|| format!("{begins}{problem}"))
         });

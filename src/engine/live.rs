@@ -124,6 +124,32 @@ struct Taken {
     loads: [Vec<f64>; 3],
 }
 
+/// Passes a row to the estimator, and returns the status in words and the loads.
+fn taken_of(
+    calibration: &Calibration,
+    estimator: &mut Estimator<'_>,
+    table: &LiveTable,
+    places: &Places,
+    row: &LiveRow,
+) -> (String, Taken) {
+    let (gauges, auxiliary) = (places.gauges(row), places.auxiliary(row));
+    let (status, compensated) = match estimator.update_with(row.time, &gauges, &auxiliary) {
+        Ok((mut now, loads)) => {
+            if places.is_held(row, calibration.gap_secs) {
+                now |= Status::AUXILIARY_HELD;
+            }
+            (now.to_string(), loads.to_vec())
+        }
+        Err(error) => (error.status().to_string(), vec![f64::NAN; calibration.axes.len()]),
+    };
+    let reference = calibration.axes.iter().map(|axis| {
+        let place = table.axes().iter().position(|own| own == axis);
+        place.map_or(f64::NAN, |place| row.loads[place])
+    });
+    let loads = [estimator.conventional().to_vec(), compensated, reference.collect()];
+    (status, Taken { time: row.time, loads })
+}
+
 impl Minute {
     /// Starts again with the file.
     fn restart(&mut self, notes: Vec<String>) {
@@ -267,33 +293,10 @@ impl Minute {
                 if let Ok(places) = places {
                     let new = self.rows.len() - waiting..self.rows.len();
                     for row in self.rows.range(new) {
-                        let (gauges, auxiliary) = (places.gauges(row), places.auxiliary(row));
-                        let updated = estimator.update_with(row.time, &gauges, &auxiliary);
-                        let compensated = match updated {
-                            Ok((mut now, loads)) => {
-                                if places.is_held(row, calibration.gap_secs) {
-                                    now |= Status::AUXILIARY_HELD;
-                                }
-                                status = now.to_string();
-                                loads.to_vec()
-                            }
-                            Err(error) => {
-                                status = error.status().to_string();
-                                vec![f64::NAN; calibration.axes.len()]
-                            }
-                        };
-                        let reference = calibration.axes.iter().map(|axis| {
-                            let place = table.axes().iter().position(|own| own == axis);
-                            place.map_or(f64::NAN, |place| row.loads[place])
-                        });
-                        taken.push_back(Taken {
-                            time: row.time,
-                            loads: [
-                                estimator.conventional().to_vec(),
-                                compensated,
-                                reference.collect(),
-                            ],
-                        });
+                        let (now, sample) =
+                            taken_of(calibration, &mut estimator, table, places, row);
+                        status = now;
+                        taken.push_back(sample);
                     }
                 }
                 waiting = 0;

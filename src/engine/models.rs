@@ -7,7 +7,8 @@ use std::sync::{Arc, Weak};
 
 use crate::calibration::{Calibration, FitSettings, Regressor};
 use crate::engine::project::Project;
-use crate::questions::models::asked::{Compare, RowState};
+pub use crate::questions::ModelState as State;
+use crate::questions::models::asked::Compare;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{
     Best, Candidate, Mark, Model, ModelRow, TrainingStep, model_table, paper_candidates,
@@ -27,19 +28,6 @@ pub enum ModelChange {
     Name(String),
     /// Remove from the list.
     Remove,
-}
-
-/// State of a model.
-#[derive(Clone, Debug)]
-pub enum State {
-    /// Waiting for its fit.
-    Waits,
-    /// Being fitted, with the progress of its network.
-    Runs(Option<TrainingStep>),
-    /// The fit failed for this reason.
-    Failed(String),
-    /// Fitted.
-    Ready(Box<Model>),
 }
 
 /// Origin of a row.
@@ -108,7 +96,7 @@ pub struct Models {
     /// Rows in the order of their fits.
     pub rows: Vec<Row>,
     /// Reasons for the proposal of a search, and candidates that it left out.
-    pub said: Vec<String>,
+    pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
     /// Run of which the first answer was taken, and its number of candidates taken.
@@ -175,7 +163,7 @@ impl Models {
             }
         }
         self.taken.1 = best.tried.len();
-        self.said = best.why().into_iter().chain(best.remarks()).collect();
+        self.remarks = best.why().into_iter().chain(best.remarks()).collect();
     }
 
     /// Adds the models of the paper's comparison that have no valid result; `None` if all have one.
@@ -219,18 +207,13 @@ impl Models {
     }
 
     /// Takes the progress of a comparison.
-    pub(super) fn take_paper(&mut self, asked: &Compare, states: &[RowState]) {
+    pub(super) fn take_paper(&mut self, asked: &Compare, states: &[State]) {
         for (at, state) in states.iter().enumerate() {
             let origin = Origin::Paper(asked.run, at);
             let Some(row) = self.rows.iter_mut().find(|row| row.origin == origin) else {
                 continue;
             };
-            row.state = match state {
-                RowState::Waits => State::Waits,
-                RowState::Runs(report) => State::Runs(*report),
-                RowState::Ended(Err(reason)) => State::Failed(reason.clone()),
-                RowState::Ended(Ok(compared)) => State::Ready(compared.model.clone()),
-            };
+            row.state = state.clone();
         }
     }
 
@@ -310,7 +293,7 @@ impl Row {
                 let text = format!("{:.0} %", 100.0 * done);
                 Err(Cell::missing(text, "of the cross-validation done"))
             }
-            State::Failed(reason) => Err(Cell::missing("failed", reason)),
+            State::Failed(reason) => Err(Cell::missing("failed", reason.to_string())),
         };
         ModelRow { mark, name: &self.name, data: &self.data, settings: &self.settings, state }
     }

@@ -195,7 +195,7 @@ impl Project {
         let edited = self.make(edit);
         // The reversal thresholds were in the units of the old axes.
         if *self.axes() != axes {
-            self.measuring.dead_bands.clear();
+            self.measuring.reversal_thresholds.clear();
         }
         edited
     }
@@ -494,7 +494,7 @@ impl Project {
     pub fn take_set(&mut self, set: RecordingSet) -> Result<(), EditError> {
         if set.layout().axes != self.recordings.layout().axes {
             self.settings.full_scale.clear();
-            self.measuring.dead_bands.clear();
+            self.measuring.reversal_thresholds.clear();
         }
         self.recordings = Arc::new(set);
         self.split = None;
@@ -807,14 +807,14 @@ mod tests {
         let mut project = Project::default();
         project.take_set(built_in()).unwrap();
         project.settings.full_scale = vec![None, Some(12.0), None];
-        project.measuring.dead_bands = vec![None, None, Some(0.5)];
+        project.measuring.reversal_thresholds = vec![None, None, Some(0.5)];
         add(&mut project, "a", &GAUGES, &FORCES);
         assert_eq!(project.settings.full_scale.len(), 3, "the same axes");
         project.edit(Edit::CloseAll).unwrap();
         add(&mut project, "b", &["S1"], &[Axis::Fz]);
         fitted(&project);
         assert!(project.settings.full_scale.is_empty());
-        assert!(project.measuring.dead_bands.is_empty());
+        assert!(project.measuring.reversal_thresholds.is_empty());
     }
 
     #[test]

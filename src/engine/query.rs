@@ -88,7 +88,7 @@ pub trait Background: Any {
     fn running(&self) -> Option<Running>;
 
     /// Takes the answers and returns the events in order; [`Lane::happened`] keeps them.
-    fn hear_all(&mut self) -> &[LaneEvent];
+    fn take_events(&mut self) -> &[LaneEvent];
 
     /// Returns the reason why the newest question failed.
     fn problem(&self) -> Option<&str>;
@@ -127,7 +127,7 @@ struct Shown<Q: Query> {
 struct Reply<Q: Query> {
     number: u64,
     question: Q,
-    news: Payload<Q::Answer>,
+    payload: Payload<Q::Answer>,
 }
 
 enum Payload<A> {
@@ -243,12 +243,12 @@ impl<Q: Query> Lane<Q> {
         &self.happened
     }
 
-    fn hear(&mut self, reply: Reply<Q>) -> Option<LaneEvent> {
+    fn take_reply(&mut self, reply: Reply<Q>) -> Option<LaneEvent> {
         if reply.number <= self.forgotten {
             return None;
         }
         let is_newest = reply.number == self.newest;
-        let (answer, is_whole) = match reply.news {
+        let (answer, is_whole) = match reply.payload {
             Payload::Part(answer) if is_newest => (answer, false),
             Payload::End(Ok(answer)) => (answer, true),
             Payload::End(Err(Unanswered::Because(reason))) if is_newest => {
@@ -333,10 +333,10 @@ impl<Q: Query> Background for Lane<Q> {
         slot.running.as_ref().or(waiting).cloned()
     }
 
-    fn hear_all(&mut self) -> &[LaneEvent] {
+    fn take_events(&mut self) -> &[LaneEvent] {
         let replies = self.inbox.iter().flat_map(Receiver::try_iter);
         let replies: VecDeque<Reply<Q>> = replies.collect();
-        self.happened = replies.into_iter().filter_map(|reply| self.hear(reply)).collect();
+        self.happened = replies.into_iter().filter_map(|reply| self.take_reply(reply)).collect();
         &self.happened
     }
 
@@ -391,18 +391,18 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
                 slot = (shared.wake.wait(slot)).unwrap_or_else(PoisonError::into_inner);
             }
         };
-        let reply = |news| {
+        let reply = |payload| {
             let question = question.clone();
             // The receiver is gone after the window has closed.
-            let _ = replies.send(Reply { number, question, news });
+            let _ = replies.send(Reply { number, question, payload });
         };
-        let told = Mutex::new(None::<Instant>);
+        let last_part = Mutex::new(None::<Instant>);
         let show = |answer| {
             reply(Payload::Part(answer));
             shared.lock().patience = Q::PATIENCE_ONCE_SHOWN;
-            let mut told = locked(&told);
-            if told.is_none_or(|told| told.elapsed() >= Q::PARTS_INTERVAL) {
-                *told = Some(Instant::now());
+            let mut last_part = locked(&last_part);
+            if last_part.is_none_or(|last_part| last_part.elapsed() >= Q::PARTS_INTERVAL) {
+                *last_part = Some(Instant::now());
                 notify();
             }
         };
@@ -480,7 +480,7 @@ mod tests {
 
     fn wait(lane: &mut Lane<Gated>) -> Vec<LaneEvent> {
         settle(lane);
-        lane.hear_all().to_vec()
+        lane.take_events().to_vec()
     }
 
     #[test]
@@ -491,7 +491,7 @@ mod tests {
         (2..=30).for_each(|number| lane.ask(question(number)));
         open.send(()).unwrap();
         assert_eq!(started.recv().unwrap(), 30);
-        lane.hear_all();
+        lane.take_events();
         assert_eq!(lane.answer(), Some(&130), "a part of the newest answer");
         assert!(!lane.is_current());
         open.send(()).unwrap();
@@ -528,7 +528,7 @@ mod tests {
         lane.ask(question(2));
         assert_eq!((lane.answer(), lane.is_current()), (Some(&1001), false));
         started.iter().find(|number| *number == 2).unwrap();
-        lane.hear_all();
+        lane.take_events();
         assert_eq!(lane.answer(), Some(&102));
         assert_eq!(whole(&lane), Some((1, 1001)));
         lane.cancel();
@@ -550,7 +550,7 @@ mod tests {
         lane.ask(question(1));
         settle(&lane);
         lane.forget();
-        assert_eq!(lane.hear_all().to_vec(), [], "it had ended, but nobody had looked");
+        assert_eq!(lane.take_events().to_vec(), [], "it had ended, but nobody had looked");
         assert_eq!(lane.answer(), None);
         open.send(()).unwrap();
         lane.ask(question(2));

@@ -8,16 +8,16 @@ use crate::engine::project::Project;
 use crate::engine::session::Session;
 use crate::engine::session::write_session;
 use crate::export::{
-    FileFormat, MAP_FORMATS, TARGETS, TRACE_FORMATS, Together, WriteError, caution, map_format,
-    write_atomically, write_calibration, write_report, write_traces,
+    FileFormat, TARGETS, TRACE_FORMATS, Together, WriteError, caution, write_atomically,
+    write_calibration, write_traces,
 };
 use crate::progress::Progress;
 use crate::questions::metrology::Metrology;
 use crate::questions::metrology::figure_records;
-use crate::questions::page::{ReportRequest, report};
+use crate::questions::page::{ReportRequest, report, write_report};
+use crate::questions::thresholds::{MAP_FORMATS, map_format};
 use crate::questions::thresholds::{Measure, ThresholdMap};
-use crate::questions::{Request, TraceSet, handed_over, intervals_on_screen};
-use crate::recording::RecordingSet;
+use crate::questions::{OnScreen, Request, handed_over};
 use crate::report::Table;
 
 /// Content of a file. If there are several formats, the ending of the file name selects one.
@@ -28,7 +28,7 @@ pub enum FileContent {
     /// Report on a request, with the notes.
     Report(Box<ReportRequest>),
     /// Loads and errors over time.
-    Traces(Box<TracesToWrite>),
+    Traces(Box<OnScreen>),
     /// The list of models as CSV.
     Models(Box<Table>),
     /// The metrology table as CSV.
@@ -39,21 +39,6 @@ pub enum FileContent {
     Session(Box<Session>, Box<Project>, Option<Arc<Calibration>>),
     /// Complete file, such as a figure.
     Bytes(Arc<[u8]>),
-}
-
-/// Traces that are shown, and the data for them.
-#[derive(Clone, Debug)]
-pub struct TracesToWrite {
-    /// Calibration of the loads.
-    pub calibration: Arc<Calibration>,
-    /// The recordings.
-    pub recordings: Arc<RecordingSet>,
-    /// Decimation: every n-th sample is used.
-    pub decimation: usize,
-    /// The traces.
-    pub traces: Arc<TraceSet>,
-    /// Interval of time that is written; `None` for all.
-    pub visible: Option<(f64, f64)>,
 }
 
 /// Treatment of an existing file.
@@ -143,10 +128,8 @@ impl FileContent {
                 let made = report(asked, progress).map_err(|error| error.to_string())?;
                 write_report(path, &made)
             }
-            Self::Traces(what) => {
-                let (recordings, decimation) = (&what.recordings, what.decimation);
-                let shown = intervals_on_screen(recordings, decimation, &what.traces, what.visible);
-                write_traces(&mut files, path, &what.calibration, &shown, progress)
+            Self::Traces(shown) => {
+                write_traces(&mut files, path, &shown.calibration, &shown.intervals(), progress)
             }
             Self::Thresholds(map, measure) => {
                 (map_format(path).write.write)(map, *measure, path, &mut files)

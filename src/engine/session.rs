@@ -567,8 +567,7 @@ mod tests {
             let names: Vec<&str> = file.roles.keys().map(String::as_str).collect();
             let loaded = Loaded {
                 recordings: recordings(file.absolute.to_str().unwrap(), &names),
-                warnings: Vec::new(),
-                map: None,
+                ..Loaded::default()
             };
             SessionPart { loaded: Some(Ok(loaded)), file: file.clone(), changed: false }
         });
@@ -617,7 +616,7 @@ mod tests {
         settings.features.look_backs[0].f_th = 0.125;
         settings.full_scale = vec![Some(7.0)];
         let measuring = MetrologySettings {
-            dead_bands: vec![Some(0.25)],
+            reversal_thresholds: vec![Some(0.25)],
             hold_secs: 2.0,
             ..MetrologySettings::default()
         };
@@ -656,8 +655,7 @@ mod tests {
             Some(Err("/data/b.csv: torn".to_owned())),
             Some(Ok(Loaded {
                 recordings: recordings("/data/c.csv", &["/data/c.csv"]),
-                warnings: Vec::new(),
-                map: None,
+                ..Loaded::default()
             })),
         ];
         let parts = session.files.iter().zip(found).map(|(file, loaded)| SessionPart {

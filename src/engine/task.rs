@@ -38,8 +38,8 @@ type Run = dyn Fn(&Progress) -> Answered<Task> + Send + Sync;
 pub enum Done {
     /// Files that were read.
     Opened(Vec<OpenedFile>),
-    /// Recordings before and after a change: tared, or without faulty samples.
-    Changed(Arc<RecordingSet>, Result<RecordingSet, String>),
+    /// Recordings before and after a change (tared, or without faulty samples), with warnings.
+    Changed(Arc<RecordingSet>, Result<RecordingSet, String>, Vec<String>),
     /// Recordings to be replaced, and the built-in recordings.
     Simulated(Arc<RecordingSet>, RecordingSet),
     /// Written file, or the reason why it could not be written.
@@ -82,8 +82,9 @@ impl Task {
     /// Tares some of the recordings.
     pub fn tare(recordings: Arc<RecordingSet>, which: Vec<usize>, tare: Tare) -> Self {
         Self::new("Taring", move |_| {
-            let tared = tared(&recordings, &which, tare);
-            Ok(Done::Changed(Arc::clone(&recordings), tared))
+            let mut warnings = Vec::new();
+            let tared = tared(&recordings, &which, tare, &mut warnings);
+            Ok(Done::Changed(Arc::clone(&recordings), tared, warnings))
         })
     }
 
@@ -91,7 +92,7 @@ impl Task {
     pub fn leave_out(recordings: Arc<RecordingSet>, range: ValidRange) -> Self {
         Self::new("Leaving out faulty samples", move |_| {
             let rest = left_out(&recordings, &range);
-            Ok(Done::Changed(Arc::clone(&recordings), rest))
+            Ok(Done::Changed(Arc::clone(&recordings), rest, Vec::new()))
         })
     }
 
@@ -223,15 +224,22 @@ impl Query for Task {
     }
 }
 
-/// Returns the recordings with some of them tared; all or none.
-fn tared(recordings: &RecordingSet, which: &[usize], tare: Tare) -> Result<RecordingSet, String> {
+/// Returns the recordings with some of them tared; all or none. Adds a warning for each that is tared under load.
+fn tared(
+    recordings: &RecordingSet,
+    which: &[usize],
+    tare: Tare,
+    warnings: &mut Vec<String>,
+) -> Result<RecordingSet, String> {
     let mut set = recordings.clone();
     for at in which {
         let Some(entry) = recordings.entries().get(*at) else {
             continue;
         };
         let tared = Recording::clone(&entry.recording).tared(tare);
-        set.replace(*at, tared.map_err(|why| why.text(Face::Window))?.0);
+        let (tared, place) = tared.map_err(|why| why.text(Face::Window))?;
+        warnings.extend(tared.loaded_while_tared(place));
+        set.replace(*at, tared);
     }
     Ok(set)
 }

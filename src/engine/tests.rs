@@ -25,8 +25,9 @@ use crate::engine::session::SessionPart;
 use crate::engine::task::Done;
 use crate::export::{read_calibration, with_sources};
 use crate::features::{Creep, Play, Thresholds};
+use crate::finding::{Finding, Id, Place, Verdict};
+use crate::import::Loaded;
 use crate::import::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule};
-use crate::import::{Cause, LoadWarning, Loaded};
 use crate::progress::Progress;
 use crate::questions::Mark;
 use crate::questions::loops::asked::{AskFigures, LookAt};
@@ -157,7 +158,7 @@ fn read(recording: Recording) -> OpenedFile {
     let Source::File(path) = recording.source().clone() else {
         panic!("not of a file");
     };
-    let loaded = Loaded { recordings: vec![recording], warnings: Vec::new(), map: None };
+    let loaded = Loaded { recordings: vec![recording], ..Loaded::default() };
     (path, Ok(Opened::Recordings(loaded, None)))
 }
 
@@ -393,17 +394,13 @@ fn a_file_that_failed_leaves_what_is_loaded_and_what_came_with_it() {
 #[test]
 fn warnings_of_a_file_become_notices() {
     let mut engine = engine();
-    let warning = LoadWarning {
-        path: "a.csv".into(),
-        first_line: 3,
-        last_line: 3,
-        count: 1,
-        cause: Cause::NotARotation,
-    };
+    let place = Place { path: "a.csv".into(), first_line: 3, last_line: 3, count: 1 };
+    let warning = Finding::new(Id::RowsSkipped, Verdict::Doubtful, "no rotation");
+    let warning = Finding { place: Some(place), ..warning };
     let loaded = Loaded {
         recordings: vec![of_file("a", &["S1"], &[Axis::Fz])],
         warnings: vec![warning],
-        map: None,
+        ..Loaded::default()
     };
     let opened = Ok(Opened::Recordings(loaded, None));
     finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
@@ -729,7 +726,7 @@ fn a_recording_is_never_written_over() {
 fn notices_are_capped_oldest_first_and_can_be_dismissed() {
     let mut engine = engine();
     for at in 0..MAX_NOTICES + 5 {
-        engine.act(Action::Tell(Notice::new(Level::Info, at.to_string())));
+        engine.act(Action::Notice(Notice::new(Level::Info, at.to_string())));
     }
     assert_eq!(engine.notices.len(), MAX_NOTICES);
     assert_eq!(engine.notices[0].text, "5");
@@ -827,7 +824,7 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
     open(&mut engine, &["c"]);
-    finish(&mut engine, Done::Changed(untared, Ok(tared)));
+    finish(&mut engine, Done::Changed(untared, Ok(tared), Vec::new()));
     assert_eq!(tares(&engine), [None; 4]);
     last_notice(&engine, Level::Warning, "Repeat the action");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
@@ -875,7 +872,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     let importing = engine.importing.as_ref().expect("no names");
     assert_eq!(importing.path, x);
     assert_eq!(importing.waiting, std::slice::from_ref(&y));
-    assert!(importing.inspection.is_some() && !importing.looking);
+    assert!(importing.inspection.is_some() && !importing.is_detecting);
     let import = Action::Import;
     let map = nameless_map(&importing.map);
     let other = ColumnMap { gap_secs: Some(3.0), ..map.clone() };
@@ -886,7 +883,7 @@ fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
     engine.act(Action::Cancel);
     settle(&mut engine);
     let importing = engine.importing.as_ref().unwrap();
-    assert!(!importing.looking, "the background work was stopped, not this");
+    assert!(!importing.is_detecting, "the background work was stopped, not this");
     assert_eq!((importing.problem.as_deref(), &importing.map), (None, &map));
     engine.act(import(ImportCommand::Load));
     assert!(engine.importing.is_none());
@@ -1038,7 +1035,7 @@ fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
     settle(&mut engine);
     assert_eq!(engine.models.rows[0].name, "Conventional");
     assert_eq!(of_mark(&engine, Mark::Proposed).len(), 1);
-    assert!(engine.models.said[0].starts_with("Proposed: "), "{:?}", engine.models.said);
+    assert!(engine.models.remarks[0].starts_with("Proposed: "), "{:?}", engine.models.remarks);
     let rows = engine.models.rows.iter();
     let scored = rows.filter_map(|row| row.model()?.scores.cv_rmse.as_ref());
     assert_eq!(scored.count(), engine.models.rows.len());
@@ -1265,7 +1262,7 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
     let recording = of_file("other", &GAUGES, &FORCES);
     let part = SessionPart {
         file: SessionFile { absolute: "other".into(), ..SessionFile::default() },
-        loaded: Some(Ok(Loaded { recordings: vec![recording], warnings: Vec::new(), map: None })),
+        loaded: Some(Ok(Loaded { recordings: vec![recording], ..Loaded::default() })),
         changed: true,
     };
     finish(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));

@@ -40,7 +40,7 @@ pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) ->
 }
 
 /// Facts on the fit: its model, its settings and its recordings.
-pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
+pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let quality = &calibration.quality;
     let axes = || calibration.axes.iter().zip(&calibration.units);
     let units = calibration.axes.iter().map(|axis| axis.label());
@@ -51,7 +51,7 @@ pub(super) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
                 Some(true) => " (rated)",
                 _ => "",
             };
-            format!("{} {} {unit}{rated}", axis.symbol(), significant(*full, 5))
+            format!("{axis} {} {unit}{rated}", significant(*full, 5))
         })
         .collect();
     let recordings = first(NAMED_RECORDINGS, &calibration.trained_on);
@@ -126,10 +126,10 @@ fn scores(scores: &Scores) -> String {
         ("in cross-validation", &scores.cv_rmse),
         ("on the fitted samples", &scores.train_rmse),
     ];
-    let told: Vec<String> = (sets.iter())
+    let stated: Vec<String> = (sets.iter())
         .filter_map(|(name, rmse)| Some(format!("{name} {}", numbers(rmse.as_ref()?))))
         .collect();
-    if told.is_empty() { "not known".to_owned() } else { told.join("; ") }
+    if stated.is_empty() { "not known".to_owned() } else { stated.join("; ") }
 }
 
 fn numbers(values: &[f64]) -> String {

@@ -33,101 +33,14 @@ pub(super) enum Value {
 
 /// Returns all parts; the parts of a group follow each other.
 pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
-    let features = &calibration.features;
-    let scale = &calibration.gauge_scale;
-    // No axis is rated if the user entered no rated load.
-    let rated = (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true));
-    let rated = rated.collect();
-    let symbols = calibration.axes.iter().map(|axis| axis.symbol().to_owned());
-    let look_backs = |number: fn(&Thresholds) -> f64| {
-        let look_backs = features.look_backs.iter();
-        look_backs.map(number).collect()
-    };
-    let mut fields = vec![
-        field("", "gauges", "", Texts(calibration.gauges.clone())),
-        field("", "axes", "", Texts(symbols.collect())),
-        field("", "units", "", Texts(calibration.units.clone())),
-        field("", "full_scale", "", Numbers(calibration.full_scale.clone())),
-        field(
-            "",
-            "rated",
-            "1 if the full scale is the rated load that the user entered",
-            Flags(rated),
-        ),
-        field(
-            "",
-            "limits",
-            "largest loads of the recordings; 0 if unknown",
-            Numbers(calibration.limits.clone()),
-        ),
-        field("", "offset", "", Flag(calibration.offset)),
-        field("", "regressor", "", Text(calibration.regressor.key().to_owned())),
-        field("", "gap_secs", "a longer step in time is a gap (s)", Number(calibration.gap_secs)),
-        field(
-            "",
-            "history_step_secs",
-            "look-backs and lags keep no samples closer to each other than this (s)",
-            Number(calibration.history_step_secs),
-        ),
-        field("", "decimation", "", Count(calibration.decimation as u64)),
-        field("", "simulated", "", Flag(calibration.simulated)),
-        field("", "trained_on", "", Texts(calibration.trained_on.clone())),
-    ];
-    let clipped_at = calibration.clipped_at().into_iter().flatten();
-    let names = ["gauge_low", "gauge_high"].into_iter();
-    let clipped = "a gauge that reaches this value is clipped; 1e30 in magnitude if unknown";
-    fields
-        .extend(names.zip(clipped_at).map(|(name, ends)| field("", name, clipped, Numbers(ends))));
-    let rate = calibration.rate_hz.into_iter();
-    fields.extend(rate.map(|rate| field("", "rate_hz", "", Number(rate))));
-    let tare = calibration.tare.iter();
-    fields.extend(tare.map(|tare| field("", "tared", "", Text(tare.to_string()))));
+    let mut fields = of_calibration(calibration);
     let identity = calibration.identity.entered();
     fields
         .extend(identity.map(|(item, text)| {
             field("identity", item.key(), item.label(), Text(text.to_owned()))
         }));
-    fields.extend([
-        field(
-            "blocks",
-            "look_backs",
-            "",
-            Table(vec![
-                ("f_th", look_backs(|look_back| look_back.f_th)),
-                ("t_th_secs", look_backs(|look_back| look_back.t_th_secs)),
-            ]),
-        ),
-        field(
-            "blocks",
-            "distance_weights",
-            "d of the look-back: the norm of the conventional load's differences times these",
-            Numbers(calibration.distance_weights()),
-        ),
-    ]);
-    fields.extend(features.blocks.stored().map(|(block, stored)| {
-        let Setting { key, unit, .. } = block.setting();
-        let value = match stored {
-            Stored::Number(number) => Count(number.into()),
-            Stored::List(values) => Numbers(values.to_vec()),
-        };
-        field("blocks", key, unit.words, value)
-    }));
-    if features.uses_auxiliary() {
-        let channels = features.auxiliary.iter();
-        let of = |name, about, pick: fn(&AuxiliaryChannel) -> f64| {
-            let numbers = channels.clone().map(pick);
-            field("auxiliary", name, about, Numbers(numbers.collect()))
-        };
-        let units = channels.clone().map(|channel| channel.unit.clone());
-        fields.extend([
-            field("auxiliary", "channels", "", Texts(features.auxiliary_names())),
-            field("auxiliary", "units", "", Texts(units.collect())),
-            of("reference", "value at which the effect is zero", |own| own.reference),
-            of("inverse_scale", "", |own| own.inverse_scale),
-            of("min", "minimum in the training recordings", |own| own.min),
-            of("max", "maximum in the training recordings", |own| own.max),
-        ]);
-    }
+    fields.extend(of_features(calibration));
+    let scale = &calibration.gauge_scale;
     let scale = [
         ("shift", &scale.shift),
         ("inverse_scale", &scale.inverse_scale),
@@ -153,6 +66,91 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         if let Some((map, scores)) = parts {
             fields.extend(of_map(group, map, scores, &calibration.gauges));
         }
+    }
+    fields
+}
+
+/// Returns the parts that belong to no group.
+fn of_calibration(calibration: &Calibration) -> Vec<Field> {
+    let own = |name, about, value| field("", name, about, value);
+    // No axis is rated if the user entered no rated load.
+    let rated = (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true));
+    let rated = rated.collect();
+    let rated_about = "1 if the full scale is the rated load that the user entered";
+    let step_about = "look-backs and lags keep no samples closer to each other than this (s)";
+    let symbols = calibration.axes.iter().map(ToString::to_string);
+    let mut fields = vec![
+        own("gauges", "", Texts(calibration.gauges.clone())),
+        own("axes", "", Texts(symbols.collect())),
+        own("units", "", Texts(calibration.units.clone())),
+        own("full_scale", "", Numbers(calibration.full_scale.clone())),
+        own("rated", rated_about, Flags(rated)),
+        own(
+            "limits",
+            "largest loads of the recordings; 0 if unknown",
+            Numbers(calibration.limits.clone()),
+        ),
+        own("offset", "", Flag(calibration.offset)),
+        own("regressor", "", Text(calibration.regressor.key().to_owned())),
+        own("gap_secs", "a longer step in time is a gap (s)", Number(calibration.gap_secs)),
+        own("history_step_secs", step_about, Number(calibration.history_step_secs)),
+        own("decimation", "", Count(calibration.decimation as u64)),
+        own("simulated", "", Flag(calibration.simulated)),
+        own("trained_on", "", Texts(calibration.trained_on.clone())),
+    ];
+    let clipped_at = calibration.clipped_at().into_iter().flatten();
+    let names = ["gauge_low", "gauge_high"].into_iter();
+    let clipped = "a gauge that reaches this value is clipped; 1e30 in magnitude if unknown";
+    fields.extend(names.zip(clipped_at).map(|(name, ends)| own(name, clipped, Numbers(ends))));
+    fields.extend(calibration.rate_hz.map(|rate| own("rate_hz", "", Number(rate))));
+    let tare = calibration.tare.as_ref();
+    fields.extend(tare.map(|tare| own("tared", "", Text(tare.to_string()))));
+    fields
+}
+
+/// Returns the features and the auxiliary channels.
+fn of_features(calibration: &Calibration) -> Vec<Field> {
+    let features = &calibration.features;
+    let look_backs = |number: fn(&Thresholds) -> f64| {
+        let look_backs = features.look_backs.iter();
+        look_backs.map(number).collect()
+    };
+    let weights = "d of the look-back: the norm of the conventional load's differences times these";
+    let mut fields = vec![
+        field(
+            "blocks",
+            "look_backs",
+            "",
+            Table(vec![
+                ("f_th", look_backs(|look_back| look_back.f_th)),
+                ("t_th_secs", look_backs(|look_back| look_back.t_th_secs)),
+            ]),
+        ),
+        field("blocks", "distance_weights", weights, Numbers(calibration.distance_weights())),
+    ];
+    fields.extend(features.blocks.stored().map(|(block, stored)| {
+        let Setting { key, unit, .. } = block.setting();
+        let value = match stored {
+            Stored::Number(number) => Count(number.into()),
+            Stored::List(values) => Numbers(values.to_vec()),
+        };
+        field("blocks", key, unit.words, value)
+    }));
+    if features.uses_auxiliary() {
+        let channels = features.auxiliary.iter();
+        let of = |name, about, pick: fn(&AuxiliaryChannel) -> f64| {
+            let numbers = channels.clone().map(pick);
+            field("auxiliary", name, about, Numbers(numbers.collect()))
+        };
+        let units = channels.clone().map(|channel| channel.unit.clone());
+        fields.extend([
+            field("auxiliary", "channels", "", Texts(features.auxiliary_names())),
+            field("auxiliary", "units", "", Texts(units.collect())),
+            of("reference", "value at which the effect is zero", |own| own.reference),
+            of("inverse_scale", "", |own| own.inverse_scale),
+            of("min", "minimum in the training recordings", |own| own.min),
+            of("max", "maximum in the training recordings", |own| own.max),
+        ]);
     }
     fields
 }

@@ -9,13 +9,11 @@ mod facts;
 mod fields;
 mod format;
 mod hash;
-mod report;
 mod sources;
 mod target;
 mod targets;
 mod template;
 mod text;
-mod threshold_maps;
 mod traces;
 mod writable;
 
@@ -29,20 +27,16 @@ pub(crate) use calibration_file::{
 pub use calibration_file::{read_calibration, write_calibration};
 pub use code::Footprint;
 pub(crate) use code::bytes_in_float;
+pub(crate) use facts::settings_of;
 pub(crate) use format::FileFormat;
 pub use hash::sha256;
-pub(crate) use report::{ReportCurves, ReportErrors, utc};
-pub use report::{ReportData, ReportRecording, write_report};
 pub(crate) use sources::used_recordings;
 pub use sources::with_sources;
 pub use target::Export;
 pub(crate) use target::Outline;
 pub use targets::{TARGETS, name_gauges, target_for};
 pub(crate) use targets::{listed_targets, names_gauges, target_endings};
-pub(crate) use threshold_maps::{
-    MAP_FORMATS, ShownFTh, map_format, threshold_curve, threshold_heat_map, write_threshold_csv,
-    write_threshold_svg,
-};
+pub(crate) use template::filled_markup;
 pub use traces::Interval;
 pub(crate) use traces::{LiveSample, LoadRows, TRACE_FORMATS, write_loads_csv, write_traces};
 pub(crate) use writable::{TargetError, check_targets};

@@ -24,7 +24,7 @@ pub(super) fn filled(template: &str, values: Value) -> String {
 }
 
 /// Fills a template of markup. Every text is escaped unless it is [safe](Value::from_safe_string).
-pub(super) fn filled_markup(template: &str, values: Value) -> String {
+pub(crate) fn filled_markup(template: &str, values: Value) -> String {
     let mut templates = environment(true);
     templates.set_formatter(|out, _, value| {
         let text = value.to_string();

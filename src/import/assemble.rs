@@ -7,7 +7,8 @@ use super::join;
 use super::plan::{Plan, TimeScale, Use};
 use super::rows::Rows;
 use super::two_clocks::Table;
-use super::warning::{Cause, LoadWarning, Trouble};
+use super::warning::{Cause, Findings, Trouble};
+use crate::finding::Id;
 use crate::import::error::{ReadError, TableError};
 use crate::import::timeline;
 use crate::recording;
@@ -33,9 +34,8 @@ pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
             column: plan.column(index),
         });
     }
-    let skips_row = |warning: &LoadWarning| warning.cause.skips_row();
-    let warnings = rows.findings.into_warnings(path);
-    match warnings.into_iter().find(skips_row) {
+    let found = rows.findings.into_findings(path);
+    match found.into_iter().find(|own| own.id == Id::RowsSkipped) {
         Some(first) => ReadError::NoUsableRow { first: Box::new(first) },
         None => at(path, plan.line)(TableError::NoRows),
     }
@@ -120,7 +120,7 @@ pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
 }
 
 /// Returns the rows of each load case as a recording without times.
-pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
+pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
     let of = recording::load_cases(&rows.loads, &plan.axes);
@@ -146,15 +146,14 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Vec<LoadWarning>) {
         recording(format!("{stem} case {}", case + 1), &path, &plan, values).without_times()
     };
     let recordings = rows_of.iter().enumerate().map(recording).collect();
-    let findings = std::mem::take(&mut rows.findings);
-    (recordings, findings.into_warnings(&path))
+    (recordings, rows.findings)
 }
 
 /// Reports irregularities and cuts the rows into recordings at steps longer than `gap_secs`, or the default gap.
 pub(super) fn recordings(
     table: Table,
     gap_secs: Option<f64>,
-) -> Result<(Vec<Recording>, Vec<LoadWarning>), ReadError> {
+) -> Result<(Vec<Recording>, Findings), ReadError> {
     let Table { path, plan, mut rows, .. } = table;
     note_constant_gauges(&plan, &mut rows);
     if let Some((row, [from_secs, to_secs])) = timeline::unwrap_counters(&mut rows.times, gap_secs)
@@ -172,7 +171,7 @@ pub(super) fn recordings(
     cuts.note(&mut rows);
     let findings = std::mem::take(&mut rows.findings);
     let recordings = cut(&path, plan, rows, &cuts);
-    Ok((recordings, findings.into_warnings(&path)))
+    Ok((recordings, findings))
 }
 
 fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
@@ -292,19 +291,19 @@ mod tests {
 
     use super::super::tests::TestFile;
     use super::*;
+    use crate::finding::Finding;
     use crate::import::named_column::NamedColumn;
 
-    fn load(text: &str) -> (Vec<Recording>, Vec<Cause>) {
+    fn load(text: &str) -> (Vec<Recording>, Vec<Finding>) {
         let loaded = TestFile::new(text).read().unwrap();
-        let findings = loaded.warnings.into_iter().map(|warning| warning.cause);
-        (loaded.recordings, findings.collect())
+        (loaded.recordings, loaded.warnings)
     }
 
     #[test]
     fn seconds_stay_exactly_as_written() {
         let (recordings, findings) = load("time,S1\n0.1,1\n0.30000000000000004,2\n");
         assert_eq!(recordings[0].times(), [0.1, 0.300_000_000_000_000_04]);
-        assert_eq!(findings, []);
+        assert!(findings.is_empty(), "{findings:?}");
     }
 
     #[test]
@@ -318,7 +317,7 @@ mod tests {
         assert_eq!(findings, [expected]);
         let (recordings, findings) = load("S1,time_s\n1,0\n2,3\n4,6\n");
         assert_eq!(recordings[0].times(), [0.0, 3.0, 6.0]);
-        assert_eq!(findings, []);
+        assert!(findings.is_empty(), "{findings:?}");
     }
 
     /// The same three samples with and without the date. Without it, days are counted from the first one.
@@ -328,7 +327,7 @@ mod tests {
         let (recordings, findings) = load(&format!("time,S1\n{}\n", rows.join("\n")));
         assert_eq!(recordings.len(), 1);
         assert_eq!(recordings[0].times(), [86_399.5, 86_400.0, 86_400.5]);
-        assert_eq!(findings, []);
+        assert!(findings.is_empty(), "{findings:?}");
         let days = ["2025-03-04", "2025-03-05", "2025-03-05"];
         let dated: Vec<String> =
             days.iter().zip(rows).map(|(d, row)| format!("{d},{row}")).collect();
@@ -345,7 +344,7 @@ mod tests {
             |column, name: &str, value| Cause::ConstantGauge { column, name: name.into(), value };
         let expected = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
         assert_eq!(findings, expected);
-        assert_eq!(load("t,S1\n0,1\n").1, []);
+        assert!(load("t,S1\n0,1\n").1.is_empty());
     }
 
     #[test]
@@ -359,11 +358,15 @@ mod tests {
         let [cut, repeat] = &loaded.warnings[..] else {
             panic!("two warnings: {:?}", loaded.warnings)
         };
-        assert_eq!((cut.first_line, cut.last_line, cut.count), (5, 8, 2));
+        let lines = |own: &Finding| {
+            let place = own.place.as_ref().unwrap();
+            (place.first_line, place.last_line, place.count)
+        };
+        assert_eq!(lines(cut), (5, 8, 2));
         let expected = Cause::NewRecording { from_secs: 0.2, to_secs: 9.0 };
-        assert_eq!(cut.cause, expected);
-        assert_eq!((repeat.first_line, repeat.count), (9, 1));
-        assert_eq!(repeat.cause, Cause::RepeatedTime { time_secs: 0.0 });
+        assert_eq!(*cut, expected);
+        assert_eq!(lines(repeat), (9, 9, 1));
+        assert_eq!(*repeat, Cause::RepeatedTime { time_secs: 0.0 });
     }
 
     #[test]

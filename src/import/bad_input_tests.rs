@@ -15,8 +15,7 @@ use crate::recording::Recording;
 fn messages(content: impl AsRef<[u8]>) -> String {
     match TestFile::new(content).read() {
         Ok(loaded) => {
-            let messages: Vec<String> =
-                loaded.warnings.iter().map(LoadWarning::to_string).collect();
+            let messages: Vec<String> = loaded.warnings.iter().map(ToString::to_string).collect();
             messages.join("\n")
         }
         Err(error) => error.to_string(),

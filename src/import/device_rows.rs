@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use super::error::TableError;
 use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Shape, TableMap};
 use crate::formats::text::cells::Cells;
 use crate::formats::text::times::TimeForm;
@@ -170,6 +171,8 @@ pub(super) struct DeviceRows {
     pub clock: &'static str,
     rate_hz: Option<f64>,
     delimiter: Delimiter,
+    /// Number of cells that a row of numbers needs.
+    n_cells: usize,
     n_rows: f64,
     last_secs: f64,
     /// Channel names of the calibration. The first one begins a Teleplot row.
@@ -183,11 +186,14 @@ pub(super) struct DeviceRows {
 impl DeviceRows {
     /// Creates the converter from the first lines, with the map of its table. The map is `None` if the names of the columns
     /// give their roles.
+    ///
+    /// # Errors
+    /// [`TableError::FewNumbers`] if no line has a number for each channel.
     pub fn new(
         form: RowForm,
         lines: &[String],
         source: LiveSource<'_>,
-    ) -> (Self, Option<ColumnMap>) {
+    ) -> Result<(Self, Option<ColumnMap>), TableError> {
         let rows: Vec<(Option<&str>, &str)> =
             lines.iter().map(|line| without_stamp(line)).collect();
         let stamp = rows.iter().find_map(|(stamp, _)| *stamp);
@@ -198,7 +204,17 @@ impl DeviceRows {
             }
             _ => stamp.is_some(),
         };
-        let row = rows.iter().find(|(_, row)| numbers(row).is_some()).map_or("", |(_, row)| *row);
+        let is_numbers = matches!(form, RowForm::Numbers | RowForm::TimedNumbers);
+        let is_timed = form == RowForm::TimedNumbers;
+        let n_cells = source.gauges.len() + source.auxiliary.len() + usize::from(is_timed);
+        let counts = rows.iter().map(|(_, row)| numbers(row).map_or(0, |own| own.len()));
+        let (row, found) = match counts.clone().position(|count| count >= n_cells) {
+            Some(at) => (rows[at].1, n_cells),
+            None => ("", counts.max().unwrap_or(0)),
+        };
+        if is_numbers && found < n_cells {
+            return Err(TableError::FewNumbers { found, needed: n_cells });
+        }
         let own = Self {
             form,
             clock: match (has_own_time, source.rate_hz) {
@@ -208,19 +224,34 @@ impl DeviceRows {
             },
             rate_hz: source.rate_hz,
             delimiter: delimiter(row).unwrap_or_default(),
+            n_cells,
             n_rows: 0.0,
             last_secs: f64::NEG_INFINITY,
             cycle: source.gauges.iter().chain(source.auxiliary).cloned().collect(),
             pending: Vec::new(),
             pending_time: None,
         };
-        let is_numbers = matches!(form, RowForm::Numbers | RowForm::TimedNumbers);
-        let map = is_numbers.then(|| own.map(row, stamp, source));
-        (own, map)
+        let map = is_numbers.then(|| own.map(stamp, source));
+        Ok((own, map))
+    }
+
+    /// Returns the reason why a line of numbers has no load: fewer values than channels.
+    pub fn missing(&self, line: &str) -> Option<String> {
+        let is_numbers = matches!(self.form, RowForm::Numbers | RowForm::TimedNumbers);
+        let (_, row) = without_stamp(line);
+        let n = cells(row, self.delimiter).filter(|cell| !cell.is_empty()).count();
+        let needed = self.n_cells;
+        (is_numbers && n < needed).then(|| format!("{n} of {needed} values"))
+    }
+
+    /// Returns a row of numbers without the values after the channels of the calibration.
+    fn without_further(&self, row: &str) -> String {
+        let cells = cells(row, self.delimiter).take(self.n_cells).map(String::from_utf8_lossy);
+        cells.collect::<Vec<_>>().join(&char::from(self.delimiter.byte()).to_string())
     }
 
     /// Returns the map of a table with the time first, then the channels of the calibration.
-    fn map(&self, row: &str, stamp: Option<&str>, source: LiveSource<'_>) -> ColumnMap {
+    fn map(&self, stamp: Option<&str>, source: LiveSource<'_>) -> ColumnMap {
         let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
         let is_timed = self.form == RowForm::TimedNumbers;
         let form = stamp.and_then(|stamp| TimeForm::of_all([stamp.as_bytes()].into_iter()));
@@ -236,7 +267,7 @@ impl DeviceRows {
             ..ColumnRule::new(ColumnKey::Number(number), is)
         });
         let columns = [time].into_iter().chain(rules).collect::<Vec<_>>();
-        let n_columns = cells(row, self.delimiter).count() + usize::from(!is_timed);
+        let n_columns = self.n_cells + usize::from(!is_timed);
         let shape = Shape { columns: n_columns, ..Shape::default() };
         ColumnMap {
             table: TableMap { shape, text, columns, ..TableMap::default() },
@@ -248,9 +279,11 @@ impl DeviceRows {
     pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
         let (stamp, row) = without_stamp(line);
         match self.form {
-            RowForm::Table | RowForm::TimedNumbers => Some(row.to_owned()),
+            RowForm::Table => Some(row.to_owned()),
+            RowForm::TimedNumbers => Some(self.without_further(row)),
             RowForm::Numbers => {
                 let time = self.time(stamp, arrived_secs);
+                let row = self.without_further(row);
                 Some(format!("{time}{}{row}", char::from(self.delimiter.byte())))
             }
             RowForm::Json => {

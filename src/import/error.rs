@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::named_column::NamedColumn;
-use super::warning::LoadWarning;
-use crate::finding::{Advice, Way};
+use crate::finding::{Advice, Finding, Way};
 use crate::formats::FileError;
 use crate::import::map::{ColumnRole, KeyError, MapError};
 use crate::progress::Cancelled;
@@ -85,6 +84,10 @@ pub enum TableError {
     #[error("no rows follow the header")]
     NoRows,
     #[error(
+        "{found} numbers in a row, but the calibration needs {needed}: its gauges in order, then its auxiliary channels"
+    )]
+    FewNumbers { found: usize, needed: usize },
+    #[error(
         "{what} {} (column {}) has no number in any row. Correct or delete the column",
         shown(&column.name),
         column.number
@@ -126,19 +129,13 @@ pub enum ReadError {
         reference: (f64, f64),
     },
     #[error("{first}. No other row is usable")]
-    NoUsableRow { first: Box<LoadWarning> },
+    NoUsableRow { first: Box<Finding> },
     #[error(
         "{}: {skipped} of {rows} rows would be skipped, mostly for this reason: {first}{}. Describe the layout of the table in a column map, or correct the file",
         .path.display(),
         if *are_largest { ". These rows hold the largest values, so the others would give a wrong calibration" } else { "" }
     )]
-    ManySkipped {
-        path: PathBuf,
-        skipped: u64,
-        rows: u64,
-        are_largest: bool,
-        first: Box<LoadWarning>,
-    },
+    ManySkipped { path: PathBuf, skipped: u64, rows: u64, are_largest: bool, first: Box<Finding> },
     #[error("cancelled")]
     Cancelled,
 }

@@ -108,7 +108,11 @@ impl LiveHead {
         let Some(form) = form.filter(|form| *form != RowForm::Table && n_needed > 0) else {
             return Ok(None);
         };
-        let (mut device, map) = DeviceRows::new(form, &self.lines, source);
+        let device = DeviceRows::new(form, &self.lines, source);
+        let (mut device, map) = match device {
+            Err(_) if !is_all && self.lines.len() < GUESSED_BY => return Ok(None),
+            device => device.map_err(at(source.path, 1))?,
+        };
         let lines = self.lines.iter().zip(&self.arrived_secs);
         let rows: Vec<String> =
             lines.filter_map(|(line, arrived)| device.line(line, *arrived)).collect();
@@ -378,7 +382,9 @@ impl LiveTable {
             None => return self.table_row(line).map(Some),
             Some((device, start)) => device.line(line, start.elapsed().as_secs_f64()),
         };
-        translated.map(|line| self.table_row(&line)).transpose()
+        let row = translated.map(|line| self.table_row(&line)).transpose();
+        let missing = self.device.as_ref().and_then(|(device, _)| device.missing(line));
+        row.map_err(|own| Rejected { why: missing.unwrap_or(own.why), ..own })
     }
 
     fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
@@ -394,7 +400,7 @@ impl LiveTable {
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
-        let why = rows.findings.first_skipped(Path::new("")).map(|own| own.cause);
+        let why = rows.findings.skip_cause().cloned();
         self.rows(rows).pop().ok_or_else(|| {
             let time = Rows::time_of_first(part, &self.plan, self.n_rows);
             // An unusable row still counts where the time is a row number.

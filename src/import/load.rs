@@ -7,7 +7,8 @@ use super::inspect::columns::has_clock;
 use super::plan::{Plan, Side};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
-use super::warning::{Cause, LoadWarning};
+use super::warning::Cause;
+use crate::finding::Finding;
 use crate::formats;
 use crate::formats::text::Decimal;
 use crate::formats::{FilePart, Opened};
@@ -29,12 +30,14 @@ const SKIPPED_SHARE: f64 = 0.1;
 const SKIPPED_ROWS: u64 = 10;
 
 /// Recordings of a file, with warnings.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loaded {
     /// Recordings in file order, at least one.
     pub recordings: Vec<Recording>,
     /// Warnings, one per kind, in the order of their first lines.
-    pub warnings: Vec<LoadWarning>,
+    pub warnings: Vec<Finding>,
+    /// Gap that ends a recording (s), if it was derived because rows come in bursts.
+    pub assumed_gap_secs: Option<f64>,
     /// Map by which the file was read; `None` if it was read by its names.
     pub map: Option<Box<ColumnMap>>,
 }
@@ -243,7 +246,7 @@ impl Sides {
         if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {
             return Ok(());
         }
-        let first = rows.findings.first_skipped(path);
+        let first = rows.findings.most_skipped(path);
         Err(ReadError::ManySkipped {
             path: path.to_owned(),
             skipped,
@@ -257,16 +260,19 @@ impl Sides {
     pub fn joined(self) -> Result<Loaded, ReadError> {
         let Self { mut gauges, reference, map, day } = self;
         let is_static = gauges.plan.is_static;
-        let mut of_reference: Vec<LoadWarning> = Vec::new();
+        let path = gauges.path.clone();
+        let mut of_reference = Vec::new();
         if let Some(mut reference) = reference.filter(|_| !is_static) {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
-            of_reference = reference.rows.findings.into_warnings(&reference.path);
+            of_reference = reference.rows.findings.into_findings(&reference.path);
         }
-        let (recordings, mut warnings) = if is_static {
+        let (recordings, findings) = if is_static {
             assemble::load_cases(gauges)
         } else {
             assemble::recordings(gauges, map.gap_secs)?
         };
+        let assumed_gap_secs = findings.assumed_gap_secs();
+        let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
         let finished = |recording: Recording| {
             let recording = recording.with_file_day(day);
@@ -278,6 +284,6 @@ impl Sides {
         };
         let recordings = recordings.into_iter().map(finished);
         let recordings = recordings.collect::<Result<_, ReadError>>()?;
-        Ok(Loaded { recordings, warnings, map: None })
+        Ok(Loaded { recordings, warnings, assumed_gap_secs, map: None })
     }
 }

@@ -4,18 +4,18 @@ use std::fmt::Write as _;
 
 use super::tests::TestFile;
 use super::*;
+use crate::finding::{Finding, Id};
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
 use crate::recording::Recording;
 
 #[track_caller]
-fn single(text: &str) -> (Recording, Vec<Cause>) {
+fn single(text: &str) -> (Recording, Vec<Finding>) {
     let loaded = TestFile::new(text).read().unwrap();
     let [recording] = &loaded.recordings[..] else {
         panic!("one recording: {:?}", loaded.warnings)
     };
-    let findings = loaded.warnings.iter().map(|own| own.cause.clone());
-    (recording.clone(), findings.collect())
+    (recording.clone(), loaded.warnings)
 }
 
 /// As a 64-bit float, a present-day stamp in seconds has only seven digits behind the point.
@@ -154,8 +154,9 @@ fn a_comment_in_quotes_may_hold_a_line_end() {
     let text = "t,S1,Fz,note\n0,1,2,a\n1,2,3,\"two\nlines, \"\"quoted\"\"\r\nor three\"\n2,3,4,b\n3,4,x,\n";
     let loaded = TestFile::new(text).read().unwrap();
     assert_eq!(loaded.recordings[0].gauges(), [1.0, 2.0, 3.0]);
-    let skipped = loaded.warnings.iter().find(|own| own.cause.skips_row()).unwrap();
-    assert_eq!((skipped.first_line, skipped.count), (7, 1));
+    let skipped = loaded.warnings.iter().find(|own| own.id == Id::RowsSkipped).unwrap();
+    let place = skipped.place.as_ref().unwrap();
+    assert_eq!((place.first_line, place.count), (7, 1));
 }
 
 /// Returns the recordings of a text read with this treatment of stamps.
@@ -186,9 +187,8 @@ fn rows_written_late_can_be_sorted() {
     }
     let loaded = TestFile::new(&text).read().unwrap();
     assert_eq!(loaded.recordings.len(), 7);
-    let messages = loaded.warnings.iter().map(|own| &own.cause);
     assert!(
-        messages.clone().any(|own| *own == Cause::LateRows { count: 6 }),
+        loaded.warnings.iter().any(|own| *own == Cause::LateRows { count: 6 }),
         "{:?}",
         loaded.warnings
     );
@@ -206,8 +206,7 @@ fn rows_with_the_same_stamp_can_be_spread() {
         writeln!(text, "{},{k},{}", k / 20, k % 7).unwrap();
     }
     let loaded = TestFile::new(&text).read().unwrap();
-    let messages = loaded.warnings.iter().map(|own| &own.cause);
-    assert!(messages.clone().any(|own| *own == Cause::CoarseStamps), "{:?}", loaded.warnings);
+    assert!(loaded.warnings.iter().any(|own| *own == Cause::CoarseStamps), "{:?}", loaded.warnings);
     let spread = with_stamps(&text, "spread");
     assert_eq!(spread.len(), 1);
     for (k, time) in (10..110).zip(spread[0].times()) {
@@ -232,13 +231,13 @@ fn topics_in_one_table_are_two_clocks() {
         }
     }
     let (recording, findings) = single(&text);
-    assert!(findings.contains(&Cause::TurnByTurn), "{findings:?}");
+    assert!(findings.iter().any(|own| *own == Cause::TurnByTurn), "{findings:?}");
     // The first row is before any reference.
     assert_eq!(recording.n_samples(), 99);
     for (k, load) in (1..100).zip(recording.loads()) {
         assert!((load - f64::from(4 * k)).abs() < 1e-9, "{k}: {load}");
     }
-    assert!(findings.iter().all(|own| !own.skips_row()), "{findings:?}");
+    assert!(findings.iter().all(|own| own.id != Id::RowsSkipped), "{findings:?}");
 }
 
 #[test]

@@ -44,7 +44,8 @@ pub(crate) use estimate::estimate_weight;
 pub use folder::{is_pattern, matching, recordings_in};
 pub use load::Loaded;
 pub use read::read;
-pub(crate) use warning::{Cause, LoadWarning};
+#[cfg(test)]
+pub(crate) use warning::Cause;
 
 #[cfg(test)]
 mod bad_input_tests;
@@ -61,6 +62,7 @@ mod tests {
     use super::error::TableError;
     use super::load::Reading;
     use super::*;
+    use crate::finding::Finding;
     use crate::formats::FileError;
     use crate::formats::text::{detect, locate};
     use crate::progress::Progress;
@@ -116,14 +118,14 @@ mod tests {
     #[track_caller]
     fn sound(content: impl AsRef<[u8]>) -> Recording {
         let mut loaded = TestFile::new(content).read().unwrap();
-        assert_eq!(loaded.warnings, []);
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
         assert_eq!(loaded.recordings.len(), 1);
         loaded.recordings.remove(0)
     }
 
     fn messages(content: impl AsRef<[u8]>) -> Vec<String> {
         let loaded = TestFile::new(content).read().unwrap();
-        let message = |warning: &LoadWarning| {
+        let message = |warning: &Finding| {
             let message = warning.to_string();
             let (_, place_and_text) = message.split_once("run.csv, line ").unwrap();
             place_and_text.to_owned()
@@ -324,7 +326,7 @@ mod tests {
             match read {
                 Ok(loaded) => {
                     n_read += 1;
-                    let _ = format!("{:?}", loaded.warnings.iter().map(LoadWarning::to_string));
+                    let _ = format!("{:?}", loaded.warnings.iter().map(Finding::to_string));
                 }
                 Err(error) => assert!(!error.to_string().is_empty()),
             }

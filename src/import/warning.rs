@@ -1,28 +1,12 @@
 //! Warnings about files that are read in spite of faults: one warning per kind and file, with a count.
 
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::named_column::NamedColumn;
-use crate::finding::{Advice, Way};
+use crate::finding::{Finding, Id, Place, Verdict};
 use crate::recording::units::TimeUnit;
 use crate::recording::{Axis, SAME_LOAD_SHARE};
 use crate::shown::{listed, shown};
-
-/// Warning about a file that was read. Lines are counted from 1.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LoadWarning {
-    /// Path of the file.
-    pub path: PathBuf,
-    /// First line concerned.
-    pub first_line: u64,
-    /// Last line concerned.
-    pub last_line: u64,
-    /// Number of occurrences.
-    pub count: u64,
-    /// Cause at the first line.
-    pub cause: Cause,
-}
 
 /// Cause of a warning. Columns are counted from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -138,22 +122,36 @@ pub enum Cause {
     AveragedBursts { n_before: usize, n_after: usize },
 }
 
-impl Advice for LoadWarning {
-    fn ways(&self) -> &'static [Way] {
-        use Cause::{AssumedDateOrder, AssumedTimeUnit, Bursts, CoarseStamps, LateRows};
-        use Cause::{LoadCases, SeveralParts, SeveralReferences, UnnamedLoads};
-        match self.cause {
-            AssumedDateOrder { .. } | AssumedTimeUnit { .. } | Bursts { .. } | CoarseStamps => {
-                &[Way::Columns]
+impl Cause {
+    fn id(&self) -> Id {
+        match self {
+            Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation => Id::RowsSkipped,
+            Self::TooManyCells { .. } | Self::IgnoredColumns { .. } => Id::PartsIgnored,
+            Self::SkippedPreamble { .. } | Self::LeftOut { .. } | Self::EndsEarly => {
+                Id::PartsIgnored
             }
-            LateRows { .. } | LoadCases { .. } | SeveralParts { .. } => &[Way::Columns],
-            SeveralReferences { .. } | UnnamedLoads { .. } => &[Way::Columns],
-            _ => &[],
+            Self::NoReferenceThen { .. } => Id::PartsIgnored,
+            Self::DecimalComma { .. } | Self::AssumedTimeUnit { .. } => Id::Assumed,
+            Self::AssumedDateOrder { .. } | Self::SeveralTimes { .. } => Id::Assumed,
+            Self::SeveralReferences { .. } | Self::SeveralParts { .. } => Id::Assumed,
+            Self::LoadCases { .. } | Self::Bursts { .. } => Id::Assumed,
+            Self::CoarseStamps | Self::LateRows { .. } => Id::Assumed,
+            Self::UnnamedLoads { .. } => Id::UnnamedLoads,
+            Self::NewRecording { .. } | Self::WrappedClock { .. } => Id::Stamps,
+            Self::RepeatedTime { .. } | Self::TurnByTurn => Id::Stamps,
+            Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. } => Id::Values,
+            Self::HeldReference { .. } | Self::Inertia { .. } => Id::Values,
+            Self::AveragedBursts { .. } => Id::Values,
         }
     }
-}
 
-impl Cause {
+    /// Returns the finding of this cause in a file.
+    fn finding(&self, place: &Place, path: &Path) -> Finding {
+        let place = Place { path: path.to_owned(), ..place.clone() };
+        let found = Finding::new(self.id(), Verdict::Doubtful, self.to_string());
+        Finding { place: Some(place), ..found }
+    }
+
     /// Returns true if both causes are counted in one warning.
     fn is_of_kind(&self, other: &Self) -> bool {
         match (self, other) {
@@ -162,11 +160,6 @@ impl Cause {
             (Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. }, _) => false,
             _ => std::mem::discriminant(self) == std::mem::discriminant(other),
         }
-    }
-
-    /// Returns true if a row is skipped for this cause.
-    pub(super) const fn skips_row(&self) -> bool {
-        matches!(self, Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation)
     }
 }
 
@@ -209,19 +202,9 @@ impl Trouble {
     }
 }
 
-impl fmt::Display for LoadWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}, line {}: {}", self.path.display(), self.first_line, self.cause)?;
-        if self.count > 1 {
-            write!(f, " ({} times, last on line {})", self.count, self.last_line)?;
-        }
-        Ok(())
-    }
-}
-
-/// Warnings about one interval of a file, one per kind. The path is set at the end.
+/// Causes of warnings about one interval of a file, one per kind, with their places. The path is set at the end.
 #[derive(Debug, Default)]
-pub(super) struct Findings(Vec<LoadWarning>);
+pub(super) struct Findings(Vec<(Cause, Place)>);
 
 impl Findings {
     /// Adds a cause. The first one of each kind is kept, later ones are only counted.
@@ -230,63 +213,77 @@ impl Findings {
     }
 
     /// Adds `count` occurrences of a cause at once.
-    pub fn note_many(&mut self, first: u64, last: u64, count: u64, cause: Cause) {
-        self.add(LoadWarning {
-            path: PathBuf::new(),
-            first_line: first,
-            last_line: last,
-            count,
-            cause,
-        });
+    pub fn note_many(&mut self, first_line: u64, last_line: u64, count: u64, cause: Cause) {
+        self.add(cause, Place { first_line, last_line, count, ..Place::default() });
     }
 
     /// Appends the warnings about the next interval; its line 1 is line `lines_before + 1` here.
     pub fn append(&mut self, later: Self, lines_before: u64) {
-        for mut collected in later.0 {
-            collected.first_line += lines_before;
-            collected.last_line += lines_before;
-            self.add(collected);
+        for (cause, mut place) in later.0 {
+            place.first_line += lines_before;
+            place.last_line += lines_before;
+            self.add(cause, place);
         }
     }
 
-    fn add(&mut self, new: LoadWarning) {
-        let same = |old: &&mut LoadWarning| old.cause.is_of_kind(&new.cause);
-        match self.0.iter_mut().find(same) {
-            Some(old) => {
-                old.count += new.count;
-                old.last_line = new.last_line;
+    fn add(&mut self, cause: Cause, place: Place) {
+        match self.0.iter_mut().find(|(old, _)| old.is_of_kind(&cause)) {
+            Some((_, old)) => {
+                old.count += place.count;
+                old.last_line = place.last_line;
             }
-            None => self.0.push(new),
+            None => self.0.push((cause, place)),
         }
+    }
+
+    fn skipped(&self) -> impl Iterator<Item = &(Cause, Place)> {
+        self.0.iter().filter(|(cause, _)| cause.id() == Id::RowsSkipped)
     }
 
     /// Returns the number of rows that are skipped for a cell that is not a number, or for missing cells.
     pub fn not_understood(&self) -> u64 {
-        let is_nan = |own: &&LoadWarning| matches!(&own.cause, Cause::Cell { trouble, .. } if *trouble == Trouble::NotFinite);
-        let skipped = self.0.iter().filter(|own| own.cause.skips_row() && !is_nan(own));
-        skipped.map(|own| own.count).sum()
+        let is_nan =
+            |cause: &Cause| matches!(cause, Cause::Cell { trouble: Trouble::NotFinite, .. });
+        self.skipped().filter(|(cause, _)| !is_nan(cause)).map(|(_, place)| place.count).sum()
     }
 
-    /// Returns the most frequent reason for a skipped row.
-    pub fn first_skipped(&self, path: &Path) -> Option<LoadWarning> {
-        let skipped = self.0.iter().filter(|own| own.cause.skips_row());
-        let most = skipped.max_by_key(|own| own.count)?;
-        Some(LoadWarning { path: path.to_owned(), ..most.clone() })
+    /// Returns the most frequent cause of a skipped row.
+    pub fn skip_cause(&self) -> Option<&Cause> {
+        self.skipped().max_by_key(|(_, place)| place.count).map(|(cause, _)| cause)
+    }
+
+    /// Returns the finding of the most frequent cause of a skipped row.
+    pub fn most_skipped(&self, path: &Path) -> Option<Finding> {
+        let most = self.skipped().max_by_key(|(_, place)| place.count);
+        most.map(|(cause, place)| cause.finding(place, path))
     }
 
     /// Returns the number of rows that are skipped because they have too few cells.
     pub fn short_rows(&self) -> u64 {
-        let is_short = |c: &&LoadWarning| matches!(c.cause, Cause::TooFewCells { .. });
-        self.0.iter().find(is_short).map_or(0, |c| c.count)
+        let is_short = |(cause, _): &&(Cause, Place)| matches!(cause, Cause::TooFewCells { .. });
+        self.0.iter().find(is_short).map_or(0, |(_, place)| place.count)
     }
 
-    /// Returns the warnings about the file at `path`, in the order of their first lines.
-    pub fn into_warnings(mut self, path: &Path) -> Vec<LoadWarning> {
-        self.0.sort_by_key(|collected| collected.first_line);
-        for warning in &mut self.0 {
-            warning.path = path.to_owned();
-        }
-        self.0
+    /// Returns the gap that ends a recording (s), if it was derived because rows come in bursts.
+    pub fn assumed_gap_secs(&self) -> Option<f64> {
+        self.0.iter().find_map(|(cause, _)| match cause {
+            Cause::Bursts { gap_secs, .. } => Some(*gap_secs),
+            _ => None,
+        })
+    }
+
+    /// Returns the findings about the file at `path`, in the order of their first lines.
+    pub fn into_findings(mut self, path: &Path) -> Vec<Finding> {
+        self.0.sort_by_key(|(_, place)| place.first_line);
+        self.0.iter().map(|(cause, place)| cause.finding(place, path)).collect()
+    }
+}
+
+/// Compares kind and facts.
+#[cfg(test)]
+impl PartialEq<Cause> for Finding {
+    fn eq(&self, cause: &Cause) -> bool {
+        self.id == cause.id() && self.seen == cause.to_string()
     }
 }
 
@@ -307,9 +304,10 @@ mod tests {
         later.note(4, empty(5));
         later.note(6, empty(2));
         findings.append(later, 100);
-        let warnings = findings.into_warnings(Path::new("a.csv"));
+        let warnings = findings.into_findings(Path::new("a.csv"));
         assert_eq!(warnings.len(), 1);
-        assert_eq!((warnings[0].count, warnings[0].last_line), (3, 106));
+        let place = warnings[0].place.as_ref().unwrap();
+        assert_eq!((place.count, place.last_line), (3, 106));
         let message = warnings[0].to_string();
         assert!(message.starts_with("a.csv, line 3: column 2 (S1) is empty"));
         assert!(message.ends_with("(3 times, last on line 106)"));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::features::AuxiliaryChannel;
+use crate::recording::in_role;
 use crate::recording::{Entry, Recording, Role};
 
 /// Auxiliary channels of a set of recordings.
@@ -44,11 +45,7 @@ impl AuxiliaryInputs {
                 ));
                 continue;
             }
-            let training: Vec<&Recording> = (entries.iter())
-                .filter(|entry| entry.role == Role::Train)
-                .map(|entry| &*entry.recording)
-                .collect();
-            match AuxiliaryChannel::measure(&training, &name) {
+            match AuxiliaryChannel::measure(&in_role(entries, Role::Train), &name) {
                 Ok(channel) => {
                     kept.push(name);
                     inputs.channels.push(channel);

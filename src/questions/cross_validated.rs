@@ -21,6 +21,7 @@ use crate::questions::dataset::{Dataset, Datasets};
 use crate::questions::error::AnalysisError;
 use crate::questions::models::learning::{Fitted, Moments, TrainingStep, fit_all};
 use crate::questions::request::Request;
+use crate::recording::in_role;
 use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
@@ -42,13 +43,13 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
 
 /// Returns the approximate work of the cross-validation, in the steps that the fit counts.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
-    let training = data.entries.iter().filter(|entry| entry.role == Role::Train);
+    let training = in_role(&data.entries, Role::Train);
     let steps = match settings.regressor.learner() {
         Some(Learner::Network) => {
-            let samples: usize = training.map(|entry| entry.recording.n_samples()).sum();
+            let samples: usize = training.iter().map(|own| own.n_samples()).sum();
             samples.div_ceil(settings.network.batch) * settings.network.epochs
         }
-        _ => 10 * training.count(),
+        _ => 10 * training.len(),
     };
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
@@ -127,19 +128,19 @@ pub(crate) fn cross_validated(
                         if fold >= n_folds || progress.is_cancelled() {
                             return Ok(scored);
                         }
-                        let mut heard = 0.0;
+                        let mut reported = 0.0;
                         // Progress is not reported after another fold has failed.
-                        let mut tell = |done: f64| {
-                            let _ = sender.send(done - heard);
-                            heard = done;
+                        let mut report_done = |done: f64| {
+                            let _ = sender.send(done - reported);
+                            reported = done;
                         };
                         let fold =
                             fold_without(training, |part| fit_without(part, n_parts) == fold);
                         let settings = fold.settings(settings, calibration);
                         scored.extend(fold.score(settings, step, progress, &mut |report| {
-                            tell(TrainingStep::Epoch(report).done());
+                            report_done(TrainingStep::Epoch(report).done());
                         })?);
-                        tell(1.0);
+                        report_done(1.0);
                     }
                 })
             })
@@ -399,7 +400,7 @@ mod tests {
         .unwrap();
         assert!(scored.left_out.is_none() && scored.calibration.learned.is_some());
         assert!(scored.calibration.quality.compensated.train_rmse.is_some());
-        assert!(scored.calibration.why_not_left_out().is_some());
+        assert!(scored.calibration.no_cross_validation().is_some());
     }
 
     /// The second stage is half right on average, so each fold chooses the share one half on the other folds.

@@ -23,6 +23,7 @@ use crate::questions::auxiliary_inputs::AuxiliaryInputs;
 use crate::questions::check::rig::{RigReport, lag};
 use crate::questions::error::AnalysisError;
 use crate::recording::gap::gap_by_rate;
+use crate::recording::in_role;
 use crate::recording::{
     Axis, Entry, Groups, Identity, Recording, RecordingSet, Role, ValidRange, full_scale_of,
     load_ranges, median,
@@ -460,7 +461,7 @@ impl Dataset {
             gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
             history_step_secs,
             limits: limits.collect(),
-            gauge_limits: gauge_limits(&in_role(&self.entries, Role::Train)),
+            gauge_limits: gauge_limits(&training),
             features,
             gauge_scale: conventional.scale.clone(),
             regressor: crate::calibration::Regressor::Linear,
@@ -468,10 +469,7 @@ impl Dataset {
             compensated: None,
             learned: None,
             quality: Quality::default(),
-            trained_on: in_role(&self.entries, Role::Train)
-                .iter()
-                .map(|recording| recording.name().to_owned())
-                .collect(),
+            trained_on: training.iter().map(|own| own.name().to_owned()).collect(),
             rate_hz: self.key.recordings.rate_hz(Role::Train),
             sources: Vec::new(),
             tare: self.key.recordings.tare(),
@@ -568,10 +566,6 @@ fn check_size(recording: &Recording) -> Result<(), AnalysisError> {
         }
     }
     Ok(())
-}
-
-pub(crate) fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
-    entries.iter().filter(|entry| entry.role == role).map(|entry| &*entry.recording).collect()
 }
 
 /// Returns every `step`-th sample of each recording.

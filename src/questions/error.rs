@@ -1,6 +1,6 @@
 //! Reasons why a question has no answer.
 
-use crate::calibration::{CalibrationError, LearnedError, SettingsError};
+use crate::calibration::{CalibrationError, LearnedError, NoCrossValidation, SettingsError};
 use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
@@ -30,15 +30,12 @@ pub enum AnalysisError {
     #[error("{given} full scales are given for {axes} axes")]
     FullScales { given: usize, axes: usize },
     #[error(
-        "with a part left out, {samples} training samples remain for {columns} features, too few to cross-validate; \
-         record longer, add recordings in the train role, decimate less, or take fewer blocks"
-    )]
-    TooShort { samples: u64, columns: usize },
-    #[error(
         "{t_ths} values of t_th for {columns} features and {parts} parts would fill the memory; take fewer values of t_th, \
          or fewer blocks"
     )]
     MapTooLarge { t_ths: usize, columns: usize, parts: usize },
+    #[error(transparent)]
+    NoCrossValidation(#[from] NoCrossValidation),
     #[error(transparent)]
     Grid(#[from] GridError),
     #[error(transparent)]

@@ -1,26 +1,10 @@
 //! Fits without each part of the training recordings: their predictions, and the spread of their coefficients.
 
-use crate::calibration::{Calibration, LinearMap, Terms};
+use crate::calibration::{Calibration, LinearMap, NoCrossValidation, Terms};
 use crate::features::Design;
 use crate::questions::dataset::Dataset;
 use crate::questions::errors::fit::Sums;
 use crate::scoring::left_out::{LeftOut, shares_of_blocks};
-
-/// Reason why a fit without a part does not exist.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NotLeftOut {
-    #[error("networks and kernels cannot be fitted from sums")]
-    Learned,
-    #[error("there are too few training recordings to leave one out")]
-    OnePart,
-    #[error("without one of the parts, too few samples would be left to fit")]
-    TooFew,
-}
-
-/// Fits without each part.
-pub(crate) struct LeftOutFits {
-    pub maps: Vec<LinearMap>,
-}
 
 impl Dataset {
     /// Returns the fits of a linear calibration's model without each part, with its ridge.
@@ -28,12 +12,9 @@ impl Dataset {
         &self,
         calibration: &Calibration,
         sums: &Sums,
-    ) -> Result<LeftOutFits, NotLeftOut> {
-        if calibration.learned.is_some() {
-            return Err(NotLeftOut::Learned);
-        }
+    ) -> Result<Vec<LinearMap>, NoCrossValidation> {
         if sums.parts.len() < 2 {
-            return Err(NotLeftOut::OnePart);
+            return Err(NoCrossValidation::FewGroups { found: sums.parts.len(), needed: 2 });
         }
         let design = calibration.design();
         let (kinds, known, all) = (design.kinds(), self.map.standardised(&design), design.all());
@@ -43,11 +24,10 @@ impl Dataset {
             shares.iter().map(|own| own.iter().copied().fold(0.0, f64::max)).collect();
         let left_out = LeftOut::of(&sums.train, &sums.parts, terms);
         if !left_out.is_determined(&strengths) {
-            return Err(NotLeftOut::TooFew);
+            return Err(NoCrossValidation::FewSamples);
         }
         let fits = left_out.coefficients(&shares);
-        let maps = fits.iter().map(|found| self.map_of(&design, found));
-        Ok(LeftOutFits { maps: maps.collect() })
+        Ok(fits.iter().map(|found| self.map_of(&design, found)).collect())
     }
 
     /// Returns the map with these coefficients beside the conventional ones.

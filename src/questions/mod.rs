@@ -25,17 +25,16 @@ pub(crate) use cross_validated::cross_validation_cost;
 pub use dataset::Datasets;
 pub use error::AnalysisError;
 pub(crate) use errors::factory::read_factory;
-pub(crate) use errors::intervals::{intervals_on_screen, intervals_within};
+pub use errors::intervals::OnScreen;
+pub(crate) use errors::intervals::intervals_within;
 pub use errors::query::{Analysis, Analyst, RecordingResult, analyse};
 pub(crate) use errors::trace_values::Segment;
 pub(crate) use errors::traces::{AxisTraces, TraceSet};
 pub use errors::view::View;
 pub use expected_error::query::{expected_error, handed_over};
 pub use models::best::{Best, Search, Tried, WITHIN, find_best};
-pub use models::comparison::compare;
-pub(crate) use models::comparison::{
-    Candidate, ComparedRow, RowEvent, comparison_table, paper_candidates,
-};
+pub(crate) use models::comparison::{Candidate, paper_candidates};
+pub use models::comparison::{ModelState, compare};
 pub use models::learning::TrainingStep;
 pub use models::table::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
 pub use models::training::{Scored, train, train_and_score};

@@ -1,6 +1,7 @@
 //! Time until the gauges of a recording have moved far enough to determine the state of a play operator.
 
 use crate::features::GaugeScale;
+use crate::min_max::MinMax;
 use crate::questions::dataset::Dataset;
 use crate::recording::Role;
 
@@ -22,13 +23,13 @@ impl Travels {
         for (entry, group) in training.filter(|(entry, _)| entry.role == Role::Train) {
             let recording = &entry.recording;
             for (gauge, deviation) in scale.deviation.iter().enumerate() {
-                let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+                let mut range = MinMax::NONE;
                 let (mut sum, mut squares) = (0.0, 0.0);
                 let travel = (0..recording.n_samples()).map(|k| {
                     let own = recording.gauges_at(k)[gauge] / deviation.max(f64::MIN_POSITIVE);
-                    (low, high) = (low.min(own), high.max(own));
+                    range = range.with(own);
                     (sum, squares) = (sum + own, squares + own * own);
-                    (high - low) as f32
+                    range.span() as f32
                 });
                 let travel: Vec<f32> = travel.collect();
                 let moved = squares - sum * sum / travel.len().max(1) as f64;

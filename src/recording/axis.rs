@@ -1,5 +1,7 @@
 //! The six load axes and their names.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// One axis of the applied load: a force (N) or a moment (N·m).
@@ -14,6 +16,12 @@ pub enum Axis {
     Mx,
     My,
     Mz,
+}
+
+impl fmt::Display for Axis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.symbol())
+    }
 }
 
 impl Axis {

@@ -34,7 +34,7 @@ impl Item {
         Self::iter()
     }
 
-    /// Returns the label of the item, and the hint shown in an empty field.
+    /// Returns the label of the item, and the placeholder shown in an empty field.
     fn texts(self) -> [&'static str; 2] {
         match self {
             Self::Manufacturer => ["Manufacturer", "maker of the sensor"],
@@ -65,8 +65,8 @@ impl Item {
         self.texts()[0]
     }
 
-    /// Returns the hint shown in an empty field.
-    pub fn hint(self) -> &'static str {
+    /// Returns the placeholder shown in an empty field.
+    pub fn placeholder(self) -> &'static str {
         self.texts()[1]
     }
 
@@ -185,12 +185,12 @@ impl SensorFile {
 
     fn from_toml(text: &str) -> Result<Self, String> {
         // The first line of the parser's message gives the place and the last line the fault.
-        let told = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
-        let mut table: toml::Table = toml::from_str(text).map_err(told)?;
+        let in_words = |error: toml::de::Error| error.to_string().trim().replace('\n', " ");
+        let mut table: toml::Table = toml::from_str(text).map_err(in_words)?;
         let rated = table.remove("rated_loads");
         let rated: BTreeMap<Axis, f64> = match rated {
             Some(value) => {
-                value.try_into().map_err(|error| format!("rated_loads: {}", told(error)))?
+                value.try_into().map_err(|error| format!("rated_loads: {}", in_words(error)))?
             }
             None => BTreeMap::new(),
         };
@@ -198,11 +198,10 @@ impl SensorFile {
             rated.iter().find(|(_, load)| !(load.is_finite() && **load > 0.0))
         {
             return Err(format!(
-                "rated_loads: {load} of {} is not valid; enter a number above zero",
-                axis.symbol()
+                "rated_loads: {load} of {axis} is not valid; enter a number above zero"
             ));
         }
-        let identity: Identity = toml::Value::Table(table).try_into().map_err(told)?;
+        let identity: Identity = toml::Value::Table(table).try_into().map_err(in_words)?;
         Ok(Self { identity, rated_loads: rated })
     }
 

@@ -35,6 +35,7 @@ pub(crate) use median::median;
 pub(crate) use recording::load_ranges;
 pub use recording::{Recording, Sampling, Source};
 pub(crate) use set::Layout;
+pub(crate) use set::in_role;
 pub use set::{Entry, RecordingSet, Role};
 pub use tare::Tare;
 pub(crate) use taring::TareError;

@@ -73,6 +73,11 @@ impl Entry {
     }
 }
 
+/// Returns the recordings in a role.
+pub fn in_role(entries: &[Entry], role: Role) -> Vec<&Recording> {
+    entries.iter().filter(|entry| entry.role == role).map(|entry| &*entry.recording).collect()
+}
+
 /// The columns that the recordings of one set share.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
@@ -87,13 +92,13 @@ pub struct Layout {
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LayoutError {
     #[error(
-        "{name}: the gauges are {}, but {} in the loaded recordings; close the loaded recordings first, or load this one alone",
+        "{name}: the gauges are {}, but {} in the other recordings; use recordings of one sensor",
         names(actual),
         names(expected)
     )]
     Gauges { name: String, expected: Vec<String>, actual: Vec<String> },
     #[error(
-        "{name}: the reference axes are {}, but {} in the loaded recordings; close the loaded recordings first, or load this one alone",
+        "{name}: the reference axes are {}, but {} in the other recordings; use recordings of one sensor and one set of axes",
         Axis::symbols(actual).join(" "),
         Axis::symbols(expected).join(" ")
     )]
@@ -136,8 +141,7 @@ impl RecordingSet {
 
     /// Returns the number of samples of the recordings in a role.
     pub fn n_samples(&self, role: Role) -> usize {
-        let own = self.entries.iter().filter(|entry| entry.role == role);
-        own.map(|entry| entry.recording.n_samples()).sum()
+        in_role(&self.entries, role).into_iter().map(Recording::n_samples).sum()
     }
 
     /// Returns true if every recording comes from the built-in simulated sensor.
@@ -147,14 +151,9 @@ impl RecordingSet {
         !self.entries.is_empty() && !entries.any(is_read)
     }
 
-    fn in_role(&self, role: Role) -> impl Iterator<Item = &Recording> {
-        let entries = self.entries.iter().filter(move |entry| entry.role == role);
-        entries.map(|entry| &*entry.recording)
-    }
-
     /// Returns the upper median of the sample rates in a role (Hz), or `None` if no recording has a rate.
     pub fn rate_hz(&self, role: Role) -> Option<f64> {
-        median(self.in_role(role).filter_map(Recording::rate_hz))
+        median(in_role(&self.entries, role).into_iter().filter_map(Recording::rate_hz))
     }
 
     /// Returns true if recordings that train or test have no times, so that there is no history.
@@ -165,7 +164,7 @@ impl RecordingSet {
 
     /// Returns the tare of the first training recording, if all training recordings were tared.
     pub fn tare(&self) -> Option<Tare> {
-        let mut tares = self.in_role(Role::Train).map(Recording::tare);
+        let mut tares = in_role(&self.entries, Role::Train).into_iter().map(Recording::tare);
         let first = tares.next()??;
         tares.all(|tare| tare.is_some()).then_some(first)
     }

@@ -95,6 +95,30 @@ impl Recording {
     }
 }
 
+impl Recording {
+    /// Returns a warning if the mean reference load is not zero while the recording is tared, from and to these times (s
+    /// from the first sample).
+    pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<String> {
+        let since = |k: usize| self.times()[k] - self.times()[0];
+        let samples = (0..self.n_samples()).filter(|k| (from..=to).contains(&since(*k)));
+        let (start, end) = (samples.clone().next()?, samples.last()? + 1);
+        if self.axes().is_empty() || is_unloaded(self, start..end) {
+            return None;
+        }
+        let n_axes = self.axes().len();
+        let means = self.axes().iter().enumerate().map(|(at, axis)| {
+            let own = self.loads()[start * n_axes + at..].iter().step_by(n_axes);
+            let mean = own.take(end - start).sum::<f64>() / (end - start) as f64;
+            format!("{} {mean:.3} {}", axis.symbol(), axis.unit())
+        });
+        Some(format!(
+            "{}: the reference load is not zero while taring, from {from:.3} s to {to:.3} s ({}), so the zeros contain this load; tare              over a time without load",
+            self.name(),
+            means.collect::<Vec<_>>().join(", ")
+        ))
+    }
+}
+
 /// Returns the samples of the first interval that is quiet on all gauges and unloaded by the reference.
 fn first_quiet_unloaded(recording: &Recording) -> Result<(usize, usize), TareError> {
     let name = || recording.name().to_owned();

@@ -5,6 +5,8 @@
 
 pub mod figure;
 pub(crate) mod table;
+pub(crate) mod trace;
 
 pub(crate) use table::{Align, Cell};
 pub use table::{Column, Table, Value};
+pub(crate) use trace::{Shown, Trace};

@@ -5,8 +5,8 @@
 use std::io;
 
 use crate::formats::csv::CsvWriter;
-use crate::questions::errors::Trace;
 use crate::recording::Axis;
+use crate::report::trace::Trace;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 use crate::shown::printable;
@@ -284,7 +284,7 @@ impl Table {
         }
         let is_number = matches!(cell.value, Value::Number(_)) && !cell.text.ends_with('%');
         let group = self.columns[column].group.as_ref();
-        let said = match cell.reason() {
+        let hover = match cell.reason() {
             Some(reason) if cell.text == "–" => reason.to_owned(),
             Some(reason) => format!("{}: {reason}", cell.text),
             None => cell.text.clone(),
@@ -293,7 +293,7 @@ impl Table {
             group.map_or("", |(group, _)| group),
             &self.columns[column].name,
             &names,
-            &said,
+            &hover,
             if is_number { &unit } else { "" },
         ];
         let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::features::Column;
 use crate::min_max::MinMax;
-use crate::questions::metrology::extents_of;
 use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
+use crate::scoring::loops::extents_of;
 
 /// Smallest difference of an axis, as a share of its range, between two load cases.
 const OTHER_LOAD: f64 = 0.02;

@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use crate::recording::Axis;
-use crate::scoring::loops::{Loop, Loops, default_dead_band};
+use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
 
 /// Minimum number of reversals for a reliable mean.
 pub const FEWEST_REVERSALS: usize = 10;
@@ -21,7 +21,7 @@ pub struct AxisHysteresis {
     /// Number of cycles, each with one reversal between its two branches.
     pub n_reversals: usize,
     /// Reversal threshold, in the unit of the axis.
-    pub dead_band: f64,
+    pub reversal_threshold: f64,
 }
 
 /// The mean hysteresis of a sensor.
@@ -89,8 +89,8 @@ fn of_axis(
 ) -> AxisHysteresis {
     let references: Vec<Vec<f64>> =
         runs.iter().map(|run| column(run.reference, at, n_axes)).collect();
-    let dead_band = default_dead_band(references.iter().map(Vec::as_slice));
-    let loops = Loops::of(references.iter().map(Vec::as_slice), dead_band);
+    let reversal_threshold = default_reversal_threshold(references.iter().map(Vec::as_slice));
+    let loops = Loops::of(references.iter().map(Vec::as_slice), reversal_threshold);
     let cycles = loops.full_cycles();
     let mut widths = Vec::with_capacity(cycles.len());
     for of_recording in cycles.chunk_by(|a, b| a.recording == b.recording) {
@@ -102,7 +102,12 @@ fn of_axis(
             }),
         );
     }
-    AxisHysteresis { axis, mean_width: mean(&widths), n_reversals: widths.len(), dead_band }
+    AxisHysteresis {
+        axis,
+        mean_width: mean(&widths),
+        n_reversals: widths.len(),
+        reversal_threshold,
+    }
 }
 
 fn column(values: &[f64], at: usize, n_axes: usize) -> Vec<f64> {

@@ -238,7 +238,7 @@ pub enum Command {
 impl Command {
     /// Returns the command that shows a notice.
     pub fn tell(level: Level, text: impl Into<String>) -> Self {
-        Action::Tell(Notice::new(level, text)).into()
+        Action::Notice(Notice::new(level, text)).into()
     }
 }
 

@@ -1,12 +1,15 @@
 //! Pane with the table of errors per axis: training, test and cross-validation.
 
+use std::sync::Arc;
+
 use crate::engine::Engine;
 use crate::finding::Face;
 use crate::questions::Analysis;
-use crate::questions::errors::{Shown, errors};
+use crate::questions::errors::errors;
 use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::expected_error::{expected_error_column, expected_error_table};
 use crate::questions::thresholds::ScoreSet;
+use crate::report::Shown;
 use crate::report::Table;
 use crate::ui::command::{Kind, Pane};
 use crate::ui::controls::Controls as _;
@@ -82,7 +85,7 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
     match lane.answer() {
         Some(Ok(found)) => {
             let table = expected_error_table(found);
-            if !lane.is_current() {
+            if !is_of_screen(engine) {
                 ui.weak("updating");
             }
             table::show(ui, &table);
@@ -96,12 +99,20 @@ fn expected(ui: &mut egui::Ui, engine: &Engine) {
     }
 }
 
+/// Returns true if the expected error is that of the calibration on screen.
+fn is_of_screen(engine: &Engine) -> bool {
+    let answered = engine.lane::<AskExpectedError>().answered();
+    let shown = engine.analysis().zip(answered);
+    shown.is_some_and(|(own, answered)| Arc::ptr_eq(&own.calibration, &answered.calibration))
+}
+
 /// Returns one row per axis: the expected error, then the scored sets of samples side by side.
 fn all_errors(analysis: &Analysis, engine: &Engine) -> Table {
     let factory = analysis.factory.as_ref();
     let known = engine.lane::<AskExpectedError>().answer().and_then(|own| own.as_ref().ok());
     let known = known.filter(|own| own.axes.len() == analysis.calibration.axes.len());
-    let expected = known.map(|own| ("Expected".to_owned(), expected_error_column(own)));
+    let title = if is_of_screen(engine) { "Expected" } else { "Expected, updating" };
+    let expected = known.map(|own| (title.to_owned(), expected_error_column(own)));
     let tables = ScoreSet::ALL.into_iter().filter_map(|set| {
         let table = errors(&analysis.calibration, factory, set, Shown::Units).ok()?;
         Some((set.title().to_owned(), table))

@@ -41,7 +41,10 @@ impl PaneView for View {
         self.export_row(ui, cx.engine, cx.out);
         let Some(analysis) = cx.engine.analysis() else { return };
         let calibration = &analysis.calibration;
-        if let Some(notice) = cx.engine.notices.last() {
+        let paths = self.paths().into_iter().map(|path| path.display().to_string());
+        let paths: Vec<String> = paths.collect();
+        let names_one = |text: &str| paths.iter().any(|path| text.contains(path));
+        if let Some(notice) = cx.engine.notices.iter().rev().find(|own| names_one(&own.text)) {
             ui.label(elided(&notice.text, RESULT_CHARS)).on_hover_text(&notice.text);
         }
         if let Some(caution) = caution(calibration, Path::new(self.path.trim())) {

@@ -20,11 +20,11 @@ use crate::report::figure::{Figure, STANDS_ALONE};
 use crate::ui::choice::choice;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
-use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::palette::Trace;
 use crate::ui::pane::{Cx, PaneView};
 use crate::ui::plots;
 use crate::ui::plots::{Drawn, Zoom};
+use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::time_view::TimeView;
 
 /// Width of the figures beside the plot.
@@ -128,7 +128,7 @@ impl Default for LoopsPane {
 /// Draws the reason why there are no loops: the recordings have no times.
 fn no_times(ui: &mut egui::Ui) {
     ui.weak("No times: no loops and no dwells").on_hover_text(
-        "The recordings are load cases without an order in time. Dead band and dwells apply again to recordings \
+        "The recordings are load cases without an order in time. Reversal threshold and dwells apply again to recordings \
          with times",
     );
 }
@@ -261,14 +261,14 @@ impl LoopsPane {
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
                 let used = match engine.lane::<AskLoops>().answer() {
-                    Some(Look::Loops(found)) => Some(found.dead_band),
+                    Some(Look::Loops(found)) => Some(found.reversal_threshold),
                     _ => None,
                 };
                 let axes = engine.project().axes();
                 if engine.project().recordings.is_static() {
                     no_times(ui);
                 } else if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
-                    dead_band(ui, "Dead band", (axes, at), measuring, used);
+                    reversal_threshold(ui, "Reversal threshold", (axes, at), measuring, used);
                 }
             }
             Mode::Cross => {

@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use crate::engine::{Edit, Engine, FileContent};
-use crate::questions::errors::Shown;
+use crate::finding::Face;
 use crate::questions::loops::asked::{AskFigures, LookAt};
 use crate::questions::loops::{Look, Question, TableOf, TableQuestion};
 use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::metrology::{crosstalk, overview};
 use crate::recording::Axis;
+use crate::report::Shown;
 use crate::report::Table;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
-use crate::ui::dead_band::{dead_band, dwell_secs};
 use crate::ui::pane::{Cx, PaneView};
+use crate::ui::reversal_threshold::{dwell_secs, reversal_threshold};
 use crate::ui::table;
 use crate::ui::table::Saving;
 
@@ -189,9 +190,9 @@ fn definitions(
                 ui.end_row();
             }
             for (at, axis) in axes.iter().enumerate() {
-                let used = table.and_then(|table| table.dead_bands.get(at).copied());
-                let name = format!("Dead band {}", axis.symbol());
-                dead_band(ui, &name, (axes, at), settings, used);
+                let used = table.and_then(|table| table.reversal_thresholds.get(at).copied());
+                let name = format!("Reversal threshold {}", axis.symbol());
+                reversal_threshold(ui, &name, (axes, at), settings, used);
                 ui.end_row();
             }
         });
@@ -206,7 +207,7 @@ fn notes(ui: &mut egui::Ui, table: &Metrology) {
          not replace a calibration in steps on a reference machine.",
         table.n_recordings, table.n_samples
     ));
-    for note in &table.notes {
-        ui.warn(format!("Note: {note}"));
+    for found in &table.findings {
+        ui.warn(format!("Note: {}", found.text(Face::Window)));
     }
 }

@@ -78,7 +78,7 @@ impl PaneView for View {
             );
             return;
         }
-        for said in &engine.models.said {
+        for said in &engine.models.remarks {
             ui.label(said);
         }
         ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: fitted to other recordings");

@@ -4,9 +4,9 @@
 
 use egui::{Color32, Stroke, Visuals};
 
-pub(crate) use crate::questions::errors::Trace;
 use crate::questions::loops::Inks;
 use crate::questions::thresholds::ScoreSet;
+pub(crate) use crate::report::Trace;
 use crate::report::figure::color;
 
 impl Trace {

@@ -38,7 +38,7 @@ fn form(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
             ui.add_space((left + LABEL - ui.cursor().left()).max(0.0));
             let field = egui::TextEdit::singleline(&mut text).desired_width(FIELD);
             let field = ui.add(field).labelled_by(label.id);
-            field.on_hover_text(format!("{}: {}", item.label(), item.hint()));
+            field.on_hover_text(format!("{}: {}", item.label(), item.placeholder()));
         });
         if text != identity.get(item) {
             edited.set(item, text);

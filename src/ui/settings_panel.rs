@@ -4,10 +4,10 @@ use egui::{DragValue, Slider, SliderClamping};
 
 use crate::calibration::{DECIMATION, FitSettings, OFFSET, RIDGE, RidgeChoice};
 use crate::engine::{Action, Edit, Engine, Preferences};
-use crate::export::ShownFTh;
 use crate::features::{
     Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
 };
+use crate::questions::thresholds::ShownFTh;
 use crate::shown::printable;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;

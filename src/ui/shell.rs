@@ -289,7 +289,7 @@ impl Shell {
     fn ask_where(&mut self, content: Option<FileContent>, otherwise: &str) {
         match content {
             Some(content) => self.dialogs.save(content, self.reply.clone()),
-            None => self.engine.tell(Level::Error, otherwise),
+            None => self.engine.notice(Level::Error, otherwise),
         }
     }
 
@@ -298,7 +298,7 @@ impl Shell {
         let span = analysis.and_then(|analysis| self.time.span_in(at, &analysis.traces));
         match span {
             Some((from, to)) => self.engine.act(Action::Tare(vec![at], Tare::Interval(from, to))),
-            None => self.engine.tell(
+            None => self.engine.notice(
                 Level::Error,
                 "Show this recording, then set cursor A by a click in a trace and cursor B by Shift and a click",
             ),

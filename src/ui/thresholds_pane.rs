@@ -10,10 +10,11 @@ use std::sync::Arc;
 
 use crate::engine::query::Background as _;
 use crate::engine::{Action, Edit, Engine, Existing, FileContent, Level};
-use crate::export::{FileFormat, MAP_FORMATS, ShownFTh};
+use crate::export::FileFormat;
 use crate::features::{BLOCKS, Distance, Thresholds};
 use crate::finding::Face;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds, ThresholdStudy};
+use crate::questions::thresholds::{MAP_FORMATS, ShownFTh};
 use crate::questions::thresholds::{Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::scoring::mean_hysteresis::FEWEST_REVERSALS;
 use crate::ui::choice::choice;

@@ -38,7 +38,7 @@ pub fn verdict_strip(ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         for figure in &verdict.figures {
             one(ui, figure, &verdict.axes, cx.out);
         }
-        if !engine.lane::<AskVerdict>().is_current() {
+        if engine.gesture.is_some() || !engine.lane::<AskVerdict>().is_current() {
             ui.weak("updating");
         }
     });

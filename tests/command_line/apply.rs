@@ -42,7 +42,7 @@ fn applied_loads_have_the_errors_that_the_fit_reported() {
 }
 
 #[test]
-fn as_many_rows_come_out_as_went_in() {
+fn each_input_row_gives_one_output_row() {
     let workshop = Workshop::with_recordings();
     calibrate(&workshop, &[]);
     let paused = [HEADER, &rows(3.0, 70, 0.0), &rows(4.0, 50, 99.0)].concat();
@@ -64,7 +64,7 @@ fn a_recording_without_reference_gets_loads_too() {
 }
 
 #[test]
-fn several_files_go_into_a_directory_that_is_made() {
+fn several_files_are_written_to_a_new_folder() {
     let workshop = Workshop::with_recordings();
     calibrate(&workshop, &[]);
     let arguments = ["apply", "c.json", "a.csv", "b.csv", "--out", "new/loads"];
@@ -127,7 +127,7 @@ fn shifted(text: String) -> String {
 
 /// Today's gauges are shifted. For a calibration of untared gauges, a tare removes the shift, in files and in live rows.
 #[test]
-fn a_tare_takes_off_a_shift_whether_or_not_the_calibration_was_tared() {
+fn a_tare_removes_a_shift_for_tared_and_untared_calibrations() {
     let workshop = Workshop::with_recordings();
     calibrate(&workshop, &[]);
     workshop.write("today.csv", shifted(workshop.read("a.csv")));
@@ -291,6 +291,18 @@ fn rows_are_answered_as_devices_print_them() {
         let answered = loads(&text, more);
         assert_eq!(answered, expected, "{name}");
     }
+    let more = print(&|_, [a, b]| format!("{a},{b},{}\n", a * b));
+    assert_eq!(loads(&more, &rate), expected, "further numbers are ignored");
+    workshop.write("input", "1\n2\n3\n".repeat(9));
+    let input = fs::File::open(workshop.file("input")).unwrap();
+    let arguments = ["apply", "c.json", "-", "--rows", "numbers"];
+    let output = command(workshop.path(), &arguments).stdin(input).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("1 numbers in a row, but the calibration needs 2"), "{message}");
+    let broken =
+        fed(&workshop, &["apply", "c.json", "-", "--json", "--rate", "50"], "1,2\nfoo\n2,3\n");
+    assert!(broken.contains("\"why\":\"1 of 2 values\""), "{broken}");
     let few: String = "1,2\n2,3\n".to_owned();
     assert_eq!(loads(&few, &rate).len(), 2, "fewer than ten lines");
     let clock = fed(&workshop, &["apply", "c.json", "-", "--rows", "numbers"], "1,2\n2,3\n3,4\n");

@@ -77,7 +77,7 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
 }
 
 #[test]
-fn without_an_auxiliary_column_the_reason_is_said() {
+fn a_missing_auxiliary_column_is_named() {
     let workshop = Workshop::with_recordings();
     let said = told(workshop.path(), &["fit", "--train", "a.csv", "b.csv", "--auxiliary"]);
     assert!(said.contains("no column of the recordings is an auxiliary channel"), "{said}");
@@ -85,7 +85,7 @@ fn without_an_auxiliary_column_the_reason_is_said() {
 
 /// The logger records no temperature from 6 s to 9 s.
 #[test]
-fn a_hole_in_a_temperature_is_told_and_stands_in_the_status() {
+fn a_gap_in_a_temperature_is_reported_and_sets_the_status() {
     let workshop = Workshop::new();
     for (name, celsius) in [("a.csv", 10.0), ("b.csv", 40.0), ("c.csv", 25.0)] {
         write(&workshop, name, celsius);

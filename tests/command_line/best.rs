@@ -26,7 +26,7 @@ fn without_times(report: &Value) -> Value {
 }
 
 #[test]
-fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
+fn the_proposal_does_not_depend_on_the_test_recordings() {
     let workshop = Workshop::with_recordings();
     let export = ["--export", "proposed.json"];
     let report = best(&workshop, &[&ALL_FILES[..], &export].concat());
@@ -69,7 +69,7 @@ fn a_model_is_proposed_that_the_test_recordings_had_no_say_in() {
 }
 
 #[test]
-fn when_the_time_is_out_what_was_tried_is_there() {
+fn a_search_out_of_time_gives_the_models_tried_so_far() {
     let workshop = Workshop::with_recordings();
     let output = succeed(workshop.path(), &[&["best", "--minutes", "0"], &ALL_FILES[..]].concat());
     let told = String::from_utf8_lossy(&output.stdout).into_owned();

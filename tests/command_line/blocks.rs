@@ -20,7 +20,7 @@ fn fitted(workshop: &Workshop, choices: &[&str]) -> Value {
 }
 
 #[test]
-fn blocks_that_are_named_add_up() {
+fn named_features_are_combined() {
     let workshop = Workshop::with_recordings();
     let report = fitted(
         &workshop,
@@ -48,7 +48,7 @@ fn blocks_that_are_named_add_up() {
 }
 
 #[test]
-fn without_history_comp_equals_conv() {
+fn without_history_compensated_equals_uncompensated() {
     let workshop = Workshop::with_recordings();
     let report = fitted(&workshop, &["--look-back", "none"]);
     assert_eq!(report["conventional"], report["compensated"]);
@@ -98,7 +98,7 @@ fn the_same_seed_gives_the_same_network() {
 }
 
 #[test]
-fn choices_out_of_range_are_refused_with_a_way_out() {
+fn settings_out_of_range_are_refused_with_a_correction() {
     let workshop = Workshop::with_recordings();
     for (choices, words) in [
         (&["--play", "0"][..], &["play radius is 0", "above zero"][..]),
@@ -135,7 +135,7 @@ fn numbers_that_cannot_be_squared_are_refused_rather_than_fitted() {
 }
 
 #[test]
-fn a_training_set_too_short_to_leave_anything_out_is_fitted_and_said() {
+fn a_training_set_too_short_for_cross_validation_is_fitted_with_a_finding() {
     let workshop = Workshop::new();
     workshop.write("short.csv", recording(0.0, 1));
     let arguments = ["fit", "--train", "short.csv", "--ridge", "auto", "--json"];
@@ -146,7 +146,7 @@ fn a_training_set_too_short_to_leave_anything_out_is_fitted_and_said() {
 }
 
 #[test]
-fn the_comparison_has_every_regressor_without_and_with_the_past() {
+fn the_comparison_has_every_regressor_without_and_with_look_back() {
     let workshop = Workshop::with_recordings();
     let quick = ["--epochs", "2", "--landmarks", "10"];
     let arguments = [&["compare", "--json", "--csv", "table.csv"], &ALL_FILES[..], &quick].concat();
@@ -167,4 +167,37 @@ fn the_comparison_has_every_regressor_without_and_with_the_past() {
     let text = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
     assert!(text.contains("RMSE, test") && text.contains("polynomial degree 2"), "{text}");
     assert_eq!(text.matches("Linear").count(), 9);
+}
+
+/// Adds the keys of all objects in a value.
+fn add_keys(value: &Value, keys: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(key, own)| {
+            keys.push(key.clone());
+            add_keys(own, keys);
+        }),
+        Value::Array(all) => all.iter().for_each(|own| add_keys(own, keys)),
+        _ => {}
+    }
+}
+
+#[test]
+fn keys_of_printed_json_are_terms_of_the_field() {
+    let workshop = Workshop::with_recordings();
+    let trained = |job: &'static str| [&[job, "--json"], &ALL_FILES[..]].concat();
+    let jobs = [
+        trained("fit"),
+        trained("check"),
+        trained("sweep"),
+        vec!["metrology", "--json", "a.csv"],
+        vec!["inspect", "--json", "a.csv"],
+    ];
+    for job in jobs {
+        let printed = run(workshop.path(), &job).stdout;
+        let mut keys = Vec::new();
+        add_keys(&serde_json::from_slice(&printed).unwrap(), &mut keys);
+        let old = ["stretch", "touch", "hint", "dead_band", "caution", "heard", "squares_cubes"];
+        let is_old = |key: &&String| old.iter().any(|word| key.contains(word));
+        assert!(keys.len() > 5 && !keys.iter().any(|key| is_old(&key)), "{job:?}: {keys:?}");
+    }
 }

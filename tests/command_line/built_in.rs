@@ -79,7 +79,7 @@ fn samples(directory: &Path) -> [usize; 2] {
 }
 
 #[test]
-fn demo_writes_all_samples_or_every_tenth_and_says_that_they_are_simulated() {
+fn demo_writes_all_samples_or_every_tenth_marked_as_simulated() {
     let workshop = Workshop::new();
     for (pattern, expected) in [("a", [202_500, 40_500]), ("b", [20_250, 4_050])] {
         succeed(workshop.path(), &["demo", pattern, "--pattern", pattern]);
@@ -92,7 +92,7 @@ fn demo_writes_all_samples_or_every_tenth_and_says_that_they_are_simulated() {
 }
 
 #[test]
-fn a_seed_decides_the_demo() {
+fn a_seed_determines_the_demo() {
     let workshop = Workshop::new();
     let written = |directory: &str, seed: &str| {
         let arguments = ["demo", directory, "--pattern", "b", "--seed", seed];

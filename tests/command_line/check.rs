@@ -40,7 +40,7 @@ fn too_few_poses_are_exit_code_three_and_say_why() {
 }
 
 #[test]
-fn what_carries_the_model_is_exit_code_zero() {
+fn recordings_that_determine_the_model_give_exit_code_zero() {
     let workshop = Workshop::with_recordings();
     let arguments = [&["check", "--json", "--look-back", "none"], &ALL_FILES[..]].concat();
     let found: Value =
@@ -62,7 +62,7 @@ fn what_carries_the_model_is_exit_code_zero() {
 
 /// Forces and a moment, and masses without an arm.
 #[test]
-fn axes_that_no_mass_reaches_are_said() {
+fn axes_that_no_mass_loads_are_named() {
     let workshop = Workshop::new();
     let row = |k: usize| {
         let [x, m] = [0.37, 0.53].map(|step| (step * k as f64).sin());

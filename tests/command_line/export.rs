@@ -27,7 +27,7 @@ fn one_fit_writes_many_formats_and_writes_over_them_only_by_force() {
 }
 
 #[test]
-fn what_a_format_cannot_carry_is_said() {
+fn contents_that_a_format_cannot_contain_are_named() {
     let workshop = Workshop::with_recordings();
     for (name, word) in [("c.cal", "up to 8 gauges"), ("c.xyz", "is no export format")] {
         let arguments = [&["fit"], &ALL_FILES[..], &["--export", name]].concat();
@@ -69,7 +69,7 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
 
 /// 10 Hz recordings: every format with text lists the recordings and their hashes.
 #[test]
-fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
+fn every_export_names_its_sources_and_errors() {
     let workshop = Workshop::with_recordings();
     let names = ["k.json", "k.csv", "k.h", "k.rs", "k.py", "k.yaml", "k.npz"];
     let mut arguments = [&["fit"], &ALL_FILES[..]].concat();
@@ -101,7 +101,7 @@ fn every_export_says_what_it_was_made_of_and_how_good_it_is() {
 
 /// A warning is printed before a matrix alone is written, but only if parts are omitted.
 #[test]
-fn what_a_matrix_alone_leaves_out_is_warned_of() {
+fn a_matrix_alone_warns_of_the_missing_parts() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..]].concat();
     let told =
@@ -118,7 +118,7 @@ fn what_a_matrix_alone_leaves_out_is_warned_of() {
 
 /// Misspelt keys are reported, because they would have no effect.
 #[test]
-fn keys_that_mean_nothing_are_said() {
+fn unknown_keys_are_named() {
     let workshop = Workshop::with_recordings();
     succeed(workshop.path(), &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat());
     let mut file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
@@ -149,7 +149,7 @@ fn a_calibration_without_the_newest_facts_is_read() {
 
 /// Files with errors by hand: each is refused with the place of the error, and nothing is written.
 #[test]
-fn a_calibration_that_somebody_spoilt_is_not_applied() {
+fn a_damaged_calibration_is_not_applied() {
     let workshop = Workshop::with_recordings();
     succeed(workshop.path(), &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat());
     let whole: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
@@ -174,7 +174,7 @@ fn a_calibration_that_somebody_spoilt_is_not_applied() {
 }
 
 #[test]
-fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_by_force_alone() {
+fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_only_by_force() {
     let workshop = Workshop::new();
     workshop.write("few.csv", recording(0.0, 6));
     let few = ["fit", "--train", "few.csv", "--polynomial", "2"];
@@ -192,7 +192,7 @@ fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_by_force_alone
 
 /// At 1 kHz the whole history of 15 s needs more than 64 kB; at 20 Hz it does not, and no rate is set.
 #[test]
-fn a_history_that_is_too_large_for_a_controller_is_kept_coarser() {
+fn a_history_too_large_for_a_controller_is_made_coarser() {
     let workshop = Workshop::new();
     let recording = |rate_hz: f64, seed: f64| -> String {
         let mut play = 0.0_f64;

@@ -21,7 +21,7 @@ fn clipped() -> String {
 }
 
 #[test]
-fn faulty_samples_are_noted_and_left_out_where_that_is_asked() {
+fn faulty_samples_are_reported_and_left_out_on_request() {
     let workshop = Workshop::new();
     workshop.write("press.csv", clipped());
     let noted = run(workshop.path(), &["fit", "--train", "press.csv"]);
@@ -47,7 +47,7 @@ fn faulty_samples_are_noted_and_left_out_where_that_is_asked() {
 }
 
 #[test]
-fn where_nothing_is_wrong_nothing_is_said_and_a_range_must_be_one() {
+fn sound_samples_give_no_note_and_a_wrong_range_is_refused() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..]].concat();
     let told = stderr(&run(workshop.path(), &fit));
@@ -64,7 +64,7 @@ fn where_nothing_is_wrong_nothing_is_said_and_a_range_must_be_one() {
 }
 
 #[test]
-fn each_gauge_has_a_range_of_its_own() {
+fn each_gauge_has_its_own_range() {
     let workshop = Workshop::new();
     workshop.write("press.csv", clipped());
     let fit = ["fit", "--train", "press.csv", "--leave-out-faulty"];
@@ -80,7 +80,7 @@ fn each_gauge_has_a_range_of_its_own() {
 }
 
 #[test]
-fn overload_is_judged_against_rated_loads_wherever_they_are_given() {
+fn overload_is_judged_by_rated_loads_from_any_source() {
     let workshop = Workshop::new();
     workshop.write("press.csv", clipped());
     workshop.write("sensor.toml", "serial = 4711\n[rated_loads]\nFz = 15\n");

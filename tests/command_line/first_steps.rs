@@ -47,7 +47,7 @@ fn own_files_become_a_calibration_by_the_commands_of_the_guide() {
 
 #[test]
 #[cfg(unix)]
-fn the_guide_s_program_in_cpp_says_the_load_that_apply_says() {
+fn the_guide_s_program_in_cpp_computes_the_load_of_apply() {
     if Command::new("g++").arg("--version").output().is_err() {
         return;
     }

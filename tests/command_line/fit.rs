@@ -17,7 +17,7 @@ fn a_split_trains_on_the_first_part_and_tests_on_the_rest() {
 }
 
 #[test]
-fn files_of_a_folder_that_are_called_test_are_not_trained_on() {
+fn files_called_test_in_a_folder_are_not_used_for_training() {
     let workshop = Workshop::with_recordings();
     workshop.write("README.txt", "not a recording");
     let samples = |arguments: &[&str]| {
@@ -55,7 +55,7 @@ fn patterns_are_expanded() {
 }
 
 #[test]
-fn a_folder_of_test_recordings_alone_is_not_trained_on() {
+fn a_folder_of_test_recordings_alone_is_not_used_for_training() {
     let workshop = Workshop::new();
     std::fs::create_dir(workshop.file("in")).unwrap();
     workshop.write("in/test_1.csv", recording(0.0, 100));
@@ -68,7 +68,7 @@ fn a_folder_of_test_recordings_alone_is_not_trained_on() {
 }
 
 #[test]
-fn a_pause_in_a_file_starts_history_anew() {
+fn a_pause_in_a_file_restarts_the_history() {
     let workshop = Workshop::new();
     let [first, second] = [rows(1.0, 120, 0.0), rows(2.0, 120, 500.0)];
     workshop.write("first.csv", format!("{HEADER}{first}"));
@@ -87,7 +87,7 @@ fn a_pause_in_a_file_starts_history_anew() {
 }
 
 #[test]
-fn both_exports_hold_the_matrices_of_the_fit() {
+fn both_exports_contain_the_matrices_of_the_fit() {
     let workshop = Workshop::with_recordings();
     let exports = ["--export", "c.json", "--export", "m.csv"];
     let report = fit(workshop.path(), &[&ALL_FILES[..], &exports].concat());
@@ -140,7 +140,7 @@ fn the_table_shows_the_figures_of_the_json() {
 }
 
 #[test]
-fn what_is_wrong_with_single_rows_is_told_with_its_line_and_stops_nothing() {
+fn faults_of_single_rows_are_reported_by_line_and_do_not_stop_the_fit() {
     let workshop = Workshop::new();
     let odd = "15.0,oops,1,1\n15.1,1,2\n15.2,nan,1,1\n";
     let text = [&recording(0.0, 150), odd, &rows(1.0, 150, 900.0)].concat();
@@ -180,7 +180,7 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
 
 /// Groups come from names, a pattern, or the column map, and the output says which.
 #[test]
-fn recordings_of_a_group_are_left_out_together() {
+fn recordings_of_a_group_are_held_out_together() {
     let workshop = Workshop::new();
     let names = ["path1_a.csv", "path1_b.csv", "path2_a.csv", "path2_b.csv", "path3_a.csv"];
     for (seed, name) in names.iter().enumerate() {

@@ -20,7 +20,7 @@ fn inspected(workshop: &Workshop, arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn a_written_map_that_is_corrected_reads_all_files_of_its_kind() {
+fn a_corrected_map_reads_all_files_with_this_layout() {
     let workshop = Workshop::with_recordings();
     headerless(&workshop, "x.csv", 0.0);
     headerless(&workshop, "y.csv", 1.0);
@@ -64,7 +64,7 @@ fn a_calibration_is_applied_to_files_read_by_a_map() {
 }
 
 #[test]
-fn the_text_says_what_each_column_is_and_what_would_be_loaded() {
+fn inspect_lists_the_role_of_each_column_and_the_recordings() {
     let workshop = Workshop::with_recordings();
     let output = succeed(workshop.path(), &["inspect", "a.csv"]);
     let text = String::from_utf8(output.stdout).unwrap();
@@ -120,7 +120,7 @@ fn an_offset_between_two_clocks_is_shown_and_not_applied() {
 }
 
 #[test]
-fn maps_that_are_of_no_use_are_refused_by_name() {
+fn unusable_maps_are_refused_with_their_names() {
     let workshop = Workshop::with_recordings();
     inspected(&workshop, &["a.csv", "--write-map", "map.json"]);
     workshop.write("broken.json", workshop.read("map.json").replace("\"time\"", "\"tide\""));
@@ -188,17 +188,20 @@ fn in_bursts() -> String {
 }
 
 #[test]
-fn an_assumed_rhythm_of_bursts_is_told_and_stands_in_the_map() {
+fn an_assumed_pattern_of_bursts_is_reported_and_written_to_the_map() {
     let workshop = Workshop::new();
     workshop.write("bursts.csv", in_bursts());
     let arguments = ["bursts.csv", "--write-map", "map.json"];
     let found = inspected(&workshop, &arguments);
     assert_eq!(found["check"]["recordings"].as_array().unwrap().len(), 1);
     assert_eq!(found["check"]["assumed_gap_secs"], 2.0);
-    let told = found["check"]["warnings"][0].as_str().unwrap();
+    let warning = &found["check"]["warnings"][0];
+    assert_eq!(warning["id"], "assumed");
+    assert_eq!(warning["place"]["count"], 59);
+    let told = warning["text"].as_str().unwrap();
     let expected = "bursts.csv, line 12: rows come in bursts, with pauses of about 0.32 s that end no recording";
     assert!(told.starts_with(expected), "{told}");
-    assert!(told.ends_with("(59 times, last on line 592)"), "{told}");
+    assert!(told.contains("(59 times, last on line 592)"), "{told}");
     let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);
     assert!(stderr(&fitted).contains("rows come in bursts"));
 
@@ -212,7 +215,7 @@ fn an_assumed_rhythm_of_bursts_is_told_and_stands_in_the_map() {
 }
 
 #[test]
-fn presses_ten_seconds_apart_are_a_recording_each() {
+fn presses_ten_seconds_apart_are_separate_recordings() {
     let workshop = Workshop::new();
     let presses = (0..40).map(|press| rows(f64::from(press), 50, 15.0 * f64::from(press)));
     let text = format!("{HEADER}{}", presses.collect::<String>());
@@ -223,7 +226,7 @@ fn presses_ten_seconds_apart_are_a_recording_each() {
 }
 
 #[test]
-fn a_name_without_end_and_columns_without_number_are_shown_in_part() {
+fn very_long_names_and_lists_of_columns_are_shortened() {
     let workshop = Workshop::new();
     let names = (0..300).map(|k| format!(",x{k}")).collect::<String>();
     let cells = ",5".repeat(301);
@@ -236,7 +239,7 @@ fn a_name_without_end_and_columns_without_number_are_shown_in_part() {
 }
 
 #[test]
-fn several_files_stand_each_under_its_heading() {
+fn each_of_several_files_has_its_heading() {
     let workshop = Workshop::with_recordings();
     let output = succeed(workshop.path(), &["inspect", "a.csv", "b.csv"]);
     let text = String::from_utf8(output.stdout).unwrap();

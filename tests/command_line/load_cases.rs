@@ -54,8 +54,8 @@ fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
     assert_eq!(report["cross_validation"]["by"], "load case", "{report}");
     assert_eq!(report["cross_validation"]["groups"], N_POSES);
     assert_eq!(report["cross_validation"]["parts"], N_POSES);
-    let cautions = report["cautions"].to_string();
-    assert!(cautions.contains("have no times"), "{cautions}");
+    let findings = report["findings"].as_array().unwrap();
+    assert!(findings.iter().any(|own| own["id"] == "no_times"), "{findings:?}");
     for scores in ["conventional", "compensated"] {
         for error in numbers(&report[scores]["cv_rmse"]) {
             assert!(error < 0.05, "{report}");
@@ -69,7 +69,7 @@ fn a_table_of_poses_loads_at_once_and_whole_load_cases_are_left_out() {
 
 /// One file or three, sorted by pose or by repeat: the same load cases and scores.
 #[test]
-fn load_cases_are_the_same_in_whatever_order_and_file_they_stand() {
+fn load_cases_do_not_depend_on_order_and_file() {
     let workshop = Workshop::new();
     workshop.write("poses.csv", poses(0..3));
     for repeat in 0..3 {
@@ -104,7 +104,7 @@ fn a_split_takes_whole_load_cases() {
 }
 
 #[test]
-fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
+fn static_loads_give_reasons_for_loops_and_dwells_and_figures_for_the_rest() {
     let workshop = Workshop::new();
     workshop.write("poses.csv", poses(0..3));
     let output = succeed(workshop.path(), &["metrology", "--json", "poses.csv"]);
@@ -138,7 +138,7 @@ fn figures_of_loops_and_dwells_give_the_reason_and_the_others_are_there() {
 
 /// With a monotonic column, or too many rows, the program asks for the time.
 #[test]
-fn a_recording_whose_time_has_another_name_is_no_table_of_load_cases() {
+fn a_time_column_with_another_name_is_still_a_recording() {
     let workshop = Workshop::new();
     let rows = |n: usize, clock: fn(usize) -> f64| {
         (0..n).fold("ticker,S1,S2,Fz\n".to_owned(), |text, k| {

@@ -55,7 +55,11 @@ fn figures_are_those_of_an_independent_implementation() {
                 let off = (actual / expected - 1.0).abs();
                 assert!(off < TOLERANCE, "{what}: {actual} is not {expected}");
             };
-            near(&report["dead_bands"][at], &axis["dead_band"], "dead band");
+            near(
+                &report["reversal_thresholds"][at],
+                &axis["reversal_threshold"],
+                "reversal threshold",
+            );
             for (id, figures) in axis["figures"].as_object().unwrap() {
                 let cell = &row(&report, id)["cells"][at];
                 for (output, name) in ["conventional", "compensated"].iter().enumerate() {
@@ -99,7 +103,7 @@ fn every_figure_is_a_number_or_a_reason() {
 }
 
 #[test]
-fn a_recording_without_reference_has_a_sentence_for_each_figure() {
+fn a_recording_without_reference_has_a_reason_for_each_figure() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat();
     succeed(workshop.path(), &fit);
@@ -135,8 +139,8 @@ fn the_csv_holds_the_figures_of_the_json_with_their_definitions() {
 #[test]
 fn the_table_shows_notes_and_definitions() {
     let workshop = Workshop::with_recordings();
-    let table = texts(&workshop, &["a.csv", "--full-scale", "2", "--dead-band", "0.5"]);
-    assert!(table.contains("full scale 2.000, dead band 0.500"), "{table}");
+    let table = texts(&workshop, &["a.csv", "--full-scale", "2", "--reversal-threshold", "0.5"]);
+    assert!(table.contains("full scale 2.000, reversal threshold 0.500"), "{table}");
     assert!(table.contains("Note: Fz reaches"), "{table}");
     assert!(!table.contains("OIML"));
     let explained = texts(&workshop, &["a.csv", "--definitions"]);
@@ -146,7 +150,7 @@ fn the_table_shows_notes_and_definitions() {
 }
 
 #[test]
-fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() {
+fn without_files_the_built_in_sensor_is_measured_on_its_test_recordings() {
     let report = metrology(Path::new("."), &[]);
     assert_eq!(report["simulated"], true);
     // 15 test recordings, 40,500 samples, and six of the bench with 6,841 each.
@@ -173,13 +177,13 @@ fn without_files_the_built_in_sensor_is_measured_on_what_it_was_not_fitted_to() 
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_in_one_line() {
+fn impossible_arguments_are_refused_in_one_line() {
     let workshop = Workshop::with_recordings();
     let before = workshop.read("a.csv");
     for (arguments, word) in [
         ("a.csv --full-scale 1,2", "2 full scales"),
         ("a.csv --full-scale -1", "full scale of axis 1 is -1"),
-        ("a.csv --dead-band NaN", "dead band of axis 1 is NaN"),
+        ("a.csv --dead-band NaN", "reversal threshold of axis 1 is NaN"),
         ("a.csv --hold 0", "shortest hold is 0"),
         ("a.csv --csv a.csv", "replace the input"),
         ("gone.csv", "gone.csv"),

@@ -39,7 +39,7 @@ fn window_report_and_command_line_give_the_same_number() {
         "version": 1,
         "files": [{ "path": "a.csv" }, { "path": "b.csv" }, { "path": "c.csv" }],
         "settings": { "full_scale": [9.0] },
-        "measuring": { "dead_bands": [0.7], "hold_secs": 0.5 },
+        "measuring": { "reversal_thresholds": [0.7], "hold_secs": 0.5 },
     });
     workshop.write("session.json", session.to_string());
     let mut engine = Engine::new(Arc::new(|| {}));
@@ -69,20 +69,19 @@ fn window_report_and_command_line_give_the_same_number() {
     let report = engine.report_content();
     report.write(&workshop.file("r.html"), &progress).unwrap();
 
-    let arguments =
-        "metrology --json --calibration c.json --dead-band 0.7 --hold 0.5 a.csv b.csv c.csv";
+    let arguments = "metrology --json --calibration c.json --reversal-threshold 0.7 --hold 0.5 a.csv b.csv c.csv";
     let arguments: Vec<&str> = arguments.split(' ').collect();
     let output = succeed(workshop.path(), &arguments);
     let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(serde_json::to_value(&**table).unwrap()["rows"], printed["rows"]);
-    assert_eq!(printed["dead_bands"], json!([0.7]));
-    assert_eq!((picture.dead_band, picture.full_scale), (0.7, 9.0));
+    assert_eq!(printed["reversal_thresholds"], json!([0.7]));
+    assert_eq!((picture.reversal_threshold, picture.full_scale), (0.7, 9.0));
     assert_eq!(printed["full_scale"], json!([9.0]));
 
     let rows = printed["rows"].as_array().unwrap();
     let row = rows.iter().find(|row| row["id"] == "hysteresis").unwrap();
     let html = workshop.read("r.html");
-    assert!(html.contains("full scale 9.000, dead band 0.700"));
+    assert!(html.contains("full scale 9.000, reversal threshold 0.700"));
     for (curve, name) in picture.curves.iter().zip(["conventional", "compensated"]) {
         let own = curve.largest.as_ref().unwrap().largest_width;
         let value = row["cells"][0][name]["value"].as_f64().unwrap();

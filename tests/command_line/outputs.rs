@@ -106,7 +106,7 @@ fn in_time(mut child: Child) -> Output {
 
 #[cfg(unix)]
 #[test]
-fn pipes_are_neither_waited_for_nor_replaced() {
+fn pipes_do_not_block_and_are_not_replaced() {
     use std::os::unix::fs::FileTypeExt as _;
     let workshop = Workshop::with_recordings();
     let path = workshop.file("pipe.json");
@@ -137,7 +137,7 @@ fn pipes_are_neither_waited_for_nor_replaced() {
 /// A limit of half a kilobyte for files has the same effect as a full disk.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
+fn the_error_of_a_full_disk_names_the_requested_file() {
     let workshop = Workshop::with_recordings();
     let limited = "trap '' XFSZ; ulimit -f 1; exec \"$0\" fit --train a.csv --export c.json";
     let output = Command::new("sh")
@@ -155,7 +155,7 @@ fn a_full_disk_is_told_of_the_file_that_was_asked_for() {
 /// The second export fails after the first is complete: no new file appears, and the old one stays.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_export_that_fails_in_the_writing_leaves_none_of_the_others() {
+fn an_export_that_fails_leaves_no_other_file() {
     let workshop = Workshop::with_recordings();
     workshop.write("old.csv", "old");
     let limited = "trap '' XFSZ; ulimit -f 6; exec \"$0\" fit --train a.csv --force \
@@ -218,11 +218,12 @@ fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_the_next_write() {
+fn temporary_files_of_an_interrupted_program_are_removed_at_once_and_of_a_killed_one_at_the_next_write()
+ {
     let workshop = Workshop::new();
     workshop.write("t.csv", "old");
     let traces = ["fit", "--look-back", "none", "--traces", "t.csv", "--force"];
-    if interrupts_are_heard() {
+    if an_interrupt_ends_the_job() {
         let child = stopped_while_writing(&workshop, &traces);
         signal(&child, "TERM");
         signal(&child, "CONT");
@@ -247,7 +248,7 @@ fn what_an_interrupted_program_was_writing_goes_at_once_and_of_a_killed_one_at_t
 
 /// Returns true if programs receive interrupts. A script with `setsid … &` may have disabled them for the tests.
 #[cfg(target_os = "linux")]
-fn interrupts_are_heard() -> bool {
+fn an_interrupt_ends_the_job() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
     let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
@@ -258,8 +259,8 @@ fn interrupts_are_heard() -> bool {
 /// The search for a model takes minutes on the built-in sensor; the time to the first model depends on the machine.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_interrupted_search_writes_what_it_has_found() {
-    if !interrupts_are_heard() {
+fn an_interrupted_search_writes_its_results_so_far() {
+    if !an_interrupt_ends_the_job() {
         eprintln!("skipped: interrupts are ignored here");
         return;
     }

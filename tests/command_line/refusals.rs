@@ -89,7 +89,7 @@ fn numbers_out_of_range_are_refused() {
 }
 
 #[test]
-fn what_is_no_number_is_told_in_words() {
+fn arguments_that_are_no_numbers_are_explained() {
     let workshop = Workshop::with_recordings();
     for (option, value, words) in [
         ("--t-th", "15s", "not a number"),
@@ -123,7 +123,7 @@ fn full_scales_are_one_for_each_axis_and_calibrations_are_no_recordings() {
 }
 
 #[test]
-fn options_of_another_regressor_are_said_to_do_nothing() {
+fn options_of_another_regressor_give_a_note() {
     let workshop = Workshop::with_recordings();
     let told = |regressor| {
         let options = ["--epochs", "2", "--landmarks", "10", "--regressor", regressor];
@@ -139,7 +139,7 @@ fn options_of_another_regressor_are_said_to_do_nothing() {
 }
 
 #[test]
-fn sweeps_that_lead_nowhere_are_refused_with_what_to_do() {
+fn impossible_sweeps_are_refused_with_a_correction() {
     let workshop = Workshop::with_recordings();
     workshop.write("short.csv", recording(0.0, 6));
     all_refused(
@@ -212,7 +212,7 @@ fn calibrated() -> Workshop {
 }
 
 #[test]
-fn apply_refuses_what_does_not_fit_together() {
+fn apply_refuses_a_recording_that_does_not_fit_the_calibration() {
     let workshop = calibrated();
     fs::create_dir(workshop.file("sub")).unwrap();
     workshop.write("sub/a.csv", recording(5.0, 20));

@@ -18,7 +18,7 @@ fn a_report_names_its_files_and_is_written_over_only_by_force() {
 }
 
 #[test]
-fn a_report_tells_the_warnings_of_reading_and_is_not_written_over_a_recording() {
+fn a_report_contains_the_warnings_of_reading_and_never_replaces_a_recording() {
     let workshop = Workshop::with_recordings();
     let spoilt = workshop.read("a.csv").replacen("\n1,", "\nx,", 1);
     workshop.write("a.csv", spoilt);

@@ -17,7 +17,7 @@ fn json(text: &str) -> serde_json::Value {
 }
 
 #[test]
-fn every_export_says_which_sensor_it_is_of() {
+fn every_export_contains_the_identity_of_the_sensor() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", SENSOR);
     let exports = ["c.json", "c.h", "c.py", "c.rs", "c.yaml", "c.cal.txt"];
@@ -41,7 +41,7 @@ fn every_export_says_which_sensor_it_is_of() {
 }
 
 #[test]
-fn a_description_that_is_wrong_is_refused_before_anything_is_read() {
+fn a_wrong_sensor_description_is_refused_before_recordings_are_read() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", "seriel = 1\n");
     let refused = run(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
@@ -93,7 +93,7 @@ fn the_expected_error_is_what_95_percent_of_the_held_out_errors_stay_within() {
 }
 
 #[test]
-fn with_fewer_than_three_groups_there_is_a_reason_and_no_figure() {
+fn fewer_than_three_groups_give_a_reason_instead_of_an_expected_error() {
     let workshop = Workshop::with_recordings();
     for files in [&["--train", "a.csv"][..], &["--train", "a.csv", "b.csv", "--test", "c.csv"]] {
         let found = fit(workshop.path(), files);
@@ -107,7 +107,7 @@ fn with_fewer_than_three_groups_there_is_a_reason_and_no_figure() {
 }
 
 #[test]
-fn limits_say_the_same_on_both_jobs_and_their_exit_code_is_3() {
+fn fit_and_report_check_limits_alike_and_exit_with_3() {
     let workshop = Workshop::with_recordings();
     for (limits, code) in [
         ("expected_error = 100\nrmse = 100\nloop_width = 100\n", 0),
@@ -140,7 +140,7 @@ fn limits_say_the_same_on_both_jobs_and_their_exit_code_is_3() {
 }
 
 #[test]
-fn the_sensor_s_identity_stands_at_the_head_of_the_report() {
+fn the_report_begins_with_the_identity_of_the_sensor() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", SENSOR);
     let words =
@@ -153,7 +153,7 @@ fn the_sensor_s_identity_stands_at_the_head_of_the_report() {
 }
 
 #[test]
-fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_asked() {
+fn a_folder_names_its_recordings_and_keep_going_skips_a_bad_file() {
     let workshop = Workshop::new();
     for (at, name) in ["s1", "s2"].iter().enumerate() {
         fs::create_dir_all(workshop.file("in").join(name)).unwrap();
@@ -195,7 +195,7 @@ fn a_folder_stands_for_its_recordings_and_a_bad_file_is_left_out_where_that_is_a
 
 /// The name of the folder is also a part of words and of names of other files.
 #[test]
-fn a_bad_file_is_said_to_be_in_the_folder_that_it_is_in() {
+fn the_error_of_a_bad_file_names_its_folder() {
     let workshop = Workshop::with_recordings();
     fs::create_dir_all(workshop.file("e/ce")).unwrap();
     workshop.write("e/good.csv", recording(1.0, 150));
@@ -210,7 +210,7 @@ fn a_bad_file_is_said_to_be_in_the_folder_that_it_is_in() {
 }
 
 #[test]
-fn a_file_without_reference_is_left_out_where_that_is_asked_and_one_must_remain() {
+fn keep_going_skips_files_without_reference_but_not_all() {
     let workshop = Workshop::with_recordings();
     fs::create_dir(workshop.file("in")).unwrap();
     workshop.write("in/bare.csv", "t,S1,S2\n0,1,3\n0.1,2,4\n");

@@ -13,7 +13,7 @@ fn closed() -> Stdio {
 }
 
 #[test]
-fn a_reader_that_had_enough_is_no_error() {
+fn a_closed_output_is_no_error() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..]].concat();
     let exported = [&fit[..], &["--json", "--export", "c.json"]].concat();
@@ -32,7 +32,7 @@ fn a_reader_that_had_enough_is_no_error() {
 }
 
 #[test]
-fn without_anyone_to_hear_the_reason_the_exit_code_says_it() {
+fn a_closed_error_output_still_gives_the_exit_code() {
     let workshop = Workshop::new();
     let mut job = program(workshop.path(), &["fit", "--train", "gone.csv"]);
     let status = job.stderr(closed()).status().unwrap();

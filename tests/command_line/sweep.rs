@@ -43,13 +43,13 @@ fn every_pair_has_the_errors_of_a_fit() {
 }
 
 #[test]
-fn named_blocks_stay_beside_the_varying_look_back() {
+fn given_features_are_kept_while_the_thresholds_vary() {
     let blocks = ["--creep", "2", "--play", "0.3", "--ridge", "0.001", "--no-offset"];
     assert_points_are_fits(&Workshop::with_recordings(), &blocks);
 }
 
 #[test]
-fn the_suggestion_is_the_least_left_out_error() {
+fn the_suggestion_has_the_lowest_cross_validation_error() {
     let workshop = Workshop::with_recordings();
     let report = sweep(&workshop, &["--measure", "fz"]);
     let left_out = |point: &Value| numbers(&point["cv_rmse"])[0];
@@ -71,7 +71,7 @@ fn the_suggestion_is_the_least_left_out_error() {
 }
 
 #[test]
-fn the_files_hold_what_is_printed() {
+fn the_files_contain_the_printed_figures() {
     let workshop = Workshop::with_recordings();
     let report = sweep(&workshop, &["--csv", "map.csv", "--svg", "map.svg"]);
     let mut csv = csv::Reader::from_path(workshop.file("map.csv")).unwrap();
@@ -90,7 +90,7 @@ fn the_files_hold_what_is_printed() {
 }
 
 #[test]
-fn the_tables_say_what_to_take_and_what_it_rests_on() {
+fn the_tables_contain_the_suggestion_and_its_basis() {
     let workshop = Workshop::with_recordings();
     let picks = ["--pick", "play,creep"];
     let arguments = [&["sweep"], &ALL_FILES[..], &RANGES, &picks].concat();
@@ -98,7 +98,7 @@ fn the_tables_say_what_to_take_and_what_it_rests_on() {
     for said in [
         "RMSE of forces [N] at t_th",
         "RMSE of forces [N] at F_th",
-        "Least cross-validation error of forces",
+        "cross-validation minimum of forces",
         "as good within the uncertainty",
         "mean hysteresis",
         "reversals (Fz",

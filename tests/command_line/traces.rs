@@ -70,7 +70,7 @@ fn recordings_without_a_reference_leave_its_cells_empty() {
 }
 
 #[test]
-fn traces_that_cannot_be_are_refused_with_what_to_do() {
+fn impossible_traces_are_refused_with_a_correction() {
     let workshop = Workshop::with_recordings();
     for (more, word) in [
         (&["--traces", "t.txt"][..], "use .csv"),

@@ -7,7 +7,7 @@ use crate::workshop::{ALL_FILES, Workshop};
 const USAGE: i32 = 2;
 
 #[test]
-fn each_slip_is_answered_with_the_way_out() {
+fn each_wrong_argument_is_answered_with_a_correction() {
     let workshop = Workshop::with_recordings();
     std::fs::create_dir(workshop.file("runs")).unwrap();
     workshop.write("runs/one.csv", "");
@@ -46,7 +46,7 @@ fn each_slip_is_answered_with_the_way_out() {
 }
 
 #[test]
-fn a_recording_that_is_given_as_a_column_map_is_told_from_one() {
+fn a_recording_given_as_column_map_is_recognised() {
     let workshop = Workshop::with_recordings();
     let output = run(workshop.path(), &["fit", "--train", "a.csv", "--columns", "b.csv"]);
     let told = stderr(&output);
@@ -56,7 +56,7 @@ fn a_recording_that_is_given_as_a_column_map_is_told_from_one() {
 
 /// Terminals interpret escape sequences, and marks that change the writing direction mislead readers.
 #[test]
-fn names_from_files_are_shown_by_their_codes() {
+fn control_characters_in_file_names_are_escaped() {
     let workshop = Workshop::new();
     workshop.write("a.csv", "t,S1,\"\u{1b}[2J\u{202e}\",Fz [x\u{7}]\n0,1,2,3\n0.1,2,3,4\n");
     workshop.write("c.json", "{\"format\": \"loopscope calibration\", \"\u{9b}2J\u{202e}\": 1}");
@@ -77,7 +77,7 @@ fn names_from_files_are_shown_by_their_codes() {
 }
 
 #[test]
-fn the_version_says_what_it_was_built_from_and_its_short_form_does_not() {
+fn the_long_version_names_the_build_and_the_short_one_does_not() {
     let workshop = Workshop::new();
     let said = |argument| {
         let output = succeed(workshop.path(), &[argument]);

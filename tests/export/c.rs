@@ -98,7 +98,7 @@ fn the_class_runs_every_calibration_in_cpp() {
 }
 
 #[test]
-fn clang_has_nothing_to_say() {
+fn clang_analyses_every_export_without_a_warning() {
     if !is_there("clang", &["--version"]) {
         return;
     }
@@ -156,7 +156,7 @@ fn every_calibration_runs_in_c_as_it_does_here() {
 /// All three forms of time give the same results for pauses, also for pauses beyond the clock's range and for rejected
 /// samples.
 #[test]
-fn the_three_clocks_make_the_same_of_the_same_pauses() {
+fn the_three_clocks_treat_pauses_alike() {
     if !is_there("cc", &["--version"]) {
         return;
     }
@@ -198,7 +198,7 @@ fn a_tare_in_c_is_that_of_apply() {
 
 /// The elapsed time of an invalid step is unknown.
 #[test]
-fn after_a_step_that_is_none_the_history_starts_anew() {
+fn an_impossible_time_step_restarts_the_history() {
     if !is_there("cc", &["--version"]) {
         return;
     }
@@ -224,7 +224,7 @@ fn after_a_step_that_is_none_the_history_starts_anew() {
 
 /// After taring at sample 100, all loads are reduced by the load of that sample.
 #[test]
-fn bias_takes_the_last_load_as_zero() {
+fn zero_last_load_subtracts_the_last_load() {
     if !is_there("cc", &["--version"]) {
         return;
     }
@@ -307,7 +307,7 @@ fn names_from_files_stay_in_their_comments() {
 
 /// If the compiler is installed: on a Cortex-M4F the stated memory is sufficient, and no double arithmetic is used.
 #[test]
-fn a_controller_needs_what_is_said_and_no_double() {
+fn a_controller_needs_the_stated_memory_and_no_double_arithmetic() {
     if !is_there("arm-none-eabi-gcc", &["--version"]) {
         return;
     }

@@ -170,7 +170,7 @@ fn octave_rebuilds_the_conventional_load() {
 
 /// The row is made by the exported Python file, the load by the model: single precision, 1e-4 of full scale.
 #[test]
-fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
+fn contents_that_a_format_cannot_contain_are_refused_without_writing() {
     let directory = tempfile::tempdir().unwrap();
     let linear = calibration(FeatureSettings::default(), Regressor::Linear);
     let mut small = linear.clone();
@@ -199,7 +199,7 @@ fn what_a_format_cannot_carry_is_refused_and_nothing_written() {
 
 /// Endings in upper or lower case: the file states its contents, unless it is not made for people.
 #[test]
-fn every_format_is_found_by_its_endings_and_says_what_it_leaves_out() {
+fn every_format_is_found_by_its_endings_and_names_the_missing_parts() {
     let directory = tempfile::tempdir().unwrap();
     let network = calibration(every_block(), Regressor::Network);
     for target in TARGETS {

@@ -8,7 +8,7 @@ use loopscope::calibration::Regressor;
 use crate::support::{calibration, every_block, export, is_there, succeed};
 
 #[test]
-fn a_driver_gets_the_matrix_row_by_row() {
+fn a_driver_file_contains_the_matrix_row_by_row() {
     let directory = tempfile::tempdir().unwrap();
     let calibration = calibration(every_block(), Regressor::Linear);
     let text = export(&calibration, &directory.path().join("left arm.inc"));

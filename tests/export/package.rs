@@ -207,7 +207,7 @@ fn a_library_tries_auxiliary_channels() {
 /// All statuses except that of a load beyond the tested range; a second export is identical; archive and folder have the same
 /// files.
 #[test]
-fn a_library_tries_what_a_sensor_meets() {
+fn a_library_tests_pauses_tare_and_invalid_samples() {
     let directory = tempfile::tempdir().unwrap();
     // Each gauge travels twice this radius; until then the status is "filling".
     let every = every_block();

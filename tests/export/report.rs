@@ -5,10 +5,9 @@ use std::process::Command;
 use std::sync::Arc;
 
 use loopscope::calibration::FitSettings;
-use loopscope::export::{ReportData, write_report};
 use loopscope::progress::Progress;
 use loopscope::questions::Request;
-use loopscope::questions::page::ReportRequest;
+use loopscope::questions::page::{ReportData, ReportRequest, write_report};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
 const HOSTILE: &str =
@@ -160,8 +159,9 @@ fn the_errors_over_time_are_those_of_the_worst_test_recording() {
     let tests = data.recordings.iter().skip(2);
     let worst = tests
         .max_by(|a, b| {
-            let error =
-                |one: &loopscope::export::ReportRecording| one.compensated_rmse.clone().unwrap()[0];
+            let error = |one: &loopscope::questions::page::ReportRecording| {
+                one.compensated_rmse.clone().unwrap()[0]
+            };
             error(a).total_cmp(&error(b))
         })
         .unwrap();

@@ -16,7 +16,7 @@ ALIKE = 0.05
 QUIET, WIDEST = 0.02, 12
 
 
-def dead_band(recordings):
+def reversal_threshold(recordings):
     """Ten times the noise by fourth differences, at least 5 % of the range."""
     noise = [np.sort(np.abs(np.diff(x, 4)))[(len(x) - 5) // 2] / np.sqrt(70.0) / 0.6744897501960817 for x in recordings]
     every = np.concatenate(recordings)
@@ -140,7 +140,7 @@ def quiet(widths):
 def figures(recordings, outputs, others, full_scales):
     """Every figure of one axis, conventional and compensated: recordings of one load, outputs[o] of the same shapes; others
     are the loads of the other axes, per recording one column each, with their full scales."""
-    band = dead_band(recordings)
+    band = reversal_threshold(recordings)
     every = np.concatenate(recordings)
     counted = [
         cycles_of(r, x, [outputs[o][r] for o in range(2)], band) for r, x in enumerate(recordings)
@@ -204,7 +204,7 @@ def figures(recordings, outputs, others, full_scales):
         for r, x in enumerate(recordings):
             large = [Branch(r, x, [], np.arange(a, b + 1), x[b] > x[a]) for a, b in reversals(x, 0.5 * span(largest))]
             for branch, end in ((large[0], False), (large[-1], True)) if large else ():
-                # Where the first begins and the last ends, the load may have gone the other way by up to the dead band.
+                # Where the first begins and the last ends, the load may have gone the other way by up to the reversal threshold.
                 highest = branch.rising == end
                 k = int(np.argmax(branch.x[::-1] if highest else -branch.x[::-1]))
                 k = len(branch.x) - 1 - k
@@ -250,7 +250,7 @@ def case(files, distance, f_th):
         all_but = [np.delete(part[2], i, axis=1) for part in parts]
         full_scales = np.ptp(np.vstack(all_but), axis=0) / 2.0 if all_but[0].shape[1] else []
         band, found = figures(recordings, [np.split(output[:, i], cuts) for output in outputs], all_but, full_scales)
-        axes.append({"axis": axis, "dead_band": float(band), "figures": found})
+        axes.append({"axis": axis, "reversal_threshold": float(band), "figures": found})
     return {"files": files, "axes": axes}
 
 

@@ -84,7 +84,7 @@ fn every_control_of_every_pane_says_on_hover_what_it_does() {
     }
     show(&mut window, "metrology");
     click(&mut window, Role::Button, "Definitions…");
-    for field in ["Still within", "Zero up to", "Dead band Fx"] {
+    for field in ["Still within", "Zero up to", "Reversal threshold Fx"] {
         let rect = window.get_by_role_and_label(Role::SpinButton, field).rect();
         assert!(explains(&mut window, rect.center()), "{field}");
     }

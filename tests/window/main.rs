@@ -1009,10 +1009,10 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     assert_eq!(panes(&window, "S1 [raw] over Fx Reference [N]"), 1);
     click(&mut window, Role::Button, "Largest cycle");
     assert!(has(&window, "raw·N"));
-    type_number(&mut window, "Dead band", "50");
-    assert!(has(&window, "within the dead band of 50 N"));
+    type_number(&mut window, "Reversal threshold", "50");
+    assert!(has(&window, "within the reversal threshold of 50 N"));
     click(&mut window, Role::CheckBox, "from data");
-    assert!(!has(&window, "within the dead band"));
+    assert!(!has(&window, "within the reversal threshold"));
 }
 
 #[test]
@@ -1131,7 +1131,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     // 7 rows of loops, 2 of lag, 4 of dwells, two of crosstalk for each axis, 3 of errors, for three axes; and the header.
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
-    type_number(&mut window, "Dead band Fx", "100");
+    type_number(&mut window, "Reversal threshold Fx", "100");
     assert!(has(&window, "constant"), "no load comes back by 100 N");
 }
 

@@ -73,7 +73,7 @@ impl Engine {
                 seen.for_each(|task| task.lane.cancel());
                 self.waiting.clear();
             }
-            Action::Tell(notice) => self.show_notice(notice),
+            Action::Notice(notice) => self.show_notice(notice),
             Action::Dismiss(at) => {
                 if at < self.notices.len() {
                     self.notices.remove(at);
@@ -151,14 +151,14 @@ impl Engine {
         match self.models.begin_paper(&self.project) {
             Some(compare) => self.lanes.of_mut::<Compare>().ask_again(compare),
             None => self
-                .tell(Level::Info, "Every row of the comparison already has a result that holds"),
+                .notice(Level::Info, "Every row of the comparison already has a result that holds"),
         }
     }
 
     pub(super) fn keep_model(&mut self) {
         let fitted = self.analysis().filter(|_| self.can_keep());
         let Some(analysis) = fitted else {
-            self.tell(
+            self.notice(
                 Level::Error,
                 "There is no model to keep yet: fit or train with the present settings first",
             );
@@ -188,7 +188,7 @@ impl Engine {
 
     pub(super) fn export(&mut self, path: PathBuf, existing: Existing) {
         let Some(content) = self.calibration_content() else {
-            self.tell(Level::Error, "There is no calibration to export yet");
+            self.notice(Level::Error, "There is no calibration to export yet");
             return;
         };
         if target_for(&path).is_none() {
@@ -197,7 +197,7 @@ impl Engine {
                 path.display(),
                 target_endings()
             );
-            self.tell(Level::Error, text);
+            self.notice(Level::Error, text);
             return;
         }
         let fitted = self.project.applied.is_none();
@@ -217,7 +217,7 @@ impl Engine {
     /// Saves a file, with a warning if the format leaves out a part of the loads.
     pub(super) fn save_whole(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
         if let Some(caution) = content.caution(&path) {
-            self.tell(Level::Warning, caution);
+            self.notice(Level::Warning, caution);
         }
         self.save(content, path, existing);
     }
@@ -301,8 +301,8 @@ impl Engine {
             ImportCommand::Open(path) => return self.begin_import(vec![path]),
             ImportCommand::CancelAll => {
                 let not_read = self.importing.take().map(|own| own.not_read());
-                if let Some(said) = not_read {
-                    self.tell(Level::Info, said);
+                if let Some(text) = not_read {
+                    self.notice(Level::Info, text);
                 }
             }
             ImportCommand::Cancel => {
@@ -333,7 +333,7 @@ impl Engine {
                 let mut text = Vec::new();
                 match importing.map.write_json(&mut text) {
                     Ok(()) => self.save(FileContent::Bytes(text.into()), path, Existing::Ask),
-                    Err(error) => self.tell(Level::Error, error.to_string()),
+                    Err(error) => self.notice(Level::Error, error.to_string()),
                 }
             }
             command => {

@@ -9,7 +9,7 @@ impl Engine {
         self.unproven = match opened.trained.take() {
             Some(Ok(trained)) => Some(trained),
             Some(Err(error)) => {
-                self.tell(Level::Warning, error);
+                self.notice(Level::Warning, error);
                 None
             }
             None => None,

@@ -8,7 +8,7 @@ impl Engine {
         // Queried before taking answers: once a lane is idle, its answer can be taken.
         let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];
         for failed in self.lanes.take() {
-            self.tell(Level::Error, failed);
+            self.notice(Level::Error, failed);
         }
         self.take_models(have_ended);
         let choice = self.lane::<ChooseBlock>();
@@ -17,8 +17,8 @@ impl Engine {
         {
             self.edit(Edit::Block(chosen));
         }
-        self.following.hear_all();
-        if !self.preview.hear_all().is_empty()
+        self.following.take_events();
+        if !self.preview.take_events().is_empty()
             && let Some((importing, asked)) = self.importing.as_mut().zip(self.preview.asked())
         {
             // An answer to an older map would undo the newest change of the map.
@@ -81,19 +81,9 @@ impl Engine {
         let set = self.project.edit(Edit::Thresholds(found.thresholds));
         debug_assert!(set.is_ok(), "thresholds fit any recordings");
         let shown = ShownFTh::of(map.distance);
-        let text = format!(
-            "Thresholds set to the cross-validation minimum: F_th {} {}, t_th {} s. RMSE {}, uncompensated {}{}",
-            significant(shown.factor * found.thresholds.f_th, 3),
-            shown.unit,
-            significant(found.thresholds.t_th_secs, 3),
-            significant(found.left_out, 4),
-            significant(found.conventional, 4),
-            match found.beats_conventional {
-                true => "",
-                false => ": not surely better (90 % confidence)",
-            }
-        );
-        self.tell(Level::Info, text);
+        let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
+        let text = format!("Thresholds set to the {}", found.in_words(&map, measure, &f_th));
+        self.notice(Level::Info, text);
     }
 
     /// Takes the progress of the search or comparison of models.
@@ -124,14 +114,14 @@ impl Engine {
         let mut ended = Vec::new();
         self.tasks.retain_mut(|Begun { lane: task, .. }| {
             let is_idle = task.is_idle();
-            task.hear_all();
+            task.take_events();
             if is_idle {
                 ended.push((task.take_whole(), task.problem().map(str::to_owned)));
             }
             !is_idle
         });
         for (done, problem) in ended {
-            problem.into_iter().for_each(|problem| self.tell(Level::Error, problem));
+            problem.into_iter().for_each(|problem| self.notice(Level::Error, problem));
             done.into_iter().for_each(|done| self.finish(done));
         }
         self.begin_next();
@@ -148,21 +138,24 @@ impl Engine {
                 }
             }
             Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
-            Done::Changed(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {
+            Done::Changed(before, ..) if !Arc::ptr_eq(&before, &self.project.recordings) => {
                 let text = "The recordings were changed during taring or leaving out faulty samples, so the result was \
                             discarded. Repeat the action.";
-                self.tell(Level::Warning, text);
+                self.notice(Level::Warning, text);
             }
-            Done::Changed(_, Ok(changed)) => self.edit(Edit::Replace(Arc::new(changed))),
-            Done::Changed(_, Err(error)) => self.tell(Level::Error, error),
+            Done::Changed(_, Ok(changed), warnings) => {
+                self.edit(Edit::Replace(Arc::new(changed)));
+                warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
+            }
+            Done::Changed(_, Err(error), _) => self.notice(Level::Error, error),
             Done::Simulated(_, set) => self.take_simulated(set),
             Done::Written(FileContent::Session(_, project, trained), path, Ok(())) => {
                 self.take_saved(*project, trained, path);
             }
             Done::Written(_, path, Ok(())) => {
-                self.tell(Level::Info, format!("Wrote {}", path.display()));
+                self.notice(Level::Info, format!("Wrote {}", path.display()));
             }
-            Done::Written(_, _, Err(error)) => self.tell(Level::Error, error),
+            Done::Written(_, _, Err(error)) => self.notice(Level::Error, error),
             Done::IsThere(content, path) => {
                 self.replacing = Some((content, path, Doubt::IsThere));
             }
@@ -177,9 +170,9 @@ impl Engine {
                     Ok(estimate) => {
                         let preview = importing.take_weight(&estimate);
                         self.preview.ask_again(preview);
-                        self.tell(Level::Info, importing::in_words(&estimate));
+                        self.notice(Level::Info, importing::in_words(&estimate));
                     }
-                    Err(error) => self.tell(Level::Error, error),
+                    Err(error) => self.notice(Level::Error, error),
                 }
             }
             Done::Restored(path, Ok(opened)) => self.leave_for(Leaving::Restore(path, opened)),
@@ -192,12 +185,14 @@ impl Engine {
                 }
                 match proven {
                     Ok(()) => self.take_trained(trained, recordings),
-                    Err(reason) => self.tell(Level::Warning, reason),
+                    Err(reason) => self.notice(Level::Warning, reason),
                 }
             }
             Done::Kept(recordings, model) => self.models.keep(*model, &recordings),
             Done::Present(recordings, model) => self.models.take_present(*model, &recordings),
-            Done::Map(Err(error)) | Done::Restored(_, Err(error)) => self.tell(Level::Error, error),
+            Done::Map(Err(error)) | Done::Restored(_, Err(error)) => {
+                self.notice(Level::Error, error)
+            }
         }
     }
 
@@ -218,7 +213,7 @@ impl Engine {
             project.show_first_test();
             refused.into_iter().chain(fits).chain(split)
         });
-        refused.for_each(|error| self.tell(Level::Error, error.to_string()));
+        refused.for_each(|error| self.notice(Level::Error, error.to_string()));
         if is_saved {
             self.saved = Some(self.project.clone());
         }
@@ -237,7 +232,7 @@ impl Engine {
         let beside = beside.map_or_else(String::new, |own| {
             format!(", with the trained calibration {}", own.display())
         });
-        self.tell(Level::Info, format!("Saved the session {}{beside}", path.display()));
+        self.notice(Level::Info, format!("Saved the session {}{beside}", path.display()));
         self.session = Some(path);
         self.saved = Some(project);
         self.saved_trained = trained;
@@ -259,7 +254,7 @@ impl Engine {
             match opened {
                 Ok(Opened::Recordings(loaded, map)) => {
                     for warning in &loaded.warnings {
-                        self.tell(Level::Warning, warning.text(Face::Window));
+                        self.notice(Level::Warning, warning.text(Face::Window));
                     }
                     recordings.push(loaded.recordings);
                     if let Some(map) = map {
@@ -271,7 +266,7 @@ impl Engine {
                 }
                 Ok(Opened::Calibration(calibration, notes)) => {
                     for note in notes {
-                        self.tell(Level::Warning, note);
+                        self.notice(Level::Warning, note);
                     }
                     calibrations.push(Edit::Apply(Some(FromFile { path, calibration })));
                 }
@@ -283,11 +278,11 @@ impl Engine {
                     log::info!("{reason}");
                     to_import.push(path);
                 }
-                Err(error) => self.tell(Level::Error, error),
+                Err(error) => self.notice(Level::Error, error),
             }
         }
-        for said in importing::by_remembered(by_remembered) {
-            self.tell(Level::Info, said);
+        for text in importing::by_remembered(by_remembered) {
+            self.notice(Level::Info, text);
         }
         self.begin_import(to_import);
         if let Some((path, opened)) = session {
@@ -295,7 +290,7 @@ impl Engine {
         }
         if !recordings.is_empty() {
             let refused = self.change(|project| project.add(recordings, |_| None));
-            refused.into_iter().for_each(|refused| self.tell(Level::Error, refused));
+            refused.into_iter().for_each(|refused| self.notice(Level::Error, refused));
         }
         let has_recordings = !self.entries().is_empty();
         calibrations.into_iter().for_each(|edit| self.edit(edit));
@@ -321,11 +316,11 @@ impl Engine {
                 "{}: none of the missing files was found there; choose a folder with files of the same name or content",
                 place.display()
             );
-            self.tell(Level::Error, text);
+            self.notice(Level::Error, text);
             return;
         }
-        let said = self.change(|project| add_parts(project, parts));
-        said.into_iter().for_each(|notice| self.show_notice(notice));
+        let text = self.change(|project| add_parts(project, parts));
+        text.into_iter().for_each(|notice| self.show_notice(notice));
         self.prove();
     }
 

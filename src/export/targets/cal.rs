@@ -131,7 +131,7 @@ fn read(content: &[u8]) -> Result<Calibration, CalError> {
                 if let Some(axis) = axis
                     && rows.insert(axis, row).is_some()
                 {
-                    return Err(CalError::Twice { element: format!("UserAxis {}", axis.symbol()) });
+                    return Err(CalError::Twice { element: format!("UserAxis {axis}") });
                 }
             }
             _ => {}

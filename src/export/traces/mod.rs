@@ -194,8 +194,7 @@ impl<W: io::Write> LoadRows<W> {
             return Self::new(calibration, reference, true, out);
         }
         let columns = Columns::of(calibration, &reference, &KINDS[..3]);
-        let key =
-            |(kind, axis, _): &(Kind, Axis, usize)| format!("{}_{}", axis.symbol(), kind.label());
+        let key = |(kind, axis, _): &(Kind, Axis, usize)| format!("{axis}_{}", kind.label());
         let keys = ["t".to_owned()].into_iter().chain(columns.columns.iter().map(key)).collect();
         Ok(Self { columns, out: RowWriter::Json { out, keys }, row: Vec::new() })
     }
@@ -326,8 +325,8 @@ impl Columns {
 
     fn head(&self) -> Vec<String> {
         let columns = self.columns.iter();
-        let labels = columns
-            .map(|(kind, axis, _)| format!("{} {} [{}]", axis.symbol(), kind.label(), axis.unit()));
+        let labels =
+            columns.map(|(kind, axis, _)| format!("{axis} {} [{}]", kind.label(), axis.unit()));
         std::iter::once("t [s]".to_owned()).chain(labels).collect()
     }
 

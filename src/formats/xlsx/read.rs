@@ -201,6 +201,25 @@ struct Counts {
     times: usize,
 }
 
+/// Returns the rows of names and of units above a table, if there are any.
+fn header_and_units<'a, 'b>(
+    above: &[&'a [Cell<'b>]],
+) -> (Option<&'a [Cell<'b>]>, Option<&'a [Cell<'b>]>) {
+    let mut above = above.iter().copied().rev();
+    let nearest = above.next().filter(|row| row.iter().any(is_text));
+    let is_units = |row: &[Cell]| {
+        let mut units = row.iter().map(|cell| text(&cell.value));
+        units.any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
+    };
+    let is_named = |row: &[Cell]| row.iter().filter(|cell| is_text(cell)).count() > 1;
+    match (nearest, above.next()) {
+        (Some(units), Some(header)) if is_units(units) && is_named(header) => {
+            (Some(header), Some(units))
+        }
+        (header, _) => (header, None),
+    }
+}
+
 /// Reads the table of a sheet; returns `None` if it has no row of numbers.
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
     let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
@@ -214,20 +233,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     let Some(first) = starts.find(is_first) else {
         return Ok(None);
     };
-    let mut above = rows[..first].iter().copied().rev();
-    let nearest = above.next().filter(|row| row.iter().any(is_text));
-    let is_units = |row: &[Cell]| {
-        let mut units = row.iter().map(|cell| text(&cell.value));
-        units.any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
-    };
-    let (header, units) = match (nearest, above.next()) {
-        (Some(units), Some(header))
-            if is_units(units) && header.iter().filter(|cell| is_text(cell)).count() > 1 =>
-        {
-            (Some(header), Some(units))
-        }
-        (header, _) => (header, None),
-    };
+    let (header, units) = header_and_units(&rows[..first]);
     let cell_text = |row: Option<&[Cell]>, column: u32| {
         let row = row.unwrap_or_default();
         let at = row.binary_search_by_key(&column, |cell| cell.column);

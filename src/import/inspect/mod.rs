@@ -17,6 +17,7 @@ pub use question::Question;
 
 use super::load::{Loaded, Reading};
 use super::two_clocks::{self, Table};
+use crate::finding::Finding;
 use crate::formats::text::Encoding;
 use crate::formats::text::TextLayout;
 use crate::formats::{Cell, FilePart, Opened, Sample};
@@ -26,7 +27,6 @@ use crate::import::error::ReadError;
 use crate::import::join::Series;
 use crate::import::map::{ColumnMap, TableMap};
 use crate::import::names;
-use crate::import::warning::Cause;
 use crate::progress::Progress;
 use crate::recording::{Axis, Recording};
 
@@ -108,7 +108,7 @@ pub struct Check {
     /// Error that prevents loading.
     pub error: Option<String>,
     /// Warnings of loading.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Finding>,
     /// Recordings that would be loaded.
     pub recordings: Vec<RecordingReport>,
     /// Names of the gauges.
@@ -262,11 +262,8 @@ fn check(
 }
 
 fn note(check: &mut Check, loaded: &Loaded) {
-    check.warnings = loaded.warnings.iter().map(ToString::to_string).collect();
-    check.assumed_gap_secs = loaded.warnings.iter().find_map(|warning| match warning.cause {
-        Cause::Bursts { gap_secs, .. } => Some(gap_secs),
-        _ => None,
-    });
+    check.warnings.clone_from(&loaded.warnings);
+    check.assumed_gap_secs = loaded.assumed_gap_secs;
     if let Some(first) = loaded.recordings.first() {
         check.gauges = first.gauge_names().to_vec();
         check.axes = first.axes().to_vec();

@@ -1,8 +1,8 @@
 //! Description of how a file, or a pair of files, becomes recordings.
 
-use serde::{Deserialize, Serialize};
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::import::map::error::MapError;
 use crate::import::map::role::ColumnRole;
 use crate::import::map::table::TableMap;
 use crate::import::map::weight::WeightMap;
@@ -21,24 +21,37 @@ use crate::recording::{GroupPattern, Tare};
 /// | `gap_secs` | pause above which a recording ends; `None` derives it from the median step |
 /// | `group` | group of the recordings as a [`GroupPattern`]; `None` derives it from names, folders and files |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(into = "MapFile", try_from = "MapFile")]
+#[serde(deny_unknown_fields)]
 pub struct ColumnMap {
+    /// Name of the format, constant in a file.
+    #[serde(serialize_with = "format", deserialize_with = "skip")]
+    pub format: (),
+    /// Version of the format, constant in a file.
+    #[serde(serialize_with = "version", deserialize_with = "skip")]
+    pub version: (),
     /// File with the gauges.
     pub table: TableMap,
     /// File with the reference load, if it is a separate one.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceFile>,
     /// Joining of two clocks; without a second clock it has no effect.
+    #[serde(default, skip_serializing_if = "Join::is_default")]
     pub join: Join,
     /// Weight whose load is computed from the pose.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub weight: Option<WeightMap>,
     /// Taring of the gauges.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
     /// Maximum step between successive gauge samples that are averaged into one (s).
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub average_bursts_secs: Option<f64>,
     /// Step in time above which a recording ends (s). The default is 20 median steps, but at least 0.2 s. If rows come in
     /// bursts, it is 2 s, and a warning reports this.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_secs: Option<f64>,
     /// Group of the recordings; by default it is derived when they are loaded.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<GroupPattern>,
 }
 
@@ -66,6 +79,12 @@ pub struct Join {
     /// Offset added to the reference's times (s), by default 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub clock_offset_secs: f64,
+}
+
+impl Join {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
@@ -106,61 +125,15 @@ impl ColumnMap {
 pub(super) const FORMAT: &str = "loopscope column map";
 pub(super) const VERSION: u32 = 1;
 
-/// Column map as stored in its file.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MapFile {
-    pub(super) format: String,
-    version: u32,
-    table: TableMap,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    reference: Option<ReferenceFile>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    join: Option<Join>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    weight: Option<WeightMap>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    tare: Option<Tare>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    average_bursts_secs: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    gap_secs: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    group: Option<GroupPattern>,
+fn format<T, S: Serializer>(_: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(FORMAT)
 }
 
-impl From<ColumnMap> for MapFile {
-    fn from(map: ColumnMap) -> Self {
-        Self {
-            format: FORMAT.to_owned(),
-            version: VERSION,
-            join: map.has_two_clocks().then_some(map.join),
-            table: map.table,
-            reference: map.reference,
-            weight: map.weight,
-            tare: map.tare,
-            average_bursts_secs: map.average_bursts_secs,
-            gap_secs: map.gap_secs,
-            group: map.group,
-        }
-    }
+fn version<T, S: Serializer>(_: &T, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u32(VERSION)
 }
 
-impl TryFrom<MapFile> for ColumnMap {
-    type Error = MapError;
-
-    fn try_from(file: MapFile) -> Result<Self, MapError> {
-        let map = Self {
-            table: file.table,
-            reference: file.reference,
-            join: file.join.unwrap_or_default(),
-            weight: file.weight,
-            tare: file.tare,
-            average_bursts_secs: file.average_bursts_secs,
-            gap_secs: file.gap_secs,
-            group: file.group,
-        };
-        map.check()?;
-        Ok(map)
-    }
+/// Skips a value that was checked before.
+fn skip<'de, D: Deserializer<'de>>(from: D) -> Result<(), D::Error> {
+    IgnoredAny::deserialize(from).map(|_| ())
 }

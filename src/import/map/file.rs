@@ -6,10 +6,10 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize as _};
 
 use super::line_per_item::LinePerItem;
-use crate::import::map::column_map::{ColumnMap, FORMAT, MapFile, VERSION};
+use crate::import::map::column_map::{ColumnMap, FORMAT, VERSION};
 use crate::import::map::error::{MapError, MapFileError, must};
 use crate::import::map::header::{Header, KeyError};
 use crate::import::map::role::Attitude;
@@ -55,8 +55,9 @@ impl ColumnMap {
         if start.version != u64::from(VERSION) {
             return Err(MapError::Version { found: start.version, known: VERSION });
         }
-        let file: MapFile = serde_json::from_slice(text)?;
-        Self::try_from(file)
+        let map: Self = serde_json::from_slice(text)?;
+        map.check()?;
+        Ok(map)
     }
 
     /// Writes the map as JSON, one line per column.
@@ -64,9 +65,8 @@ impl ColumnMap {
     /// # Errors
     /// Errors of the writer.
     pub fn write_json(&self, out: &mut impl Write) -> io::Result<()> {
-        let file = MapFile::from(self.clone());
         let mut writer = serde_json::Serializer::with_formatter(&mut *out, LinePerItem::default());
-        file.serialize(&mut writer)?;
+        self.serialize(&mut writer)?;
         writeln!(out)
     }
 
@@ -188,11 +188,11 @@ mod tests {
                 limit_secs: Some(0.1),
                 clock_offset_secs: -2.5,
             },
-            weight: None,
             tare: Some(Tare::Interval(0.0, 1.5)),
             average_bursts_secs: Some(0.001),
             gap_secs: Some(2.25),
             group: Some("{folder}".parse().unwrap()),
+            ..ColumnMap::default()
         }
     }
 

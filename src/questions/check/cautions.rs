@@ -3,6 +3,7 @@
 //! Found once; window, command line and report show this list.
 
 use crate::min_max::MinMax;
+use crate::shown::counted;
 
 use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
@@ -10,11 +11,12 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::progress::Progress;
 use crate::questions::check::load_count::LoadCount;
 use crate::questions::check::rig::{lag_of_fit, same_samples};
-use crate::questions::dataset::{Dataset, in_role};
+use crate::questions::dataset::Dataset;
 use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
-use crate::recording::{Axis, Entry, GroupedBy, LoneGroup, Role};
+use crate::recording::in_role;
+use crate::recording::{Axis, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
@@ -50,7 +52,7 @@ impl Dataset {
     /// See [`findings`].
     pub(crate) fn findings(&self, calibration: &Calibration, fitted: bool) -> Vec<Finding> {
         let mut found = Vec::new();
-        if self.in_role(Role::Test).next().is_none() {
+        if in_role(&self.entries, Role::Test).is_empty() {
             found.push(Finding::new(Id::NoTest, Enough, "no recording is in the test role"));
         }
         if fitted {
@@ -60,12 +62,12 @@ impl Dataset {
             found.extend(self.auxiliary_left(calibration));
         }
         found.extend(self.auxiliary_beyond(calibration, fitted));
-        let not_left_out = calibration.why_not_left_out();
-        found.extend(not_left_out.map(|why| {
-            Finding::new(Id::NotLeftOut, Doubtful, format!("no cross-validation: {why}"))
+        let no_cross_validation = calibration.no_cross_validation();
+        found.extend(no_cross_validation.map(|why| {
+            Finding::new(Id::NoCrossValidation, Doubtful, format!("no cross-validation: {why}"))
         }));
         if fitted {
-            if not_left_out.is_none() {
+            if no_cross_validation.is_none() {
                 found.extend(self.few_recordings());
             }
             found.extend(self.of_groups());
@@ -86,14 +88,11 @@ impl Dataset {
         found
     }
 
-    fn in_role(&self, role: Role) -> impl Iterator<Item = &Entry> {
-        self.entries.iter().filter(move |entry| entry.role == role)
-    }
-
     fn without_times(&self) -> Option<Finding> {
-        self.in_role(Role::Train).find(|entry| entry.recording.is_static())?;
+        let training = in_role(&self.entries, Role::Train);
+        training.iter().find(|own| own.is_static())?;
         let n_cases = self.training_groups().len();
-        let n_rows: usize = self.in_role(Role::Train).map(|own| own.recording.n_samples()).sum();
+        let n_rows: usize = training.iter().map(|own| own.n_samples()).sum();
         let seen = "the training recordings have no times";
         let found = Finding::new(Id::NoTimes, Enough, seen);
         Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
@@ -117,7 +116,7 @@ impl Dataset {
         // The parts that are left of a recording are one.
         let n = match self.groups.by == GroupedBy::Recording {
             true => self.training_groups().len(),
-            false => self.in_role(Role::Train).count(),
+            false => in_role(&self.entries, Role::Train).len(),
         };
         let seen = format!("only {}", counted(n, "training recording"));
         let figures = format!("{FEWEST_RECORDINGS} are left out in turn");
@@ -158,10 +157,11 @@ impl Dataset {
         if !calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
         }
+        let training = in_role(&self.entries, Role::Train);
         let ranges: Vec<Vec<MinMax>> =
-            self.in_role(Role::Train).map(|own| own.recording.auxiliary().ranges()).collect();
-        let first = self.in_role(Role::Train).next()?;
-        let names = first.recording.auxiliary().names().iter();
+            training.iter().map(|own| own.auxiliary().ranges()).collect();
+        let first = training.first()?;
+        let names = first.auxiliary().names().iter();
         let changes = names.enumerate().filter(|(at, name)| {
             let own = ranges.iter().filter_map(|ranges| ranges.get(*at));
             let range: MinMax = own.copied().collect();
@@ -263,15 +263,6 @@ fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let worse: Vec<Axis> = worse.map(|at| calibration.axes[at]).collect();
     let seen = format!("compensated worse than conventional on test: {}", symbols(&worse));
     (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen))
-}
-
-/// A number of something, in words.
-fn counted(n: usize, what: &str) -> String {
-    match (n, what) {
-        (1, _) | (_, "series") => format!("{n} {what}"),
-        (_, "trajectory") => format!("{n} trajectories"),
-        _ => format!("{n} {what}s"),
-    }
 }
 
 fn symbols(axes: &[Axis]) -> String {

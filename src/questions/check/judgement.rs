@@ -5,6 +5,7 @@ use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::load_count::LoadCount;
 use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
+use crate::shown::counted;
 
 /// Ratio of a left-out error to that of the fit from which it is reported, if it exceeds [`ERROR_MATTERS`]. Too few loads alone make it
 /// five times as large from 1.25 loads for a coefficient on.
@@ -36,7 +37,7 @@ impl Sufficiency {
                 format!("{seen}: {figures}")
             }
             Some(few) => few.seen.clone(),
-            None => format!("{}, {} samples", count.words(), self.n_samples),
+            None => format!("{}, {}", count.words(), counted(self.n_samples as usize, "sample")),
         };
         let mut found = std::mem::take(&mut self.reasons);
         found.extend(few);

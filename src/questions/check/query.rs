@@ -10,13 +10,14 @@ use crate::progress::Progress;
 use crate::questions::check::independent_loads::{AxisReach, NextLoad, Sufficiency};
 use crate::questions::check::judgement::ONE_WAY;
 use crate::questions::check::rig::{RigReport, lag_of_fit};
-use crate::questions::dataset::{Dataset, Datasets, Key, in_role};
+use crate::questions::dataset::{Dataset, Datasets, Key};
 use crate::questions::error::AnalysisError;
 use crate::questions::expected_error::rule::{
     is_one_axis_at_a_time, is_one_programme, not_covered,
 };
 use crate::questions::question::{Answered, Query, Work};
 use crate::questions::request::Request;
+use crate::recording::in_role;
 use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
 use crate::recording::{Axis, RecordingSet, Role, ValidRange};
 use crate::same::same_where;
@@ -626,6 +627,6 @@ mod tests {
         let settings = FitSettings { decimation: 10, ..FitSettings::default() };
         let found = of(set, settings);
         assert_eq!(found.verdict, Verdict::Enough, "{:#?}", found.reasons);
-        assert_eq!(found.rig.findings, []);
+        assert!(found.rig.findings.is_empty(), "{:?}", found.rig.findings);
     }
 }

@@ -189,17 +189,7 @@ impl Dataset {
             Some(whole) => LeftOut::of(train, whole, terms(&all)),
             None => left_out_all,
         };
-        let Chosen { strengths, by_block, shares, squares } = match ridge {
-            RidgeChoice::ByBlock => {
-                let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
-                Chosen::by_group(&chooses, &design, &groups)
-            }
-            // Coefficients of auxiliary channels and of features with memory have different magnitudes.
-            RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
-                Chosen::by_group(&chooses, &design, &design.ridge_groups())
-            }
-            _ => Chosen::alike(&chooses, ridge),
-        };
+        let Chosen { strengths, by_block, shares, squares } = Chosen::of(&chooses, &design, ridge);
         let squares = squares.filter(|_| whole.is_none());
         // The targets are the residuals of the conventional map, so zero coefficients mean the conventional map.
         let none = vec![0.0; design.n_columns() * n_axes];
@@ -236,25 +226,20 @@ impl Dataset {
             compensated: scores(&found.coefficients, compensated_cv),
             rank: found.rank,
             condition: condition_number(train, &all, found.rank),
-            ridge: match by_block.is_empty() {
-                true => strengths,
-                false => Vec::new(),
-            },
+            ridge: if by_block.is_empty() { strengths } else { Vec::new() },
             ridge_by_block: by_block,
             cross_validation: (parts.len() > 1).then(|| self.cross_validation()),
             coefficients,
             free_coefficients: free(train, &shares),
             ..Quality::default()
         };
-        let errors = of_recordings
-            .iter()
-            .map(|pieces| {
-                let mut whole = NormalEquations::new(design.n_columns(), n_axes);
-                pieces.iter().for_each(|piece| whole.add(piece));
-                let before = metrics::rmse(&whole, &none)?;
-                Some((before, metrics::rmse(&whole, &found.coefficients)?))
-            })
-            .collect();
+        let errors = |pieces: &Vec<NormalEquations>| {
+            let mut whole = NormalEquations::new(design.n_columns(), n_axes);
+            pieces.iter().for_each(|piece| whole.add(piece));
+            let before = metrics::rmse(&whole, &none)?;
+            Some((before, metrics::rmse(&whole, &found.coefficients)?))
+        };
+        let errors = of_recordings.iter().map(errors).collect();
         LinearFit { errors, shares, left_out: left_out_squares }
     }
 }
@@ -283,6 +268,20 @@ struct Chosen {
 }
 
 impl Chosen {
+    fn of(left_out: &LeftOut<'_>, design: &Design, ridge: RidgeChoice) -> Self {
+        match ridge {
+            RidgeChoice::ByBlock => {
+                let groups: Vec<_> = design.blocks().into_iter().map(|own| own.columns).collect();
+                Self::by_group(left_out, design, &groups)
+            }
+            // Coefficients of auxiliary channels and of features with memory have different magnitudes.
+            RidgeChoice::Auto if design.ridge_groups().len() > 1 => {
+                Self::by_group(left_out, design, &design.ridge_groups())
+            }
+            _ => Self::alike(left_out, ridge),
+        }
+    }
+
     /// Chooses one strength for all blocks.
     fn alike(left_out: &LeftOut<'_>, ridge: RidgeChoice) -> Self {
         let (strengths, squares) = match ridge {
@@ -464,7 +463,7 @@ mod tests {
         assert_eq!((undetermined.samples, undetermined.coefficients), (9, 10));
         assert_eq!(thin.quality.compensated.cv_rmse, None);
         assert!(thin.quality.conventional.cv_rmse.is_some());
-        assert!(thin.why_not_left_out().is_some());
+        assert!(thin.no_cross_validation().is_some());
         assert_eq!(fitted(&recordings(&[30, 30, 30], &[0]), None).undetermined(), None);
     }
 }

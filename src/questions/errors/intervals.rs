@@ -1,8 +1,54 @@
 //! Samples that are written when traces are saved to a file.
 
+use std::sync::Arc;
+
+use crate::calibration::Calibration;
 use crate::export::Interval;
+use crate::questions::errors::query::Analysis;
 use crate::questions::errors::traces::TraceSet;
+use crate::questions::request::Request;
 use crate::recording::{Recording, RecordingSet};
+use crate::same::same_where;
+
+/// Loads on screen: the traces, and the data from which they are computed.
+#[derive(Clone, Debug)]
+pub struct OnScreen {
+    /// Calibration that computes the loads.
+    pub calibration: Arc<Calibration>,
+    /// The recordings with their roles.
+    pub recordings: Arc<RecordingSet>,
+    /// Decimation, as in the analysis.
+    pub decimation: usize,
+    /// Traces that the trace panes draw.
+    pub traces: Arc<TraceSet>,
+    /// Visible interval of the traces' time; `None` for all of it.
+    pub visible: Option<(f64, f64)>,
+}
+
+same_where!(OnScreen: shared(calibration, recordings, traces) value(decimation, visible) besides());
+
+impl OnScreen {
+    /// Returns the loads of an analysis that answers this request.
+    pub fn of(request: &Request, analysis: &Analysis, visible: Option<(f64, f64)>) -> Self {
+        Self {
+            calibration: Arc::clone(&analysis.calibration),
+            recordings: Arc::clone(&request.recordings),
+            decimation: request.settings.decimation,
+            traces: Arc::clone(&analysis.traces),
+            visible,
+        }
+    }
+
+    /// Returns the samples that the trace panes show.
+    pub fn intervals(&self) -> Vec<Interval<'_>> {
+        let shown = self.traces.on_screen(self.visible).into_iter();
+        let intervals = shown.filter_map(|(recording, samples)| {
+            let recording = &self.recordings.entries().get(recording)?.recording;
+            Some(Interval { recording, decimation: self.decimation, samples })
+        });
+        intervals.filter(|interval| !interval.samples.is_empty()).collect()
+    }
+}
 
 /// Returns all samples of every recording from `from_secs` to `to_secs` on the recording's own clock.
 ///
@@ -21,31 +67,13 @@ pub fn intervals_within<'a>(
     intervals.filter(|interval| !interval.samples.is_empty()).collect()
 }
 
-/// Returns the samples that the trace panes show: all, or those within an interval of the traces' time.
-pub fn intervals_on_screen<'a>(
-    recordings: &'a RecordingSet,
-    decimation: usize,
-    traces: &TraceSet,
-    visible: Option<(f64, f64)>,
-) -> Vec<Interval<'a>> {
-    let shown = traces.on_screen(visible).into_iter();
-    let intervals = shown.filter_map(|(recording, samples)| {
-        let entry = recordings.entries().get(recording)?;
-        Some(Interval { recording: &entry.recording, decimation, samples })
-    });
-    intervals.filter(|interval| !interval.samples.is_empty()).collect()
-}
-
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::calibration::FitSettings;
     use crate::progress::Progress;
     use crate::questions::errors::query::analyse;
     use crate::questions::errors::view::View;
-    use crate::questions::request::Request;
     use crate::recording::simulated;
 
     /// The time of the panes and the clock of the first recording both begin at zero, so both intervals choose the same
@@ -61,10 +89,13 @@ mod tests {
             view: View::All,
             ..Request::fit(Arc::new(two.clone()), FitSettings::default())
         };
-        let traces = analyse(&request, &Progress::default()).unwrap().traces;
+        let analysis = analyse(&request, &Progress::default()).unwrap();
+        let traces = &analysis.traces;
+        let on_screen = |visible| OnScreen::of(&request, &analysis, Some(visible));
         let n = two.entries()[0].recording.n_samples();
         let end = traces.times[n + 9];
-        let shown = intervals_on_screen(&two, 1, &traces, Some((1.0, end)));
+        let shown = on_screen((1.0, end));
+        let shown = shown.intervals();
         let first = two.entries()[0].recording.times();
         let before = first.iter().filter(|time| **time - first[0] < 1.0).count();
         assert_eq!(shown[0].samples, before..n);
@@ -72,6 +103,6 @@ mod tests {
         let recordings = two.entries().iter().map(|entry| &*entry.recording);
         let within = intervals_within(recordings, 1, (first[0] + 1.0, f64::INFINITY));
         assert_eq!(within[0], shown[0]);
-        assert_eq!(intervals_on_screen(&two, 1, &traces, Some((1e9, 2e9))), []);
+        assert_eq!(on_screen((1e9, 2e9)).intervals(), []);
     }
 }

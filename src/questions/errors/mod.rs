@@ -6,11 +6,9 @@ pub(crate) mod fit;
 pub(crate) mod intervals;
 pub mod query;
 pub(crate) mod shown;
-pub(crate) mod trace;
 pub(crate) mod trace_values;
 pub(crate) mod traces;
 pub mod view;
 
 pub use shown::errors;
 pub(crate) use shown::factory_note;
-pub(crate) use trace::{Shown, Trace};

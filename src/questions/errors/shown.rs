@@ -1,9 +1,9 @@
 //! The errors of a calibration as tables.
 
 use crate::calibration::{Calibration, FactoryScores};
-use crate::questions::errors::trace::{Shown, Trace};
 use crate::questions::thresholds::ScoreSet;
 use crate::report::table::{Cell, Column, Table};
+use crate::report::trace::{Shown, Trace};
 use crate::scoring::numbers::significant;
 
 /// Returns the errors on one set of samples, one row per axis.
@@ -19,7 +19,7 @@ pub fn errors(
     let quality = &calibration.quality;
     let scores = [&quality.conventional, &quality.compensated].map(|scores| set.rmse(scores));
     let [Some(before), Some(after)] = scores else {
-        return Err(missing(calibration, set));
+        return Err(set.missing(calibration.no_cross_validation()));
     };
     let how = match (set, &quality.cross_validation) {
         (ScoreSet::LeftOut, Some(how)) => format!(" {how}"),
@@ -49,15 +49,6 @@ pub fn errors(
             |at, factory| Cell::digits(set.factory_rmse(factory).get(*at).copied().flatten(), 4),
         )
         .table(format!("RMSE, {}{how}", set.label()), format!("{}.", set.explanation())))
-}
-
-fn missing(calibration: &Calibration, set: ScoreSet) -> String {
-    let reason = match set {
-        ScoreSet::LeftOut => calibration.why_not_left_out().unwrap_or("nothing was left out"),
-        ScoreSet::Test => "no recording is in the test role",
-        ScoreSet::Train => "no recording is in the train role",
-    };
-    reason.to_owned()
 }
 
 /// Returns a note on the column of the factory calibration, and on the errors that were subtracted from it.

@@ -1,12 +1,12 @@
 //! The expected error of a calibration on the recordings that it was fitted to.
 
-use crate::calibration::{Calibration, ExpectedError, Past};
+use crate::calibration::{Calibration, ExpectedError, NoCrossValidation, Past};
 use crate::export::with_sources;
 use crate::progress::Progress;
 use crate::questions::cross_validated::part_shares;
 use crate::questions::dataset::{Dataset, Key};
 use crate::questions::error::AnalysisError;
-use crate::questions::expected_error::rule::{Evidence, HeldOutErrors};
+use crate::questions::expected_error::rule::{Evidence, HeldOutErrors, MIN_GROUPS};
 use crate::questions::models::learning::Moments;
 use crate::questions::request::Request;
 use crate::recording::{Axis, Entry, RecordingSet, Role};
@@ -71,7 +71,7 @@ impl Dataset {
         &self,
         calibration: &Calibration,
         past: &[Past],
-        left_out: Result<HeldOutErrors, String>,
+        left_out: Result<HeldOutErrors, NoCrossValidation>,
     ) -> Result<ExpectedError, String> {
         let is_test =
             |entry: &Entry| entry.role == Role::Test && *entry.recording.axes() == calibration.axes;
@@ -98,11 +98,12 @@ impl Dataset {
     }
 
     /// Returns the number of groups of training recordings that are left out in turn.
-    fn groups_left_out(&self) -> Result<usize, String> {
+    fn groups_left_out(&self) -> Result<usize, NoCrossValidation> {
         match self.cross_validation() {
-            by if by.is_by_block() => {
-                Err("the training recordings are too few to leave each out".to_owned())
-            }
+            by if by.is_by_block() => Err(NoCrossValidation::FewGroups {
+                found: self.training_groups().len(),
+                needed: MIN_GROUPS,
+            }),
             by => Ok(by.groups),
         }
     }
@@ -113,15 +114,14 @@ impl Dataset {
         calibration: &Calibration,
         past: &[Past],
         progress: &Progress,
-    ) -> Result<HeldOutErrors, String> {
+    ) -> Result<HeldOutErrors, NoCrossValidation> {
         let n_groups = self.groups_left_out()?;
         if calibration.learned.is_some() {
-            let why = calibration.why_not_left_out();
-            return Err(why.unwrap_or("too few groups were left out").to_owned());
+            return Err(NoCrossValidation::of(calibration.regressor.learner()));
         }
         let n_axes = calibration.axes.len();
         let sums = self.sums(&calibration.design(), past, n_axes, progress);
-        let fits = self.fits_left_out(calibration, &sums).map_err(|why| why.to_string())?;
+        let fits = self.fits_left_out(calibration, &sums)?;
         let is_trained = |entry: &Entry| entry.role == Role::Train;
         let step = self.step_of(is_trained);
         let mut errors = HeldOutErrors { n_groups, ..HeldOutErrors::new(n_axes) };
@@ -131,7 +131,7 @@ impl Dataset {
                 continue;
             }
             // Groups are left out whole, so a recording is one piece.
-            own.compensated = Some(fits.maps[pieces[0].fold].clone());
+            own.compensated = Some(fits[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
             errors.add(
                 loads.iter().zip(entry.recording.loads()).map(|(own, known)| own - known),
@@ -146,7 +146,7 @@ impl Dataset {
         &self,
         parts: &[Moments],
         has_shares: bool,
-    ) -> Result<HeldOutErrors, String> {
+    ) -> Result<HeldOutErrors, NoCrossValidation> {
         let n_groups = self.groups_left_out()?;
         let n_axes = parts.first().map_or(0, |part| part.of_axes.len());
         let mut errors = HeldOutErrors::new(n_axes);

@@ -1,9 +1,11 @@
 //! Rule of the expected error: the errors that count, and the value that is stated.
 
-use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, counted};
+use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation};
 use crate::min_max::MinMax;
+use crate::recording::in_role;
 use crate::recording::{Axis, Entry, GroupedBy, Recording, Role, load_ranges};
 use crate::scoring::quantile::quantile;
+use crate::shown::counted;
 
 /// Share of the held-out errors that lie within the expected error.
 pub(crate) const SHARE: f64 = 0.95;
@@ -70,7 +72,7 @@ pub struct Evidence<'a> {
     /// Word for the groups that were left out, such as `recording` or `mount`.
     pub grouped_by: GroupedBy,
     /// Errors on groups that were left out in turn, or why there are none.
-    pub left_out: Result<HeldOutErrors, String>,
+    pub left_out: Result<HeldOutErrors, NoCrossValidation>,
     /// Errors on test recordings.
     pub tested: HeldOutErrors,
 }
@@ -83,10 +85,9 @@ impl Evidence<'_> {
     pub fn weighed(self) -> Result<ExpectedError, String> {
         let Evidence { entries, axes, grouped_by, left_out, mut tested } = self;
         let mut left_out = match left_out {
-            Ok(own) if own.n_groups < MIN_GROUPS => Err(format!(
-                "{} were left out, and {MIN_GROUPS} are needed",
-                counted(own.n_groups, "group")
-            )),
+            Ok(own) if own.n_groups < MIN_GROUPS => {
+                Err(NoCrossValidation::FewGroups { found: own.n_groups, needed: MIN_GROUPS })
+            }
             own => own,
         };
         if let Err(reason) = &left_out
@@ -140,14 +141,10 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
 /// Returns a sentence that names the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond those recorded".to_owned()];
-    let training: Vec<&Recording> = {
-        let training = entries.iter().filter(|entry| entry.role == Role::Train);
-        training.map(|entry| &*entry.recording).collect()
-    };
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
         missing.push("combined loads (the axes were loaded one at a time)".to_owned());
     }
-    if is_one_programme(&training) {
+    if is_one_programme(&in_role(entries, Role::Train)) {
         missing.push("other load programmes (all training recordings repeat one)".to_owned());
     }
     if !matches!(grouped_by, GroupedBy::Mounting | GroupedBy::Mount | GroupedBy::Setup) {
@@ -286,7 +283,7 @@ mod tests {
             };
             weighed(&entries, errors(2, std::iter::once(9.0)), tested)
         };
-        assert!(of(2).unwrap_err().contains("2 groups were left out, and 3 are needed"));
+        assert!(of(2).unwrap_err().contains("2 groups, and 3 are needed"));
         let found = of(3).unwrap();
         assert_eq!((found.axes[0].cross_validation, found.axes[0].value), (None, Some(1.0)));
     }

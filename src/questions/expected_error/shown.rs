@@ -1,6 +1,6 @@
 //! The expected error as a table.
 
-use crate::calibration::{AxisExpectedError, ExpectedError};
+use crate::calibration::{AxisExpectedError, ExpectedError, NoCrossValidation};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
@@ -19,7 +19,7 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
         .digits("Expected error [% FS]", 3, |own| own.percent_fs)
         .about("in percent of full scale")
         .column(Column::numbers("Cross-validation"), |own| {
-            load(own, own.cross_validation, "nothing was left out")
+            load(own, own.cross_validation, &NoCrossValidation::NotDone.to_string())
         })
         .about("on groups of training recordings, each predicted by a fit to the others")
         .column(Column::numbers("Test"), |own| load(own, own.test, "there is no test recording"))

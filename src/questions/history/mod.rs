@@ -64,7 +64,8 @@ pub fn coarse_history(
     };
     let (whole_error, whole) = fitted(0.0)?;
     let mut chosen = None;
-    for rate_hz in RATES_HZ.into_iter().take_while(|_| whole.is_large()) {
+    let is_worth_it = whole.is_large() && whole_error.is_finite();
+    for rate_hz in RATES_HZ.into_iter().take_while(|_| is_worth_it) {
         let (error, footprint) = fitted(rate_hz)?;
         if footprint.is_large() {
             break;

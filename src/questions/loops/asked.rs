@@ -28,7 +28,7 @@ impl<const PANE: char> Query for LookAt<PANE> {
     }
 
     fn is_akin(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0.recordings, &other.0.recordings)
+        Arc::ptr_eq(&self.0.loads.recordings, &other.0.loads.recordings)
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::questions::errors::Trace;
 use crate::questions::loops::cross::CrossPlot;
 use crate::questions::loops::output::Output;
 use crate::questions::loops::picture::{Drawn, LoopCurve, LoopFigures, LoopPlot};
 use crate::questions::loops::request::{Channel, Up};
 use crate::questions::loops::shown::RATES_APART;
 use crate::questions::metrology::Reason;
+use crate::report::Trace;
 use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;

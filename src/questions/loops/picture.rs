@@ -25,7 +25,7 @@ pub struct LoopPlot {
     /// The request.
     pub question: LoopQuestion,
     /// Reversal threshold, in the unit of the axis.
-    pub dead_band: f64,
+    pub reversal_threshold: f64,
     /// Full scale of the axis; 0 if there is none.
     pub full_scale: f64,
     /// Value of the output that is 100 %: full scale, or half the range of the gauge; 0 if there is none.
@@ -103,8 +103,8 @@ impl LoopFigures {
             let of =
                 |other: &Option<Loop>| other.as_ref().map(measure).filter(|own| own.is_finite());
             Basis {
-                dead_band_halved: of(&others[0]),
-                dead_band_doubled: of(&others[1]),
+                reversal_threshold_halved: of(&others[0]),
+                reversal_threshold_doubled: of(&others[1]),
                 ..Basis::new(n_cycles, range_share)
             }
         });
@@ -158,15 +158,16 @@ pub(crate) fn picture(
         return Err(Reason::NoTimes { axis }.into());
     }
     measuring.validate(source.calibration.axes.len())?;
-    let dead_band = source.rules(measuring).dead_band(column);
+    let reversal_threshold = source.rules(measuring).reversal_threshold(column);
     let curves = curves(source, &parts, question, None)?;
     for columns in curves.iter().flat_map(|curve| [&*curve.loads, &curve.values]) {
         check(source, &parts, axis, columns)?;
     }
-    let lag = source.lag(column, Output::Conventional, dead_band, progress)?;
+    let lag = source.lag(column, Output::Conventional, reversal_threshold, progress)?;
     let curves = match question.lag_removed {
         true => {
-            let compensated = source.lag(column, Output::Compensated, dead_band, progress)?;
+            let compensated =
+                source.lag(column, Output::Compensated, reversal_threshold, progress)?;
             self::curves(source, &parts, question, Some([&lag, &compensated]))?
         }
         false => curves,
@@ -183,7 +184,7 @@ pub(crate) fn picture(
         cycles.push(match same {
             Some(other) => Arc::clone(&cycles[other]),
             None => Arc::new([1.0, 0.5, 2.0].map(|factor| {
-                Cycles::of(axis, &curve.loads, factor * dead_band, range_of(&curve.loads))
+                Cycles::of(axis, &curve.loads, factor * reversal_threshold, range_of(&curve.loads))
             })),
         });
     }
@@ -197,7 +198,7 @@ pub(crate) fn picture(
     let own = &cycles[0][0];
     Ok(LoopPlot {
         question: question.clone(),
-        dead_band,
+        reversal_threshold,
         full_scale,
         output_scale: match question.up {
             Up::Gauge(_) => 0.5 * output_range.span(),
@@ -274,10 +275,11 @@ struct Cycles {
 }
 
 impl Cycles {
-    fn of(axis: Axis, loads: &Columns, dead_band: f64, range: MinMax) -> Self {
-        let loops = Loops::of(slices(loads), dead_band);
+    fn of(axis: Axis, loads: &Columns, reversal_threshold: f64, range: MinMax) -> Self {
+        let loops = Loops::of(slices(loads), reversal_threshold);
         let largest = loops.largest().map(|cycle| vec![cycle]);
-        let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
+        let largest =
+            largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, reversal_threshold));
         let enough = loops.mean_cycles(range);
         let mean = enough.map_err(|few| Reason::few_cycles(axis, few));
         Self { mean: largest.clone().and(mean), largest, loops }

@@ -82,7 +82,7 @@ pub(crate) fn table_of(
     request: &LookRequest,
     progress: &Progress,
 ) -> Result<Look, LookError> {
-    let entries = request.recordings.entries().iter().enumerate();
+    let entries = request.loads.recordings.entries().iter().enumerate();
     let chosen: Vec<usize> =
         entries.filter(|(_, entry)| question.of.includes(entry.role)).map(|(at, _)| at).collect();
     if chosen.is_empty() {

@@ -1,13 +1,9 @@
 //! Requests about loops, cross-plots, dwells and the table of figures.
 
-use std::sync::Arc;
-
-use crate::calibration::Calibration;
-use crate::questions::errors::traces::TraceSet;
+use crate::questions::errors::intervals::OnScreen;
 use crate::questions::loops::output::{Output, Span, TableOf};
 use crate::questions::metrology::MetrologySettings;
-use crate::recording::{Axis, RecordingSet};
-use crate::same::same_where;
+use crate::recording::Axis;
 use crate::scoring::loops::Frame;
 
 /// Quantity on the vertical axis.
@@ -121,26 +117,12 @@ impl Question {
 }
 
 /// A question with its inputs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LookRequest {
-    /// Calibration that computes the loads.
-    pub calibration: Arc<Calibration>,
-    /// The recordings with their roles.
-    pub recordings: Arc<RecordingSet>,
-    /// Decimation, as in the analysis.
-    pub decimation: usize,
-    /// Traces that the trace panes draw.
-    pub traces: Arc<TraceSet>,
-    /// Visible interval of the traces' time; `None` for all of it.
-    pub visible: Option<(f64, f64)>,
+    /// Loads on screen.
+    pub loads: OnScreen,
     /// Settings of reversals and dwells, the same for all questions.
     pub measuring: MetrologySettings,
     /// The question.
     pub question: Question,
 }
-
-same_where!(LookRequest:
-    shared(calibration, recordings, traces)
-    value(decimation, visible, measuring, question)
-    besides()
-);

@@ -1,10 +1,10 @@
 //! The figures of a loop, and of a dwell's drift, as tables.
 
-use crate::questions::errors::trace::Trace;
 use crate::questions::loops::source::OutputLag;
 use crate::questions::metrology::Basis;
 use crate::recording::Axis;
 use crate::report::table::{Cell, Column, Table};
+use crate::report::trace::Trace;
 use crate::scoring::holds::Drift;
 use crate::scoring::numbers::significant;
 
@@ -61,9 +61,9 @@ pub struct LoopMeasures {
     pub figures: [(f64, Basis); 4],
 }
 
-/// Returns the change of a figure with half and twice the dead band.
+/// Returns the change of a figure with half and twice the reversal threshold.
 pub(crate) fn moves(value: f64, basis: &Basis) -> String {
-    let others = [basis.dead_band_halved, basis.dead_band_doubled];
+    let others = [basis.reversal_threshold_halved, basis.reversal_threshold_doubled];
     let moved = others.map(|other| match other {
         Some(other) if value != 0.0 => {
             let percent = 100.0 * (other / value - 1.0);
@@ -80,7 +80,7 @@ pub(crate) fn moves(value: f64, basis: &Basis) -> String {
 }
 
 /// Explanation of [`moves`].
-pub(crate) const MOVES: &str = "Change of the figure with half and with twice the dead band; a dash if the figure would be missing";
+pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash if the figure would be missing";
 
 /// Lines for each figure.
 enum Line {
@@ -88,12 +88,12 @@ enum Line {
     Units,
     /// The figure as a share of this value.
     Percent(f64),
-    /// Dependence of the figure on the dead band.
+    /// Dependence of the figure on the reversal threshold.
     Moves,
 }
 
 /// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent, the change from the
-/// first loop to the second, and the dependence on the dead band.
+/// first loop to the second, and the dependence on the reversal threshold.
 pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
     let unit = of.gauge_unit.unwrap_or(of.axis.unit());
     let area_unit = match (of.gauge_unit, of.axis.is_force()) {
@@ -218,7 +218,7 @@ mod tests {
     fn figures_stand_in_units_in_percent_and_as_a_change() {
         let of =
             LoopScale { axis: Axis::Fz, full_scale: 20.0, gauge_unit: None, output_scale: 20.0 };
-        let basis = Basis { dead_band_halved: Some(1.1), ..Basis::new(3, 0.5) };
+        let basis = Basis { reversal_threshold_halved: Some(1.1), ..Basis::new(3, 0.5) };
         let measures = |trace, figures: [f64; 4]| LoopMeasures {
             trace,
             figures: figures.map(|figure| (figure, basis)),

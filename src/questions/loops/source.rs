@@ -11,11 +11,11 @@ use crate::progress::Progress;
 use crate::questions::loops::error::LookError;
 use crate::questions::loops::output::{Output, Span};
 use crate::questions::loops::request::LookRequest;
-use crate::questions::metrology::{MetrologySettings, Rules, Run, extents_of_set};
+use crate::questions::metrology::{MetrologySettings, Rules, Run};
 use crate::recording::{Axis, Recording, RecordingSet, Role};
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::{InTime, Lag, LagRun, NoLag, WORTH_REMOVING, Widths, lag_of, widths};
-use crate::scoring::loops::LoadExtent;
+use crate::scoring::loops::{LoadExtent, extents_of_set};
 
 /// An interval of one recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,20 +66,20 @@ pub(crate) struct Source {
 impl Source {
     /// Takes over the data of the source `before` that do not depend on the changed calibration.
     pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
-        let axes = &request.calibration.axes;
+        let axes = &request.loads.calibration.axes;
         let lags = before.as_ref().map(|own| own.lags_of(request)).unwrap_or_default();
         let extents = before.and_then(|own| own.into_extents_of(request));
-        let extents = extents.unwrap_or_else(|| extents_of_set(&request.recordings, axes));
-        let recordings: Vec<_> = (request.recordings.entries().iter())
-            .map(|entry| match request.decimation {
+        let extents = extents.unwrap_or_else(|| extents_of_set(&request.loads.recordings, axes));
+        let recordings: Vec<_> = (request.loads.recordings.entries().iter())
+            .map(|entry| match request.loads.decimation {
                 0 | 1 => Arc::clone(&entry.recording),
                 step => Arc::new(entry.recording.decimated(step)),
             })
             .collect();
         Self {
-            set: Arc::clone(&request.recordings),
-            decimation: request.decimation,
-            calibration: Arc::clone(&request.calibration),
+            set: Arc::clone(&request.loads.recordings),
+            decimation: request.loads.decimation,
+            calibration: Arc::clone(&request.loads.calibration),
             applied: recordings.iter().map(|_| None).collect(),
             recordings,
             extents,
@@ -89,9 +89,9 @@ impl Source {
 
     /// Returns the lags of the conventional loads, if the loads are unchanged.
     fn lags_of(&self, request: &LookRequest) -> HashMap<(usize, Output), OutputLag> {
-        let same = Arc::ptr_eq(&self.set, &request.recordings)
-            && self.decimation == request.decimation
-            && self.calibration.conventional == request.calibration.conventional;
+        let same = Arc::ptr_eq(&self.set, &request.loads.recordings)
+            && self.decimation == request.loads.decimation
+            && self.calibration.conventional == request.loads.calibration.conventional;
         let lags =
             self.lags.iter().filter(|((_, output), _)| same && *output == Output::Conventional);
         lags.map(|(which, lag)| (*which, lag.clone())).collect()
@@ -106,7 +106,7 @@ impl Source {
         &mut self,
         column: usize,
         output: Output,
-        dead_band: f64,
+        reversal_threshold: f64,
         progress: &Progress,
     ) -> Result<OutputLag, LookError> {
         if let Some(known) = self.lags.get(&(column, output)) {
@@ -125,7 +125,7 @@ impl Source {
         let lag = lag_of(&runs, column);
         progress.check()?;
         let known = lag.as_ref().ok();
-        let widths = known.and_then(|lag| widths(lag, column, &runs, dead_band));
+        let widths = known.and_then(|lag| widths(lag, column, &runs, reversal_threshold));
         let full_scale = self.calibration.full_scale[column];
         let is_certain = widths.is_none_or(|own| !own.is_uncertain(full_scale));
         let found = OutputLag {
@@ -164,8 +164,8 @@ impl Source {
 
     /// Returns noise and range of the loads, if the request has the same recordings and axes.
     fn into_extents_of(self, request: &LookRequest) -> Option<Vec<LoadExtent>> {
-        let same = Arc::ptr_eq(&self.set, &request.recordings)
-            && self.calibration.axes == request.calibration.axes;
+        let same = Arc::ptr_eq(&self.set, &request.loads.recordings)
+            && self.calibration.axes == request.loads.calibration.axes;
         same.then_some(self.extents)
     }
 
@@ -180,9 +180,9 @@ impl Source {
     }
 
     pub(crate) fn holds(&self, request: &LookRequest) -> bool {
-        Arc::ptr_eq(&self.set, &request.recordings)
-            && Arc::ptr_eq(&self.calibration, &request.calibration)
-            && self.decimation == request.decimation
+        Arc::ptr_eq(&self.set, &request.loads.recordings)
+            && Arc::ptr_eq(&self.calibration, &request.loads.calibration)
+            && self.decimation == request.loads.decimation
     }
 
     /// Returns the requested samples, and computes their loads.
@@ -202,7 +202,7 @@ impl Source {
                 chosen.map(|(at, _)| whole(at)).collect()
             }
             Span::Visible => {
-                let shown = request.traces.on_screen(request.visible).into_iter();
+                let shown = request.loads.traces.on_screen(request.loads.visible).into_iter();
                 let parts = shown.map(|(recording, samples)| Part { recording, samples });
                 parts.collect()
             }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::calibration::FitSettings;
 use crate::progress::Cancelled;
 use crate::progress::Progress;
+use crate::questions::OnScreen;
 use crate::questions::errors::query::{Analysis, analyse};
 use crate::questions::errors::view::View;
 use crate::questions::loops::*;
@@ -60,23 +61,20 @@ fn analysed(recordings: &Arc<RecordingSet>) -> Analysis {
 }
 
 fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
-    let analysis = analysed(recordings);
+    let Analysis { calibration, traces, .. } = analysed(recordings);
+    let recordings = Arc::clone(recordings);
     LookRequest {
-        calibration: analysis.calibration,
-        recordings: Arc::clone(recordings),
-        decimation: 1,
-        traces: analysis.traces,
-        visible: None,
+        loads: OnScreen { calibration, recordings, decimation: 1, traces, visible: None },
         measuring: MetrologySettings::default(),
         question,
     }
 }
 
-/// The same request with this dead band.
-fn behind(dead_band: f64, request: LookRequest) -> LookRequest {
-    let dead_bands = vec![Some(dead_band)];
+/// The same request with this reversal threshold.
+fn behind(reversal_threshold: f64, request: LookRequest) -> LookRequest {
+    let reversal_thresholds = vec![Some(reversal_threshold)];
     LookRequest {
-        measuring: MetrologySettings { dead_bands, ..MetrologySettings::default() },
+        measuring: MetrologySettings { reversal_thresholds, ..MetrologySettings::default() },
         ..request
     }
 }
@@ -193,10 +191,10 @@ fn only_what_is_on_screen_is_looked_at() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz]), with_play("b", vec![Axis::Fz])]);
     let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::Visible)));
     assert_eq!(picture(&request).n_samples, 4000);
-    request.visible = Some((50.0, 110.0));
+    request.loads.visible = Some((50.0, 110.0));
     let part = picture(&request);
     assert_eq!((part.parts.len(), part.n_samples), (2, 1201));
-    request.visible = Some((1e4, 2e4));
+    request.loads.visible = Some((1e4, 2e4));
     assert_eq!(look(&request).unwrap_err(), LookError::NoSamples);
     request.question = Question::Loops(loops(Up::Error, Span::One(1)));
     assert_eq!(picture(&request).n_samples, 2000);
@@ -205,7 +203,7 @@ fn only_what_is_on_screen_is_looked_at() {
 }
 
 #[test]
-fn a_dead_band_above_the_load_leaves_a_sentence_and_a_line_to_see() {
+fn a_reversal_threshold_above_the_load_leaves_a_sentence_and_a_line_to_see() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
     let question = Question::Loops(loops(Up::Error, Span::All));
     let picture = picture(&behind(50.0, request(&recordings, question)));
@@ -328,9 +326,9 @@ fn a_figure_of_loops_says_which_way_they_go() {
     }
 }
 
-/// Two recordings, one with a tenth of the other's load: the dead band is 5 % of the range of all loads for every view.
+/// Two recordings, one with a tenth of the other's load: the reversal threshold is 5 % of the range of all loads for every view.
 #[test]
-fn whatever_is_looked_at_the_dead_band_is_the_same() {
+fn whatever_is_looked_at_the_reversal_threshold_is_the_same() {
     let large = with_play("large", vec![Axis::Fz]);
     let loads = large.loads().iter().map(|load| 0.1 * load);
     let small = Recording::new(
@@ -345,12 +343,12 @@ fn whatever_is_looked_at_the_dead_band_is_the_same() {
     let recordings = set(vec![large, small.unwrap()]);
     let expected = 0.05 * 20.0;
     let mut request = request(&recordings, Question::Table(TableQuestion { of: TableOf::All }));
-    request.decimation = 10;
+    request.loads.decimation = 10;
     let Ok(Look::Table(table)) = look(&request) else { panic!("no table") };
-    assert_eq!(table.dead_bands, [expected]);
+    assert_eq!(table.reversal_thresholds, [expected]);
     for span in [Span::All, Span::One(1), Span::Of(TableOf::Train)] {
         request.question = Question::Loops(loops(Up::Error, span));
-        assert_eq!(picture(&request).dead_band, expected);
+        assert_eq!(picture(&request).reversal_threshold, expected);
     }
 }
 

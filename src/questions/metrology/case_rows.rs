@@ -2,6 +2,7 @@
 
 use crate::min_max::MinMax;
 use crate::questions::metrology::figures::{Found, Result};
+use crate::questions::metrology::loop_rows::Line;
 use crate::questions::metrology::measured::AxisView;
 use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
@@ -31,20 +32,9 @@ fn nonlinearity(view: &AxisView<'_>, output: usize) -> Result<Found> {
     let mut loads: Vec<f64> = points.iter().map(|(load, _)| *load).collect();
     loads.sort_by(f64::total_cmp);
     loads.dedup();
-    if loads.len() < FEWEST_LOADS {
-        return Err(Reason::TooFewLoads { axis: view.axis, found: loads.len() });
-    }
-    let n = points.len() as f64;
-    let (x0, y0) =
-        points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / n, y + point.1 / n));
-    let xx: f64 = points.iter().map(|(x, _)| (x - x0).powi(2)).sum();
-    let xy: f64 = points.iter().map(|(x, y)| (x - x0) * (y - y0)).sum();
-    let deviation = |(x, y): &(f64, f64)| y - y0 - xy / xx * (x - x0);
-    let largest = points
-        .iter()
-        .map(deviation)
-        .fold(0.0_f64, |largest, own| if own.abs() > largest.abs() { own } else { largest });
-    Ok(Found::everywhere(largest.abs()))
+    let few = Reason::TooFewLoads { axis: view.axis, found: loads.len() };
+    let line = Line::best_fit(&points).filter(|_| loads.len() >= FEWEST_LOADS).ok_or(few)?;
+    Ok(Found::everywhere(line.largest_deviation(points.iter())))
 }
 
 /// Returns the largest difference between the errors of an output in one load case.

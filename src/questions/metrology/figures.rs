@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
+use crate::finding::Finding;
 use serde::{Serialize, Serializer};
 
 use crate::calibration::AppliedLoads;
 use crate::questions::metrology::quantity::{Definition, Quantity};
 use crate::questions::metrology::reason::Reason;
 use crate::recording::{Axis, Recording};
-use crate::scoring::numbers::significant;
 
 /// One recording with the loads of a calibration.
 ///
@@ -89,15 +89,20 @@ pub struct Basis {
     /// Share of all loads of the axis that the cycles have in common.
     pub range_share: f64,
     /// The figure with half the reversal threshold; `None` if there is none then.
-    pub dead_band_halved: Option<f64>,
+    pub reversal_threshold_halved: Option<f64>,
     /// The figure with twice the reversal threshold; `None` if there is none then.
-    pub dead_band_doubled: Option<f64>,
+    pub reversal_threshold_doubled: Option<f64>,
 }
 
 impl Basis {
     /// Returns a basis without the figures of other reversal thresholds.
     pub(crate) fn new(n_cycles: usize, range_share: f64) -> Self {
-        Self { n_cycles, range_share, dead_band_halved: None, dead_band_doubled: None }
+        Self {
+            n_cycles,
+            range_share,
+            reversal_threshold_halved: None,
+            reversal_threshold_doubled: None,
+        }
     }
 }
 
@@ -132,37 +137,6 @@ pub struct Row {
     pub cells: Vec<Cell>,
 }
 
-/// Note on the whole table.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum Note {
-    #[error(
-        "{} reaches {} {}, beyond its full scale of {} {}; enter the rated load",
-        .axis.symbol(), significant(*.reaches, 4), .axis.unit(), significant(*.full_scale, 4), .axis.unit()
-    )]
-    BeyondFullScale { axis: Axis, reaches: f64, full_scale: f64 },
-    #[error("{} has no full scale, so none of its figures is in percent; enter one", .axis.symbol())]
-    NoFullScale { axis: Axis },
-    #[error(
-        "the largest cycle of {} spans {:.0} % of all its loads only; record it from the least to the greatest load and back in one run",
-        .axis.symbol(), 100.0 * .share
-    )]
-    SmallCycle { axis: Axis, share: f64 },
-    #[error(
-        "{} of the conventional calibration comes {} s after the reference; this lag, and not hysteresis, makes {:.0} % of the mean width. If one clock is late, set its offset where the file is read; if the sensor is slow, a fixed lag or a look-back can make up for it, or a faster amplifier",
-        .axis.symbol(), significant(*.seconds, 3), 100.0 * .share
-    )]
-    Lag { axis: Axis, seconds: f64, share: f64 },
-    #[error("{count} of {all} recordings have no reference load and take no part")]
-    WithoutReference { count: usize, all: usize },
-}
-
-impl Serialize for Note {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
 /// Table of metrology figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrology {
@@ -171,13 +145,13 @@ pub struct Metrology {
     /// Full scale per axis, in its unit; 0 if there is none.
     pub full_scale: Vec<f64>,
     /// Reversal threshold per axis, in its unit.
-    pub dead_bands: Vec<f64>,
+    pub reversal_thresholds: Vec<f64>,
     /// Number of recordings.
     pub n_recordings: usize,
     /// Number of their samples.
     pub n_samples: usize,
-    /// Notes on the whole table.
-    pub notes: Vec<Note>,
+    /// Findings about the whole table.
+    pub findings: Vec<Finding>,
     /// Rows in a fixed order.
     pub rows: Vec<Row>,
 }

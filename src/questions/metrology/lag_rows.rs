@@ -25,7 +25,7 @@ pub(crate) fn figures(
         return ([found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })], Some(0.0));
     }
     let own: Vec<LagRun<'_>> = view.measured.lag_runs(output).collect();
-    let Some(widths) = widths(lag, place, &own, view.dead_band) else {
+    let Some(widths) = widths(lag, place, &own, view.reversal_threshold) else {
         return ([found, Err(Reason::NoCycle { axis })], None);
     };
     let share = widths.explained_share();

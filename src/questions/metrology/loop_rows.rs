@@ -33,11 +33,12 @@ pub(crate) struct LoopRows<'a> {
 
 impl<'a> LoopRows<'a> {
     /// Returns the loops for this reversal threshold.
-    pub(crate) fn of(view: &'a AxisView<'a>, dead_band: f64) -> Self {
+    pub(crate) fn of(view: &'a AxisView<'a>, reversal_threshold: f64) -> Self {
         let (axis, range) = (view.axis, view.range());
-        let loops = Loops::of(view.runs.iter().map(|run| run.loads), dead_band);
+        let loops = Loops::of(view.runs.iter().map(|run| run.loads), reversal_threshold);
         let largest = loops.largest();
-        let largest = largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, dead_band));
+        let largest =
+            largest.ok_or_else(|| Reason::no_cycle(axis, &loops, range, reversal_threshold));
         let mean_cycles = largest.clone().and_then(|_| {
             let enough = loops.mean_cycles(range);
             enough.map_err(|few| Reason::few_cycles(axis, few))
@@ -48,7 +49,8 @@ impl<'a> LoopRows<'a> {
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Result<Found>)> {
         let [largest_width, mean_width] = self.mean_loop(output);
         let [terminal, best_fit] =
-            [Line::through_ends, Line::best_fit].map(|line| self.nonlinearity(output, line));
+            [Line::through_ends, |curve: &Curve| Line::best_fit(curve.averages())]
+                .map(|line| self.nonlinearity(output, line));
         vec![
             (Quantity::Hysteresis, self.hysteresis(output)),
             (Quantity::MeanLoopHysteresis, largest_width),
@@ -277,7 +279,7 @@ fn spread(branches: &[&Branch], loads: &[f64], outputs: &[f64]) -> Option<f64> {
 
 /// A straight line of outputs over loads.
 #[derive(Clone, Copy, Debug)]
-struct Line {
+pub(crate) struct Line {
     load: f64,
     output: f64,
     slope: f64,
@@ -290,9 +292,8 @@ impl Line {
         Some(Self { load: x0, output: y0, slope: (y1 - y0) / (x1 - x0) })
     }
 
-    /// Returns the least-squares line through the averages, with equal weights.
-    fn best_fit(curve: &Curve) -> Option<Self> {
-        let points = curve.averages();
+    /// Returns the least-squares line through these points, with equal weights.
+    pub(crate) fn best_fit(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len() as f64;
         let load = points.iter().map(|(x, _)| x).sum::<f64>() / n;
         let output = points.iter().map(|(_, y)| y).sum::<f64>() / n;
@@ -301,7 +302,10 @@ impl Line {
         (xx > 0.0).then(|| Self { load, output, slope: xy / xx })
     }
 
-    fn largest_deviation<'b>(&self, points: impl Iterator<Item = &'b (f64, f64)>) -> f64 {
+    pub(crate) fn largest_deviation<'b>(
+        &self,
+        points: impl Iterator<Item = &'b (f64, f64)>,
+    ) -> f64 {
         points
             .map(|(x, y)| (y - self.output - self.slope * (x - self.load)).abs())
             .fold(0.0, f64::max)

@@ -111,7 +111,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
     /// Data per axis.
-    pub(crate) dead_bands: Vec<f64>,
+    pub(crate) reversal_thresholds: Vec<f64>,
     /// Dwells of each run, of all axes that have a reference.
     pub(crate) holds: Vec<Vec<Hold>>,
     lags: OnceLock<Lags>,
@@ -125,7 +125,7 @@ impl<'a> Measured<'a> {
         let runs =
             (runs.par_iter()).map(|run| Columns::of(run, axes)).collect::<Result<Vec<_>, _>>()?;
         let all = 0..axes.len();
-        let dead_bands = all.clone().map(|at| rules.dead_band(at)).collect();
+        let reversal_thresholds = all.clone().map(|at| rules.reversal_threshold(at)).collect();
         let still: Vec<f64> = all.map(|at| rules.still(at)).collect();
         let holds = (runs.par_iter())
             .map(|run| {
@@ -139,7 +139,7 @@ impl<'a> Measured<'a> {
             })
             .collect();
         let lags = OnceLock::new();
-        Ok(Self { axes, full_scale, settings, runs, dead_bands, holds, lags })
+        Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
     /// Returns the time lag of each output. It is measured at the first call.
@@ -199,7 +199,7 @@ impl<'a> Measured<'a> {
             measured: self,
             axis,
             full_scale: self.full_scale[at],
-            dead_band: self.dead_bands[at],
+            reversal_threshold: self.reversal_thresholds[at],
             runs,
         })
     }
@@ -221,7 +221,7 @@ pub(crate) struct AxisView<'a> {
     pub(crate) measured: &'a Measured<'a>,
     pub(crate) axis: Axis,
     pub(crate) full_scale: f64,
-    pub(crate) dead_band: f64,
+    pub(crate) reversal_threshold: f64,
     pub(crate) runs: Vec<AxisRun<'a>>,
 }
 

@@ -12,7 +12,7 @@
 //! several axes at once, at varying speed, turns at any load, and seldom dwells. So hysteresis contains the effect of other
 //! axes at equal load, creep and viscosity add to the width, and nonlinearity is that of a branch between two turns. Cycles
 //! are counted by rainflow. Each figure of loops gives its number of cycles, their share of the loads, and its value with
-//! half and twice the dead band ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not
+//! half and twice the reversal threshold ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not
 //! replace a calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) lists the
 //! conditions for each row.
 
@@ -34,12 +34,12 @@ mod verdict;
 
 pub(crate) use dwells::Dwell;
 pub use dwells::dwells;
-pub use figures::{Basis, Cell, Figure, Metrology, Note, Place, Row, Run, Value};
+pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
 pub(crate) use measured::check_numbers;
 pub(crate) use quantity::Quantity;
 pub(crate) use reason::Reason;
 pub(crate) use settings::MetrologyError;
-pub use settings::{MetrologySettings, Rules, extents_of, extents_of_set};
+pub use settings::{MetrologySettings, Rules};
 pub use shown::crosstalk;
 pub(crate) use shown::{axis_figures, figure_records, overview};
 pub use table::table_by;

@@ -10,52 +10,55 @@ use crate::scoring::numbers::significant;
 /// Reason why the data do not determine a figure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
-    #[error("no recording has a reference load for {}; record it in a column of this name", .axis.symbol())]
+    #[error("no recording has a reference load for {axis}; record it in a column of this name")]
     NoReference { axis: Axis },
     #[error(
-        "{} stays between {} and {} {}, within the dead band of {} {}; load it further, or choose a smaller dead band",
-        .axis.symbol(), short(*.low), short(*.high), .axis.unit(), short(*.dead_band), .axis.unit()
+        "{axis} stays between {} and {} {}, within the reversal threshold of {} {}; load it further, or choose a smaller reversal threshold", short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
     )]
-    ConstantLoad { axis: Axis, low: f64, high: f64, dead_band: f64 },
+    ConstantLoad { axis: Axis, low: f64, high: f64, reversal_threshold: f64 },
     #[error(
-        "the recordings are load cases without times, so {} has no loop, no dwell and no creep; record it over time, with a column t",
-        .axis.symbol()
+        "the recordings are load cases without times, so {axis} has no loop, no dwell and no creep; record it over time, with a column t"
     )]
     NoTimes { axis: Axis },
     #[error(
-        "no load case of {} was measured twice, so its repeatability is unknown; repeat load cases",
-        .axis.symbol()
+        "no load case of {axis} was measured twice, so its repeatability is unknown; repeat load cases"
     )]
     NoRepeats { axis: Axis },
-    #[error("{} only {} in every recording, so there is no second branch to compare with; record it up and down", .axis.symbol(), if *.rises { "rises" } else { "falls" })]
+    #[error("{axis} only {} in every recording, so there is no second branch to compare with; record it up and down", if *.rises { "rises" } else { "falls" })]
     OneBranch { axis: Axis, rises: bool },
-    #[error("{} has no reversal within a recording, so there is no cycle; record it up and down in one run", .axis.symbol())]
+    #[error(
+        "{axis} has no reversal within a recording, so there is no cycle; record it up and down in one run"
+    )]
     NoCycle { axis: Axis },
-    #[error("{} only falls, and this figure is that of a rising branch; record it rising", .axis.symbol())]
+    #[error("{axis} only falls, and this figure is that of a rising branch; record it rising")]
     NoRisingBranch { axis: Axis },
-    #[error("the branch of {} has samples at {found} loads only; record it more slowly or at a higher rate", .axis.symbol())]
+    #[error(
+        "the branch of {axis} has samples at {found} loads only; record it more slowly or at a higher rate"
+    )]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "{} has {count} full cycle{} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
-         more than {} %. Only the largest cycle is shown",
-        .axis.symbol(), if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        "{axis} has {count} full cycle{} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
+         more than {} %. Only the largest cycle is shown", if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
     FewCycles { axis: Axis, count: usize, share: f64 },
-    #[error("no recording takes {} over most of its range twice in the same direction; repeat the cycle in one run", .axis.symbol())]
+    #[error(
+        "no recording takes {axis} over most of its range twice in the same direction; repeat the cycle in one run"
+    )]
     TooFewCycles { axis: Axis },
-    #[error("no cycle of {} is repeated: none turns at the same loads as the one before; repeat the cycle in one run", .axis.symbol())]
+    #[error(
+        "no cycle of {axis} is repeated: none turns at the same loads as the one before; repeat the cycle in one run"
+    )]
     NotRepeated { axis: Axis },
     #[error(
-        "the cycles of {} are not repeated: at equal load of it, {} is loaded differently; repeat the cycle of one axis alone",
-        .axis.symbol(), .other.symbol()
+        "the cycles of {axis} are not repeated: at equal load of it, {other} is loaded differently; repeat the cycle of one axis alone"
     )]
     OthersDiffer { axis: Axis, other: Axis },
-    #[error("{} has no full scale, as it is never loaded; enter one", .axis.symbol())]
+    #[error("{axis} has no full scale, as it is never loaded; enter one")]
     NoFullScale { axis: Axis },
     #[error(
-        "no interval of {} s in which the load is constant with {} at {} % of full scale or above",
-        short(*.secs), .axis.symbol(), short(100.0 * .share)
+        "no interval of {} s in which the load is constant with {axis} at {} % of full scale or above",
+        short(*.secs), short(100.0 * .share)
     )]
     NoHold { axis: Axis, share: f64, secs: f64 },
     #[error(
@@ -64,43 +67,40 @@ pub enum Reason {
     )]
     NoZero { share: f64, secs: f64 },
     #[error(
-        "no recording dwells at zero both before and after {} was at {} % of full scale or above",
-        .axis.symbol(), short(100.0 * .share)
+        "no recording dwells at zero both before and after {axis} was at {} % of full scale or above", short(100.0 * .share)
     )]
     NoReturn { axis: Axis, share: f64 },
     #[error(
-        "no recording dwells at zero after {} was at {} % of full scale or above",
-        .axis.symbol(), short(100.0 * .share)
+        "no recording dwells at zero after {axis} was at {} % of full scale or above", short(100.0 * .share)
     )]
     NoRecovery { axis: Axis, share: f64 },
-    #[error("the time lag of {} is unknown: {reason}", .axis.symbol())]
+    #[error("the time lag of {axis} is unknown: {reason}")]
     NoLag { axis: Axis, reason: NoLag },
-    #[error("the time lag explains {:.0} % of the mean width of {}: hysteresis is that of the row above", 100.0 * .share, .axis.symbol())]
+    #[error("the time lag explains {:.0} % of the mean width of {axis}, so the hysteresis needs no correction", 100.0 * .share)]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(
-        "the uncertainty of the time lag leaves the hysteresis of {} uncertain by ± {} {}; load the axis more slowly",
-        .axis.symbol(), significant(*.uncertainty, 2), .axis.unit()
+        "the uncertainty of the time lag leaves the hysteresis of {axis} uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
     )]
     LagTooUncertain { axis: Axis, uncertainty: f64 },
     #[error(transparent)]
     NoTimeConstant(#[from] NoTimeConstant),
-    #[error("{} is the loaded axis", .axis.symbol())]
+    #[error("{axis} is the loaded axis")]
     LoadedAxis { axis: Axis },
-    #[error("{} is the only axis, so there is no crosstalk", .axis.symbol())]
+    #[error("{axis} is the only axis, so there is no crosstalk")]
     OnlyAxis { axis: Axis },
     #[error(
-        "no interval in which {} alone is loaded (to {} % of full scale or above, every other axis within {} %)",
-        .axis.symbol(), short(100.0 * .loaded_share), short(100.0 * .alone_share)
+        "no interval in which {axis} alone is loaded (to {} % of full scale or above, every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
     )]
     NeverAlone { axis: Axis, loaded_share: f64, alone_share: f64 },
     #[error(
-        "{} alone is loaded at about the same load only, so there is no slope; unload it in the same recording",
-        .axis.symbol()
+        "{axis} alone is loaded at about the same load only, so there is no slope; unload it in the same recording"
     )]
     NotLinear { axis: Axis },
-    #[error("{recording}: the load or the output of {} is not a finite number in sample {sample}", .axis.symbol())]
+    #[error(
+        "{recording}: the load or the output of {axis} is not a finite number in sample {sample}"
+    )]
     NotFinite { axis: Axis, recording: String, sample: usize },
-    #[error("the numbers of {} are too large to compute with", .axis.symbol())]
+    #[error("the numbers of {axis} are too large to compute with")]
     Overflow { axis: Axis },
 }
 
@@ -143,13 +143,13 @@ impl Reason {
 
     /// Returns the reason why the loads of an axis have no cycle with this reversal threshold. `range` is the minimum and
     /// maximum load.
-    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, dead_band: f64) -> Self {
+    pub fn no_cycle(axis: Axis, loops: &Loops, range: MinMax, reversal_threshold: f64) -> Self {
         let branches = loops.branches().iter().flatten();
         let mut ways = branches.map(|branch| branch.rising);
         match ways.next() {
             None => {
                 let (low, high) = range.ends().unwrap_or_default();
-                Self::ConstantLoad { axis, low, high, dead_band }
+                Self::ConstantLoad { axis, low, high, reversal_threshold }
             }
             Some(rises) if ways.all(|other| other == rises) => Self::OneBranch { axis, rises },
             Some(_) => Self::NoCycle { axis },

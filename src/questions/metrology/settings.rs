@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{Axis, Recording, RecordingSet, Role};
+use crate::recording::Axis;
 use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 
 /// Settings of a table of figures.
 ///
 /// | field | default | range | meaning |
 /// |---|---|---|---|
-/// | `dead_bands` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
+/// | `reversal_thresholds` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
 /// | `hold_secs` | 5 s | > 0 | shortest dwell |
 /// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale (or ten times its noise)
 /// |
@@ -21,7 +21,8 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 pub struct MetrologySettings {
     /// Reversal threshold per axis, in axis order. Missing entries and `None` are computed from noise and range
     /// ([`LoadExtent`]).
-    pub dead_bands: Vec<Option<f64>>,
+    #[serde(alias = "dead_bands")]
+    pub reversal_thresholds: Vec<Option<f64>>,
     /// Shortest dwell (s).
     pub hold_secs: f64,
     /// Largest movement of a load in a dwell, as a share of full scale.
@@ -37,7 +38,7 @@ pub struct MetrologySettings {
 impl Default for MetrologySettings {
     fn default() -> Self {
         Self {
-            dead_bands: Vec::new(),
+            reversal_thresholds: Vec::new(),
             hold_secs: 5.0,
             still_share: 0.01,
             zero_share: 0.01,
@@ -60,53 +61,21 @@ pub struct Rules<'a> {
     pub full_scale: &'a [f64],
     /// Settings of the user.
     pub settings: &'a MetrologySettings,
-    /// Noise and range of the loads, for settings without a value; see [`extents_of_set`].
+    /// Noise and range of the loads, for settings without a value; see [`extents_of_set`](crate::scoring::loops::extents_of_set).
     pub extents: &'a [LoadExtent],
 }
 
 impl Rules<'_> {
     /// Returns the reversal threshold of the axis at this position, in its unit.
-    pub fn dead_band(&self, at: usize) -> f64 {
-        let chosen = self.settings.dead_bands.get(at).copied().flatten();
-        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::dead_band))
+    pub fn reversal_threshold(&self, at: usize) -> f64 {
+        let chosen = self.settings.reversal_thresholds.get(at).copied().flatten();
+        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::reversal_threshold))
     }
 
     /// Returns the largest movement in a dwell of the axis at this position, in its unit.
     pub(crate) fn still(&self, at: usize) -> f64 {
         let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
         (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
-    }
-}
-
-/// Returns the noise and range of each axis' load in these recordings. Recordings without a reference are skipped.
-pub fn extents_of<'a>(
-    recordings: impl IntoIterator<Item = &'a Recording>,
-    axes: &[Axis],
-) -> Vec<LoadExtent> {
-    let mut extents = vec![LoadExtent::default(); axes.len()];
-    for recording in recordings {
-        let own = recording.axes();
-        for (extent, axis) in extents.iter_mut().zip(axes) {
-            let Some(at) = own.iter().position(|one| one == axis) else {
-                continue;
-            };
-            let loads = recording.loads().iter().skip(at).step_by(own.len());
-            let loads: Vec<f64> = loads.copied().collect();
-            *extent = extent.with(LoadExtent::of([&loads[..]]));
-        }
-    }
-    extents
-}
-
-/// Returns the noise and range of each axis' load in the training and test recordings, or in all if there are none. So every
-/// view of the recordings uses the same rules.
-pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
-    let entries = set.entries().iter();
-    let used = entries.clone().filter(|entry| entry.role != Role::Off);
-    if used.clone().next().is_some() {
-        extents_of(used.map(|entry| &*entry.recording), axes)
-    } else {
-        extents_of(entries.map(|entry| &*entry.recording), axes)
     }
 }
 
@@ -131,9 +100,10 @@ impl MetrologySettings {
     /// # Errors
     /// [`MetrologyError`] for the first setting that is out of range.
     pub fn validate(&self, n_axes: usize) -> Result<(), MetrologyError> {
-        if !self.dead_bands.is_empty() {
-            let chosen: Vec<f64> = self.dead_bands.iter().map(|band| band.unwrap_or(0.0)).collect();
-            check_per_axis("dead band", "dead bands", &chosen, n_axes)?;
+        if !self.reversal_thresholds.is_empty() {
+            let chosen: Vec<f64> =
+                self.reversal_thresholds.iter().map(|band| band.unwrap_or(0.0)).collect();
+            check_per_axis("reversal threshold", "reversal thresholds", &chosen, n_axes)?;
         }
         if !(self.hold_secs > 0.0 && self.hold_secs.is_finite()) {
             let value = self.hold_secs;
@@ -181,10 +151,10 @@ mod tests {
             settings.validate(2)
         };
         assert_eq!(with(|_| {}), Ok(()));
-        assert_eq!(with(|s| s.dead_bands = vec![None, Some(0.0)]), Ok(()));
-        assert!(with(|s| s.dead_bands = vec![Some(1.0)]).is_err());
-        assert!(with(|s| s.dead_bands = vec![None, Some(-1.0)]).is_err());
-        assert!(with(|s| s.dead_bands = vec![None, Some(f64::NAN)]).is_err());
+        assert_eq!(with(|s| s.reversal_thresholds = vec![None, Some(0.0)]), Ok(()));
+        assert!(with(|s| s.reversal_thresholds = vec![Some(1.0)]).is_err());
+        assert!(with(|s| s.reversal_thresholds = vec![None, Some(-1.0)]).is_err());
+        assert!(with(|s| s.reversal_thresholds = vec![None, Some(f64::NAN)]).is_err());
         assert!(with(|s| s.hold_secs = 0.0).is_err());
         assert!(with(|s| s.zero_share = f64::NAN).is_err());
         assert!(with(|s| s.alone_share = 1.1).is_err());

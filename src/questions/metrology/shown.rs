@@ -1,6 +1,5 @@
 //! Metrology figures as tables.
 
-use crate::questions::errors::trace::{Shown, Trace};
 use crate::questions::loops::shown::{MOVES, moves};
 use crate::questions::metrology;
 use crate::questions::metrology::figures::{Basis, Figure, Metrology, Row, Value};
@@ -8,6 +7,7 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::report::table;
 use crate::report::table::{Cell, Column, Table};
+use crate::report::trace::{Shown, Trace};
 use crate::scoring::numbers::significant;
 
 type Output = fn(&metrology::Cell) -> &Figure;
@@ -22,11 +22,10 @@ const OUTPUTS: [(Trace, Output); 2] = [
 pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let axis = metrology.axes[at];
     let title = format!(
-        "{} [{}], full scale {}, dead band {}",
-        axis.symbol(),
+        "{axis} [{}], full scale {}, reversal threshold {}",
         axis.unit(),
         significant(metrology.full_scale[at], 4),
-        significant(metrology.dead_bands[at], 3)
+        significant(metrology.reversal_thresholds[at], 3)
     );
     let outputs = OUTPUTS.into_iter().flat_map(|output| {
         let units = shown.both((false, axis.unit()), (true, "% FS"));
@@ -72,7 +71,7 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     .columns(
         OUTPUTS,
         |(trace, _)| {
-            let name = format!("{} at ½, 2 × dead band", trace.label());
+            let name = format!("{} at ½, 2 × reversal threshold", trace.label());
             Column::words(name).about(MOVES)
         },
         |(_, cell), (_, output)| {
@@ -118,7 +117,7 @@ fn told(cell: &metrology::Cell, value: &Value) -> String {
     }
     if let Some(basis) = &value.basis {
         about.push_str(&format!(
-            "\nCycles: {} of all loads. With ½ and 2 × the dead band: {}",
+            "\nCycles: {} of all loads. With ½ and 2 × the reversal threshold: {}",
             cycles(basis),
             moves(value.value, basis)
         ));
@@ -202,7 +201,7 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
 /// Returns one row per quantity and axis, for a file: conventional beside compensated, in the axis' unit and in % of full
 /// scale, with the place of the figure or the reason why it is missing; then the definition of the quantity.
 ///
-/// Full scale and dead band are in the axis' load unit.
+/// Full scale and reversal threshold are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {
     let number = |value: f64| Cell::number(value, value.to_string());
     let known = |value: Option<f64>| value.map_or_else(Cell::none, number);
@@ -236,7 +235,9 @@ pub fn figure_records(metrology: &Metrology) -> Table {
             });
     }
     rows = rows
-        .column(Column::words("dead_band"), |(at, ..)| number(metrology.dead_bands[*at]))
+        .column(Column::words("reversal_threshold"), |(at, ..)| {
+            number(metrology.reversal_thresholds[*at])
+        })
         .words("definition", |(_, about, _)| about.definition)
         .words("source", |(_, about, _)| about.source)
         .words("free_running", |(_, about, _)| about.free_running);
@@ -244,8 +245,8 @@ pub fn figure_records(metrology: &Metrology) -> Table {
     let of_basis: [(&str, OfBasis); 4] = [
         ("cycles", |own| Some(own.n_cycles as f64)),
         ("range_share", |own| Some(own.range_share)),
-        ("dead_band_halved", |own| own.dead_band_halved),
-        ("dead_band_doubled", |own| own.dead_band_doubled),
+        ("reversal_threshold_halved", |own| own.reversal_threshold_halved),
+        ("reversal_threshold_doubled", |own| own.reversal_threshold_doubled),
     ];
     for (name, output) in outputs {
         rows = rows.columns(

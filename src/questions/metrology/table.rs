@@ -2,12 +2,14 @@
 
 use rayon::prelude::*;
 
+use crate::finding::{Finding, Id, Verdict};
+use crate::min_max::MinMax;
 use crate::questions::metrology::case_rows::case_figures;
 use crate::questions::metrology::crosstalk::{Alone, crosstalk_figures, intervals_alone};
 use crate::questions::metrology::dwell_rows::DwellRows;
 use crate::questions::metrology::errors::error_figures;
 use crate::questions::metrology::figures::Value;
-use crate::questions::metrology::figures::{Cell, Figure, Metrology, Note, Row, Run};
+use crate::questions::metrology::figures::{Cell, Figure, Metrology, Row, Run};
 use crate::questions::metrology::figures::{Found, Result};
 use crate::questions::metrology::lag_rows;
 use crate::questions::metrology::loop_rows::LoopRows;
@@ -19,6 +21,7 @@ use crate::questions::metrology::settings::{MetrologyError, Rules};
 use crate::recording::Axis;
 use crate::scoring::MANY_SAMPLES;
 use crate::scoring::lag::WORTH_REMOVING;
+use crate::scoring::numbers::significant;
 
 /// Ratio of the largest load to full scale above which the table has a note.
 pub(crate) const BEYOND: f64 = 1.2;
@@ -70,8 +73,8 @@ pub fn table_by(
     Ok(Metrology {
         axes: axes.to_vec(),
         full_scale: full_scale.to_vec(),
-        notes: notes(&measured, &by_axis),
-        dead_bands: measured.dead_bands,
+        findings: findings(&measured, &by_axis),
+        reversal_thresholds: measured.reversal_thresholds,
         n_recordings: runs.len(),
         n_samples,
         rows,
@@ -112,7 +115,7 @@ impl AxisFigures {
             return Self { outputs, missing, cycle_share: None, lag_share: None };
         }
         let [loops, halved, doubled] =
-            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.dead_band));
+            [1.0, 0.5, 2.0].map(|factor| LoopRows::of(&view, factor * view.reversal_threshold));
         let dwells = DwellRows::of(&view);
         let of_lag: [_; OUTPUTS] =
             std::array::from_fn(|output| lag_rows::figures(&view, axis, output));
@@ -122,7 +125,8 @@ impl AxisFigures {
             for (quantity, found) in &mut of_loops {
                 if let Ok(Found { basis: Some(basis), .. }) = found {
                     let size = |all: &Vec<_>| Some(figure(all, *quantity)?.as_ref().ok()?.size);
-                    [basis.dead_band_halved, basis.dead_band_doubled] = others.each_ref().map(size);
+                    [basis.reversal_threshold_halved, basis.reversal_threshold_doubled] =
+                        others.each_ref().map(size);
                 }
             }
             let of_lag = [Quantity::TimeLag, Quantity::HysteresisWithoutLag]
@@ -204,36 +208,53 @@ pub(crate) fn finished(
         return Err(Reason::Overflow { axis });
     }
     if let Some(basis) = &mut basis {
-        for other in [&mut basis.dead_band_halved, &mut basis.dead_band_doubled] {
+        for other in [&mut basis.reversal_threshold_halved, &mut basis.reversal_threshold_doubled] {
             *other = other.filter(|size| size.is_finite());
         }
     }
     Ok(Value { value: size, percent_fs, place, basis })
 }
 
-pub(crate) fn notes(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Note> {
+fn findings(measured: &Measured<'_>, by_axis: &[AxisFigures]) -> Vec<Finding> {
+    let found = |id, seen: String| Finding::new(id, Verdict::Doubtful, seen);
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let bare = |run: &&measured::Columns<'_>| run.loads.iter().all(Option::is_none);
-    let count = measured.runs.iter().filter(bare).count();
-    let all = measured.runs.len();
-    let missing = (count > 0).then_some(Note::WithoutReference { count, all });
+    let (count, all) = (measured.runs.iter().filter(bare).count(), measured.runs.len());
+    let missing = format!("{count} of {all} recordings have no reference load");
+    let missing = (count > 0).then(|| found(Id::WithoutReference, missing));
     let of_axes = (by_axis.iter().enumerate()).flat_map(|(at, figures)| {
-        let small = figures.cycle_share.filter(|share| *share < SMALL);
-        let small = small.map(|share| Note::SmallCycle { axis: measured.axes[at], share });
+        let axis = measured.axes[at].symbol();
+        let small = figures.cycle_share.filter(|share| *share < SMALL).map(|share| {
+            let share = percent(share);
+            found(
+                Id::SmallCycle,
+                format!("the largest cycle of {axis} spans only {share} of its loads"),
+            )
+        });
         let lag = figures.lag_share.filter(|share| *share > WORTH_REMOVING);
-        let lag = lag.zip(measured.lags()[0][at].as_ref().ok());
-        let axis = measured.axes[at];
-        let lag = lag.map(|(share, lag)| Note::Lag { axis, seconds: lag.seconds, share });
-        full_scale_note(measured, at).into_iter().chain(small).chain(lag)
+        let lag = lag.zip(measured.lags()[0][at].as_ref().ok()).map(|(share, lag)| {
+            let secs = significant(lag.seconds, 3);
+            let seen =
+                format!("the uncompensated load of {axis} comes {secs} s after the reference");
+            found(Id::LagInLoop, seen)
+                .with(format!("{} of the mean width of its loop", percent(share)))
+        });
+        full_scale_finding(measured, at).into_iter().chain(small).chain(lag)
     });
     missing.into_iter().chain(of_axes).collect()
 }
 
-pub(crate) fn full_scale_note(measured: &Measured<'_>, at: usize) -> Option<Note> {
+fn full_scale_finding(measured: &Measured<'_>, at: usize) -> Option<Finding> {
     let (axis, full_scale) = (measured.axes[at], measured.full_scale[at]);
+    let (symbol, unit) = (axis.symbol(), axis.unit());
     if full_scale == 0.0 {
-        return Some(Note::NoFullScale { axis });
+        let seen = format!("{symbol} has no full scale");
+        return Some(Finding::new(Id::NoFullScale, Verdict::Doubtful, seen));
     }
     let loads = measured.runs.iter().filter_map(|run| run.loads[at].as_ref());
-    let reaches = loads.flatten().fold(0.0_f64, |reaches, load| reaches.max(load.abs()));
-    (reaches > BEYOND * full_scale).then_some(Note::BeyondFullScale { axis, reaches, full_scale })
+    let reaches = loads.flat_map(|load| load.iter()).collect::<MinMax>().magnitude();
+    let [reached, full] = [reaches, full_scale].map(|load| significant(load, 4));
+    let seen = format!("{symbol} reaches {reached} {unit}, beyond its full scale of {full} {unit}");
+    (reaches.is_finite() && reaches > BEYOND * full_scale)
+        .then(|| Finding::new(Id::BeyondFullScale, Verdict::Doubtful, seen))
 }

@@ -1,5 +1,6 @@
 //! Known values for every row, and the reason for every missing figure.
 
+use crate::finding::Id;
 use crate::questions::metrology::*;
 use crate::recording::Axis;
 use crate::recording::simulated;
@@ -90,6 +91,10 @@ fn value(figure: &Figure) -> f64 {
     figure.as_ref().unwrap().value
 }
 
+fn ids(table: &Metrology) -> Vec<Id> {
+    table.findings.iter().map(|found| found.id).collect()
+}
+
 fn reason(table: &Metrology, quantity: Quantity) -> Reason {
     fz(table, quantity).conventional.clone().unwrap_err()
 }
@@ -143,7 +148,7 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
         let figure = fz(&table, quantity).conventional.clone().unwrap();
         let basis = figure.basis.unwrap();
         assert_eq!((basis.n_cycles, basis.range_share), (n_cycles, 1.0));
-        let others = [basis.dead_band_halved, basis.dead_band_doubled];
+        let others = [basis.reversal_threshold_halved, basis.reversal_threshold_doubled];
         assert_eq!(others, [Some(figure.value); 2]);
     }
 }
@@ -347,7 +352,8 @@ fn without_a_reference_every_figure_says_so() {
         }
     }
     let beside = table_of(&[bare, one.run()], &[Axis::Fz], &[10.0]);
-    assert_eq!(beside.notes, [Note::WithoutReference { count: 1, all: 2 }]);
+    assert_eq!(ids(&beside), [Id::WithoutReference]);
+    assert!(beside.findings[0].seen.starts_with("1 of 2 recordings"));
     let hysteresis = fz(&beside, Quantity::Hysteresis).conventional.clone().unwrap();
     assert_eq!(hysteresis.place.unwrap().recording, 1);
 }
@@ -391,28 +397,28 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
 fn loads_beyond_full_scale_and_axes_without_one_are_noted() {
     let load = path(&[0.0, 10.0, 0.0], 100);
     let table = One::new(load.clone(), load.clone()).table(5.0);
-    assert!(matches!(
-        table.notes[..],
-        [Note::BeyondFullScale { reaches: 10.0, full_scale: 5.0, .. }]
-    ));
+    assert_eq!(ids(&table), [Id::BeyondFullScale]);
+    assert!(table.findings[0].seen.contains("reaches 10.00 N, beyond its full scale of 5.000 N"));
     let table = One::new(load.clone(), load).table(0.0);
-    assert_eq!(table.notes, [Note::NoFullScale { axis: Axis::Fz }]);
+    assert_eq!(ids(&table), [Id::NoFullScale]);
     let rmse = fz(&table, Quantity::Rmse).conventional.clone().unwrap();
     assert_eq!(rmse.percent_fs, None);
     assert_eq!(reason(&table, Quantity::Creep), Reason::NoFullScale { axis: Axis::Fz });
 }
 
-/// The load rises, falls by 3, rises again, and falls. With a small dead band, the fall by 3 is a separate cycle, and the
+/// The load rises, falls by 3, rises again, and falls. With a small reversal threshold, the fall by 3 is a separate cycle, and the
 /// large cycle is unchanged.
 #[test]
-fn a_chosen_dead_band_decides_how_small_a_cycle_is_counted() {
+fn a_chosen_reversal_threshold_decides_how_small_a_cycle_is_counted() {
     let load = path(&[0.0, 10.0, 7.0, 10.0, 0.0], 100);
     let one = One::new(load.clone(), load);
-    for dead_band in [4.0, 1.0] {
-        let settings =
-            MetrologySettings { dead_bands: vec![Some(dead_band)], ..MetrologySettings::default() };
+    for reversal_threshold in [4.0, 1.0] {
+        let settings = MetrologySettings {
+            reversal_thresholds: vec![Some(reversal_threshold)],
+            ..MetrologySettings::default()
+        };
         let table = table(&[one.run()], &[Axis::Fz], &[10.0], &settings).unwrap();
-        assert_eq!(table.dead_bands, [dead_band]);
+        assert_eq!(table.reversal_thresholds, [reversal_threshold]);
         let hysteresis = fz(&table, Quantity::Hysteresis).conventional.clone();
         assert_eq!(hysteresis.unwrap().place.unwrap().samples, 0..401);
     }
@@ -555,7 +561,7 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
         let table = table_of(&runs, &[Axis::Fz], &[10.0]);
         let lag = value(&fz(&table, Quantity::TimeLag).conventional);
         assert!((lag - tau).abs() < 0.001, "{late:?}: {lag}");
-        let has_note = table.notes.iter().any(|note| matches!(note, Note::Lag { .. }));
+        let has_note = ids(&table).contains(&Id::LagInLoop);
         assert_eq!(has_note, late != Late::Hysteresis);
         let without = &fz(&table, Quantity::HysteresisWithoutLag).conventional;
         match late {

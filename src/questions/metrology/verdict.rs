@@ -1,7 +1,7 @@
 //! Improvement and deterioration by compensation, for each figure and axis.
 
 use crate::calibration::Quality;
-use crate::questions::metrology::figures::Metrology;
+use crate::questions::metrology::figures::{Cell, Figure, Metrology};
 use crate::questions::metrology::quantity::Quantity;
 use crate::recording::Axis;
 use crate::scoring::metrics::percent_change;
@@ -71,11 +71,19 @@ impl Verdict {
                 .collect(),
         });
         let measured = COUNTED.into_iter().filter_map(|quantity| {
-            let row = metrology.rows.iter().find(|row| row.quantity == quantity)?;
-            let of_axes = row.cells.iter().map(|cell| {
-                let (before, after) =
-                    (cell.conventional.as_ref().ok()?, cell.compensated.as_ref().ok()?);
-                Some([before.value.abs(), after.value.abs()])
+            let row_of = |own| metrology.rows.iter().find(|row| row.quantity == own);
+            let row = row_of(quantity)?;
+            // Where a lag explains a part of the loop, only the rest is hysteresis.
+            let without_lag =
+                row_of(Quantity::HysteresisWithoutLag).filter(|_| quantity == Quantity::Hysteresis);
+            let of_axes = row.cells.iter().enumerate().map(|(at, cell)| {
+                let value = |output: fn(&Cell) -> &Figure| {
+                    let without_lag =
+                        without_lag.and_then(|row| output(&row.cells[at]).as_ref().ok());
+                    let value = without_lag.or(output(cell).as_ref().ok())?;
+                    Some(value.value.abs())
+                };
+                Some([value(|cell| &cell.conventional)?, value(|cell| &cell.compensated)?])
             });
             Some(VerdictFigure {
                 name: row.definition.name.clone(),

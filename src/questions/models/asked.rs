@@ -1,11 +1,10 @@
 //! Training, the search for a model and the comparison of models, as questions.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use crate::calibration::{Calibration, EpochReport, FitSettings};
-use crate::panicked::locked;
 use crate::questions::models::best::{Best, Search, find_best};
-use crate::questions::models::comparison::{Candidate, ComparedRow, RowEvent, compare};
+use crate::questions::models::comparison::{Candidate, ModelState, compare};
 use crate::questions::models::learning::TrainingStep;
 use crate::questions::models::training::train;
 use crate::questions::question::{Answered, Query, Work};
@@ -114,20 +113,8 @@ pub struct Compare {
 
 same_where!(Compare: shared() value(run) besides(recordings, settings, candidates));
 
-/// How far a row of a comparison is.
-#[derive(Clone, Debug, Default)]
-pub enum RowState {
-    /// It has not begun.
-    #[default]
-    Waits,
-    /// It is fitted; a network has passed over its samples so often.
-    Runs(Option<TrainingStep>),
-    /// It has ended.
-    Ended(Result<ComparedRow, String>),
-}
-
 impl Query for Compare {
-    type Answer = Vec<RowState>;
+    type Answer = Vec<ModelState>;
     type Cache = ();
     const BEGUN_BY_USER: Option<&'static str> = Some("Trying models: ");
 
@@ -137,17 +124,8 @@ impl Query for Compare {
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         let Work { progress, show, .. } = work;
-        let rows = Mutex::new(vec![RowState::Waits; self.candidates.len()]);
         let Self { recordings, settings, candidates, .. } = self;
-        compare(recordings, settings, candidates, progress, &|at, event| {
-            let mut rows = locked(&rows);
-            rows[at] = match event {
-                RowEvent::Started => RowState::Runs(None),
-                RowEvent::Step(step) => RowState::Runs(Some(step)),
-                RowEvent::Ended(row) => RowState::Ended(row.map_err(|error| error.to_string())),
-            };
-            show(rows.clone());
-        });
-        Ok(rows.into_inner().unwrap_or_else(PoisonError::into_inner))
+        let show = |states: &[ModelState]| show(states.to_vec());
+        Ok(compare(recordings, settings, candidates, progress, &show))
     }
 }

@@ -1,14 +1,14 @@
 //! Regressors and blocks side by side: the paper's Figures 9, 10, 12 and 13, and what goes past them.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::calibration::{FitSettings, Learner, Regressor, Scores};
+use crate::calibration::{FitSettings, Learner, Regressor};
 use crate::features::{Blocks, FeatureSettings, Polynomial};
-use crate::panicked::caught;
+use crate::panicked::{caught, locked};
 use crate::progress::Progress;
 use crate::questions::cross_validated::cross_validation_cost;
 use crate::questions::error::AnalysisError;
@@ -16,9 +16,7 @@ use crate::questions::models::learning::TrainingStep;
 use crate::questions::models::table::Model;
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
-use crate::questions::thresholds::ScoreSet;
-use crate::recording::{Axis, RecordingSet, Role};
-use crate::report::{Cell, Column, Table};
+use crate::recording::{RecordingSet, Role};
 
 /// One row of the table: a regressor on some blocks, trained on some of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,47 +51,18 @@ impl Candidate {
     }
 }
 
-/// How a candidate came out.
-#[derive(Clone, Debug, Serialize)]
-pub struct ComparedRow {
-    /// What was fitted.
-    #[serde(flatten)]
-    pub candidate: Candidate,
-    /// The axes, in the order of the scores.
-    pub axes: Vec<Axis>,
-    /// Samples that were fitted.
-    pub n_train: u64,
-    /// RMSE per axis.
-    pub scores: Scores,
-    /// The strength of the linear part's ridge, per axis.
-    pub ridge: Vec<f64>,
-    /// How long it took (s).
-    pub seconds: f64,
-    /// All that came of it.
-    #[serde(skip)]
-    pub model: Box<Model>,
-}
-
-/// One row per entry: what was fitted, how long that took, and RMSE per axis on these samples; empty where nothing could be
-/// scored.
-pub fn comparison_table(rows: &[ComparedRow], sets: &[ScoreSet]) -> Table {
-    let axes = rows.first().map_or(&[][..], |row| &row.axes);
-    let title = sets.iter().map(|set| format!("RMSE, {}", set.label()));
-    let scores = sets.iter().flat_map(|set| axes.iter().enumerate().map(move |own| (set, own)));
-    Table::of(rows)
-        .words("regressor", |row| row.candidate.regressor.label())
-        .words("history", |row| row.candidate.history())
-        .words("data", |row| row.candidate.pattern())
-        .column(Column::numbers("seconds"), |row| Cell::words(format!("{:.3}", row.seconds)))
-        .columns(
-            scores,
-            |(set, (_, axis))| match sets.len() {
-                1 => Column::load(**axis),
-                _ => Column::numbers(format!("{} {}", axis.label(), set.label())),
-            },
-            |row, (set, (at, _))| Cell::digits(set.rmse(&row.scores).map(|rmse| rmse[*at]), 4),
-        )
-        .table(title.collect::<Vec<_>>().join("; "), "")
+/// State of a model that is being tried.
+#[derive(Clone, Debug, Default)]
+pub enum ModelState {
+    /// Waiting for its fit.
+    #[default]
+    Waits,
+    /// Being fitted, with the progress of its network or its cross-validation.
+    Runs(Option<TrainingStep>),
+    /// The fit failed for this reason.
+    Failed(AnalysisError),
+    /// Fitted.
+    Ready(Box<Model>),
 }
 
 /// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
@@ -166,32 +135,27 @@ fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     (own.len() > 1 && !others.is_empty()).then_some(few)
 }
 
-/// What is heard of a row while [`compare`] runs.
-#[derive(Clone, Debug)]
-pub enum RowEvent {
-    /// It has begun.
-    Started,
-    /// Its network or its cross-validation is a step further.
-    Step(TrainingStep),
-    /// It has ended; a row that was cancelled ends without a word.
-    Ended(Result<ComparedRow, AnalysisError>),
-}
-
 /// Rows that are fitted side by side; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
 
-/// Fits and scores rows, two at a time, and tells of each under its position; what a candidate does not say is as in
-/// `settings`.
+/// Fits and scores candidates, two at a time, and shows the state of all after each step. What a candidate does not give is as
+/// in `settings`. Returns the last state of each; a cancelled one stays as it was.
 pub fn compare(
     recordings: &Arc<RecordingSet>,
     settings: &FitSettings,
     candidates: &[Candidate],
     progress: &Progress,
-    tell: &(dyn Fn(usize, RowEvent) + Sync),
-) {
+    show: &(dyn Fn(&[ModelState]) + Sync),
+) -> Vec<ModelState> {
     for candidate in candidates {
         progress.add_total(candidate.weight(settings));
     }
+    let states = Mutex::new(vec![ModelState::Waits; candidates.len()]);
+    let set = |at: usize, state: ModelState| {
+        let mut states = locked(&states);
+        states[at] = state;
+        show(&states);
+    };
     let next = AtomicUsize::new(0);
     std::thread::scope(|scope| {
         for _ in 0..SIDE_BY_SIDE.min(candidates.len()) {
@@ -204,20 +168,21 @@ pub fn compare(
                     if progress.is_cancelled() {
                         return;
                     }
-                    tell(at, RowEvent::Started);
-                    let row = caught(|| {
-                        compare_one(recordings, settings, candidate, progress, &|event| {
-                            tell(at, event)
-                        })
-                    })
-                    .unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
-                    if !matches!(row, Err(AnalysisError::Cancelled(_))) {
-                        tell(at, RowEvent::Ended(row));
+                    set(at, ModelState::Runs(None));
+                    let on_step = |step| set(at, ModelState::Runs(Some(step)));
+                    let fit = || compare_one(recordings, settings, candidate, progress, &on_step);
+                    let found = caught(fit)
+                        .unwrap_or_else(|panicked| Err(AnalysisError::Panicked(panicked)));
+                    match found {
+                        Ok(model) => set(at, ModelState::Ready(Box::new(model))),
+                        Err(AnalysisError::Cancelled(_)) => {}
+                        Err(error) => set(at, ModelState::Failed(error)),
                     }
                 }
             });
         }
     });
+    states.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Candidate {
@@ -249,8 +214,8 @@ fn compare_one(
     settings: &FitSettings,
     candidate: &Candidate,
     progress: &Progress,
-    tell: &dyn Fn(RowEvent),
-) -> Result<ComparedRow, AnalysisError> {
+    on_step: &dyn Fn(TrainingStep),
+) -> Result<Model, AnalysisError> {
     let start = Instant::now();
     let recordings = match candidate.few_trajectories {
         true => Arc::new(few_trajectories(recordings).ok_or(AnalysisError::OneProgramme)?),
@@ -268,32 +233,20 @@ fn compare_one(
         let done = ((weight as f64 * done) as u64).clamp(counted, weight);
         progress.advance(done - counted);
         counted = done;
-        tell(RowEvent::Step(step));
+        on_step(step);
     })?;
     // A network that was stopped half way is no row of a comparison.
     progress.check()?;
     progress.advance(weight - counted);
     let seconds = start.elapsed().as_secs_f64();
-    let calibration = Arc::new(calibration);
-    let quality = &calibration.quality;
-    Ok(ComparedRow {
-        candidate: candidate.clone(),
-        axes: calibration.axes.clone(),
-        n_train: quality.n_train,
-        scores: quality.compensated.clone(),
-        ridge: quality.ridge.clone(),
-        seconds,
-        model: Box::new(Model {
-            seconds: Some(seconds),
-            ..Model::fitted(request.settings, &calibration, &request.recordings)
-        }),
+    Ok(Model {
+        seconds: Some(seconds),
+        ..Model::fitted(request.settings, &Arc::new(calibration), &request.recordings)
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
-
     use super::*;
     use crate::calibration::{KernelSettings, NetworkSettings};
     use crate::recording::{Entry, simulated};
@@ -317,17 +270,12 @@ mod tests {
         let (set, settings) = quick();
         let candidates = paper_candidates(&set, &settings, &Regressor::ALL);
         assert_eq!(candidates.len(), 33);
-        let rows = Mutex::new(vec![None; candidates.len()]);
         let progress = Progress::default();
-        compare(&set, &settings, &candidates, &progress, &|at, event| {
-            if let RowEvent::Ended(row) = event {
-                rows.lock().unwrap()[at] = Some(row.unwrap());
-            }
-        });
+        let states = compare(&set, &settings, &candidates, &progress, &|_| {});
         assert_eq!(progress.fraction(), Some(1.0));
-        for (candidate, row) in candidates.iter().zip(rows.into_inner().unwrap()) {
-            let row = row.expect("an answer for each");
-            assert_eq!(row.candidate, *candidate);
+        for (candidate, state) in candidates.iter().zip(states) {
+            let ModelState::Ready(row) = state else { panic!("{state:?}") };
+            assert_eq!(row.settings, candidate.settings(&settings));
             let rmse = row.scores.test_rmse.unwrap();
             assert!(rmse.iter().all(|rmse| *rmse > 0.0 && rmse.is_finite()));
             let all = few_trajectories(&set).unwrap();
@@ -361,7 +309,7 @@ mod tests {
         let candidates = paper_candidates(&set, &settings, &[Regressor::Linear]);
         let progress = Progress::default();
         progress.cancel();
-        compare(&set, &settings, &candidates, &progress, &|_, event| panic!("{event:?}"));
+        compare(&set, &settings, &candidates, &progress, &|states| panic!("{states:?}"));
     }
 
     #[test]
@@ -374,12 +322,8 @@ mod tests {
             decimation: 100,
             few_trajectories: false,
         };
-        let said = Mutex::new(String::new());
-        compare(&set, &settings, &[candidate], &Progress::default(), &|_, event| {
-            if let RowEvent::Ended(Err(error)) = event {
-                *said.lock().unwrap() = error.to_string();
-            }
-        });
-        assert!(said.into_inner().unwrap().contains("1999 landmarks"));
+        let states = compare(&set, &settings, &[candidate], &Progress::default(), &|_| {});
+        let [ModelState::Failed(error)] = &states[..] else { panic!("{states:?}") };
+        assert!(error.to_string().contains("1999 landmarks"), "{error}");
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::calibration::{Calibration, Estimator, FitSettings, Learner, Scores};
+use crate::calibration::{Calibration, Estimator, FitSettings, NoCrossValidation, Scores};
 use crate::export::bytes_in_float;
 use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
@@ -55,6 +55,11 @@ pub struct Model {
     pub conventional: Scores,
     /// What it costs where it runs.
     pub cost: Cost,
+    /// Number of training samples.
+    pub n_train: u64,
+    /// Ridge of the linear part, per axis.
+    #[serde(skip)]
+    pub ridge: Vec<f64>,
     /// How long it took to try (s), where that is known.
     pub seconds: Option<f64>,
     /// What was trained; `None` where a fit gives it again at once.
@@ -81,6 +86,8 @@ impl Model {
             left_out: left_out.map_or_else(String::new, ToString::to_string),
             conventional: quality.conventional.clone(),
             cost: cost(calibration, recordings),
+            n_train: quality.n_train,
+            ridge: quality.ridge.clone(),
             seconds: None,
             trained: learns.then(|| Arc::clone(calibration)),
         }
@@ -246,7 +253,7 @@ pub fn model_table<'a>(
             |(set, axis, is_spread)| match is_spread {
                 true => in_group(
                     set,
-                    Column::numbers(format!("± {}", axis.symbol()))
+                    Column::numbers(format!("± {axis}"))
                         .unit(axis.unit())
                         .about("Standard deviation of the RMSE over what is left out in turn"),
                 ),
@@ -283,11 +290,9 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
         let spread = spread.map(|spread| Cell::digits(Some(spread), 2));
         return Cell::known(spread, "only \"Find the best\" scores each fold by itself");
     }
-    let why = match (set, model.settings.regressor.learner()) {
-        (ScoreSet::Test, _) => "no recording is in the test role",
-        (ScoreSet::LeftOut, Some(Learner::Network)) => "the network was not cross-validated",
-        (ScoreSet::LeftOut, _) => "it was not cross-validated: too little is left without a part",
-        (ScoreSet::Train, _) => "it was not scored on what it was fitted to",
+    let why = match set {
+        ScoreSet::Train => "it was not scored on its training recordings".to_owned(),
+        _ => set.missing(Some(NoCrossValidation::of(model.settings.regressor.learner()))),
     };
     let about = if set == ScoreSet::LeftOut { &*model.left_out } else { "" };
     Cell::known(value.map(|value| Cell::digits(Some(value), 4).about(about)), why)

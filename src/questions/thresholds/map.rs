@@ -2,7 +2,7 @@
 //!
 //! Guarantees: rows may arrive in any order. A missing row is `None`, and all functions work meanwhile.
 
-use crate::calibration::{CrossValidation, FactoryScores, Scores};
+use crate::calibration::{CrossValidation, FactoryScores, NoCrossValidation, Scores};
 use crate::features::{Distance, Thresholds};
 use crate::min_max::MinMax;
 use crate::questions::thresholds::grid::ThresholdGrid;
@@ -43,6 +43,15 @@ impl ScoreSet {
             Self::Train => "Train",
             Self::Test => "Test",
             Self::LeftOut => "CV",
+        }
+    }
+
+    /// Returns the reason why there are no errors on these samples; `fit` is the reason for the fit, if it has one.
+    pub fn missing(self, fit: Option<NoCrossValidation>) -> String {
+        match self {
+            Self::Train => "no recording is in the train role".to_owned(),
+            Self::Test => "no recording is in the test role".to_owned(),
+            Self::LeftOut => fit.unwrap_or(NoCrossValidation::NotDone).to_string(),
         }
     }
 

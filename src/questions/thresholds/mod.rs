@@ -16,6 +16,7 @@ mod grid;
 mod map;
 mod measure;
 mod past_ages;
+mod saved;
 pub(crate) mod scorer;
 pub(crate) mod study;
 mod suggestion;
@@ -26,4 +27,8 @@ pub(crate) use map::{Along, ScoreSet, ThresholdMap};
 pub use measure::Measure;
 pub(crate) use measure::MeasureScale;
 pub(crate) use past_ages::PastAges;
+pub(crate) use saved::{
+    MAP_FORMATS, ShownFTh, map_format, threshold_curve, threshold_heat_map, write_threshold_csv,
+    write_threshold_svg,
+};
 pub(crate) use suggestion::{FlatRange, NoSuggestion, Suggestion};

@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 
-use crate::calibration::{CrossValidation, ErrorBlocks, weighed};
+use crate::calibration::{CrossValidation, ErrorBlocks, NoCrossValidation, weighed};
 use crate::features::Thresholds;
 use crate::questions::thresholds::map::{ScoreSet, ThresholdMap};
 use crate::questions::thresholds::measure::Measure;
 use crate::questions::thresholds::scorer::PointScores;
+use crate::scoring::metrics::percent_change;
+use crate::scoring::numbers::significant;
 
 /// Range of one threshold within which the held-out error is not surely above the lowest (90 % confidence).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -55,11 +57,9 @@ pub struct Suggestion {
 /// Reason why no thresholds are suggested.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoSuggestion {
-    /// Nothing was left out.
-    #[error(
-        "there are too few training recordings for cross-validation; add recordings in the train role"
-    )]
-    NothingLeftOut,
+    /// There is no cross-validation.
+    #[error(transparent)]
+    NoCrossValidation(#[from] NoCrossValidation),
     /// The measure has no axis.
     #[error("the sensor has no axis of this measure; choose another one")]
     NoAxis,
@@ -77,13 +77,14 @@ impl ThresholdMap {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
             .conventional_value(ScoreSet::LeftOut, measure)
-            .ok_or(NoSuggestion::NothingLeftOut)?;
+            .ok_or(NoCrossValidation::FewSamples)?;
         let (at, left_out) =
             self.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
         let best = self.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
         let parts = ErrorBlocks::of_parts(&self.part_samples);
-        if parts.samples.iter().filter(|n| **n > 0.0).count() < 2 {
-            return Err(NoSuggestion::NothingLeftOut);
+        let found = parts.samples.iter().filter(|n| **n > 0.0).count();
+        if found < 2 {
+            return Err(NoCrossValidation::FewGroups { found, needed: 2 }.into());
         }
         let lowest = weighed(&best.left_out_squares, &weights);
         let is_worse = |point: &PointScores| {
@@ -106,6 +107,25 @@ impl ThresholdMap {
 }
 
 impl Suggestion {
+    /// Returns the minimum and its errors as a clause; `f_th` is the suggested F_th with its unit.
+    pub fn in_words(&self, map: &ThresholdMap, measure: Measure, f_th: &str) -> String {
+        let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
+        let [own, conventional] =
+            [self.left_out, self.conventional].map(|rmse| significant(rmse, 4));
+        let change = percent_change(self.conventional, self.left_out)
+            .map_or_else(String::new, |change| format!(", {change:+.1} %"));
+        let (t_th, how) = (self.thresholds.t_th_secs, &self.cross_validation);
+        format!(
+            "cross-validation minimum of {label}: F_th {f_th}, t_th {t_th} s: {own} {unit} (uncompensated {conventional} \
+             {unit}{change}; {how}){}",
+            if self.beats_conventional {
+                ""
+            } else {
+                "; not below the uncompensated error with 90 % confidence"
+            }
+        )
+    }
+
     /// Returns true if the minimum is at the largest F_th or t_th that was tried, so that a wider grid may hold a lower one.
     ///
     /// The smallest values do not count, because they are the conventional calibration.
@@ -220,6 +240,6 @@ mod tests {
         assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NotYet));
         assert_eq!(half.suggestion(Measure::Moments), Err(NoSuggestion::NoAxis));
         half.conventional.scores.cv_rmse = None;
-        assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NothingLeftOut));
+        assert_eq!(half.suggestion(Measure::Forces), Err(NoCrossValidation::FewSamples.into()));
     }
 }

@@ -76,7 +76,7 @@ pub fn bench(seed: u64) -> Vec<Entry> {
     axes.map(|(at, axis)| {
         let loads = bench::loads(axis, RATE_HZ);
         let mut random = Random::new(seed, &[BENCH, at as u64]);
-        let name = format!("bench_{}", axis.symbol());
+        let name = format!("bench_{axis}");
         Entry::new(recording(name, loads, &mut random), Role::Off)
     })
     .collect()

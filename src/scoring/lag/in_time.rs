@@ -127,12 +127,17 @@ impl InTime {
 
 /// Returns the widths of the loop with and without the lag, of the mean loop or else of the largest cycle; `None` without a
 /// cycle.
-pub fn widths(lag: &Lag, axis: usize, runs: &[LagRun<'_>], dead_band: f64) -> Option<Widths> {
+pub fn widths(
+    lag: &Lag,
+    axis: usize,
+    runs: &[LagRun<'_>],
+    reversal_threshold: f64,
+) -> Option<Widths> {
     let figures = |seconds: f64| -> Option<[f64; 3]> {
         let own = InTime::by(lag.kind, seconds, axis, runs);
         let loads: Vec<Vec<f64>> = runs.iter().map(|run| own.axis(axis, run)).collect();
         let outputs: Vec<Vec<f64>> = runs.iter().map(|run| own.output(run.outputs)).collect();
-        let loops = Loops::of(loads.iter().map(Vec::as_slice), dead_band);
+        let loops = Loops::of(loads.iter().map(Vec::as_slice), reversal_threshold);
         let cycles = loops
             .mean_cycles(loads.iter().flatten().collect())
             .ok()

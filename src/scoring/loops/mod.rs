@@ -3,7 +3,7 @@
 //! One axis at a time: its reference load goes across, and any output of the sensor up (a raw gauge, the conventional or
 //! the compensated load, an error). Reversals depend on the load alone, so all outputs are compared on the same cycles.
 //!
-//! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold ([`default_dead_band`]
+//! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold ([`default_reversal_threshold`]
 //!   unless the user sets one). The intervals between reversals are **branches**, rising and falling in turn. A branch never
 //!   crosses from one recording into another.
 //! * **Cycles** are counted by rainflow (ASTM E1049): a small cycle within a large one is a cycle of its own, and the large
@@ -18,6 +18,7 @@
 
 mod curve;
 mod cycle;
+mod extents;
 mod outline;
 mod rainflow;
 mod raster;
@@ -33,10 +34,11 @@ pub(crate) use curve::Curve;
 pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
 pub(crate) use cycle::even_loads;
+pub use extents::{extents_of, extents_of_set};
 pub(crate) use outline::Stroke;
 pub use outline::{Density, Frame, Outline, outline};
 pub(crate) use turns::{Branch, NOISE_FACTOR};
-pub use turns::{LoadExtent, branches, default_dead_band};
+pub use turns::{LoadExtent, branches, default_reversal_threshold};
 
 /// Smallest share of the largest cycle's range that a full cycle covers.
 pub const FULL_SHARE: f64 = 0.8;
@@ -67,10 +69,13 @@ pub struct TooFew {
 
 impl Loops {
     /// Splits each recording's load at its reversals, and counts the cycles.
-    pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>, dead_band: f64) -> Self {
+    pub fn of<'a>(
+        recordings: impl IntoIterator<Item = &'a [f64]>,
+        reversal_threshold: f64,
+    ) -> Self {
         let mut loops = Self { branches: Vec::new(), cycles: Vec::new(), residue: Vec::new() };
         for (recording, loads) in recordings.into_iter().enumerate() {
-            let branches = branches(loads, dead_band);
+            let branches = branches(loads, reversal_threshold);
             let Counted { closed, residue } = rainflow::count(branches.clone(), loads);
             let cycle = |first: &Branch, second: &Branch| Cycle {
                 recording,
@@ -211,7 +216,7 @@ mod tests {
 
     /// With noise on five large cycles, any reversal threshold gives the same number and width of large cycles.
     #[test]
-    fn the_dead_band_hardly_touches_the_large_cycles() {
+    fn the_reversal_threshold_hardly_touches_the_large_cycles() {
         let noise = |k: usize| ((k * 7919) % 104_729) as f64 / 104_729.0 - 0.5;
         let loads: Vec<f64> = (0..10_000)
             .map(|k| {
@@ -220,9 +225,9 @@ mod tests {
                     + noise(k / 50)
             })
             .collect();
-        for dead_band in [0.0, 0.1, 0.5, 1.0, 3.0, 8.0] {
-            let loops = Loops::of([&loads[..]], dead_band);
-            assert_eq!(loops.full_cycles().len(), 5, "{dead_band}");
+        for reversal_threshold in [0.0, 0.1, 0.5, 1.0, 3.0, 8.0] {
+            let loops = Loops::of([&loads[..]], reversal_threshold);
+            assert_eq!(loops.full_cycles().len(), 5, "{reversal_threshold}");
             assert!(loops.largest().unwrap().span() > 19.5);
         }
     }

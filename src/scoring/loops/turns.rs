@@ -48,12 +48,12 @@ impl Branch {
 
 /// Splits one recording at its reversals.
 ///
-/// A reversal is an extreme from which the load turns back by more than `dead_band`. The first branch starts with the
+/// A reversal is an extreme from which the load turns back by more than `reversal_threshold`. The first branch starts with the
 /// recording, and the last one ends with it. A load that never moves by more than the threshold has no branch.
 ///
-/// **Units** `dead_band` in the unit of the loads.
-pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
-    let (turns, first_rises) = turns(loads, dead_band);
+/// **Units** `reversal_threshold` in the unit of the loads.
+pub fn branches(loads: &[f64], reversal_threshold: f64) -> Vec<Branch> {
+    let (turns, first_rises) = turns(loads, reversal_threshold);
     let Some(mut rising) = first_rises else {
         return Vec::new();
     };
@@ -71,7 +71,7 @@ pub fn branches(loads: &[f64], dead_band: f64) -> Vec<Branch> {
 
 /// Returns the samples of the reversals, and whether the load rises before the first; `None` if the load never moves by more
 /// than the reversal threshold.
-fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
+fn turns(loads: &[f64], reversal_threshold: f64) -> (Vec<usize>, Option<bool>) {
     let mut turns = Vec::new();
     let (mut first_rises, mut rises) = (None, None);
     let (mut lowest, mut highest) = (0, 0);
@@ -83,16 +83,16 @@ fn turns(loads: &[f64], dead_band: f64) -> (Vec<usize>, Option<bool>) {
             highest = k;
         }
         match rises {
-            None if loads[highest] - loads[lowest] > dead_band => {
+            None if loads[highest] - loads[lowest] > reversal_threshold => {
                 rises = Some(highest > lowest);
                 first_rises = rises;
             }
-            Some(true) if loads[highest] - load > dead_band => {
+            Some(true) if loads[highest] - load > reversal_threshold => {
                 turns.push(highest);
                 rises = Some(false);
                 lowest = k;
             }
-            Some(false) if load - loads[lowest] > dead_band => {
+            Some(false) if load - loads[lowest] > reversal_threshold => {
                 turns.push(lowest);
                 rises = Some(true);
                 highest = k;
@@ -143,16 +143,16 @@ impl LoadExtent {
     /// Returns the default reversal threshold: ten times the noise, and at least 5 % of the load's range.
     ///
     /// **Units** of the loads.
-    pub fn dead_band(&self) -> f64 {
+    pub fn reversal_threshold(&self) -> f64 {
         (NOISE_FACTOR * self.noise).max(MIN_SHARE * self.loads.span())
     }
 }
 
-/// Returns the default reversal threshold of these recordings; see [`LoadExtent::dead_band`].
+/// Returns the default reversal threshold of these recordings; see [`LoadExtent::reversal_threshold`].
 ///
 /// **Units** of the loads.
-pub fn default_dead_band<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
-    LoadExtent::of(recordings).dead_band()
+pub fn default_reversal_threshold<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> f64 {
+    LoadExtent::of(recordings).reversal_threshold()
 }
 
 /// Returns the standard deviation of white noise on a load that otherwise moves smoothly.
@@ -178,10 +178,10 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_counts_once_the_load_is_back_by_more_than_the_dead_band() {
+    fn a_turn_counts_once_the_load_is_back_by_more_than_the_reversal_threshold() {
         let loads = [0.0, 3.0, 2.0, 5.0, 1.0, 2.0, 0.0, 4.0];
-        let ends = |dead_band| -> Vec<_> {
-            (branches(&loads, dead_band).iter())
+        let ends = |reversal_threshold| -> Vec<_> {
+            (branches(&loads, reversal_threshold).iter())
                 .map(|branch| (branch.samples.start, branch.samples.end - 1, branch.rising))
                 .collect()
         };
@@ -207,16 +207,16 @@ mod tests {
 
     /// Six sines with noise of ±0.1 have twelve turns, with any noise.
     #[test]
-    fn the_default_dead_band_keeps_noise_from_turning() {
+    fn the_default_reversal_threshold_keeps_noise_from_turning() {
         for amplitude in [0.0, 1e-3, 0.1] {
             let loads: Vec<f64> = (0..6000)
                 .map(|k| (k as f64 * std::f64::consts::TAU / 1000.0).sin() + amplitude * uniform(k))
                 .collect();
-            let dead_band = default_dead_band([&loads[..]]);
-            assert_eq!(branches(&loads, dead_band).len(), 13, "{amplitude}");
+            let reversal_threshold = default_reversal_threshold([&loads[..]]);
+            assert_eq!(branches(&loads, reversal_threshold).len(), 13, "{amplitude}");
         }
         let still: Vec<f64> = (0..6000).map(|k| 7.0 + 0.1 * uniform(k)).collect();
-        assert_eq!(branches(&still, default_dead_band([&still[..]])), []);
+        assert_eq!(branches(&still, default_reversal_threshold([&still[..]])), []);
     }
 
     /// Uniform noise in ±1 has a standard deviation of 0.577; a median of its fourth differences is near normal.
@@ -229,9 +229,9 @@ mod tests {
     }
 
     #[test]
-    fn the_default_dead_band_is_at_least_a_share_of_the_whole_range() {
+    fn the_default_reversal_threshold_is_at_least_a_share_of_the_whole_range() {
         let (low, high) = ([0.0; 20], [50.0; 20]);
-        assert_eq!(default_dead_band([&low[..], &high[..]]), 2.5);
-        assert_eq!(default_dead_band([]), 0.0);
+        assert_eq!(default_reversal_threshold([&low[..], &high[..]]), 2.5);
+        assert_eq!(default_reversal_threshold([]), 0.0);
     }
 }

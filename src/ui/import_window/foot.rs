@@ -4,6 +4,7 @@ use egui::{RichText, TextEdit};
 
 use super::{ImportFields, send};
 use crate::engine::{ImportCommand, Importing};
+use crate::finding::Face;
 use crate::import::inspect::Inspection;
 use crate::recording::Axis;
 use crate::ui::command::Command;
@@ -30,7 +31,7 @@ pub(super) fn foot(
             }
         }
         for warning in &check.warnings {
-            ui.warn(warning);
+            ui.warn(warning.text(Face::Window));
         }
     });
     ui.horizontal(|ui| {
@@ -38,7 +39,7 @@ pub(super) fn foot(
         let open = importing.questions.iter().find_map(|(question, is_decided)| {
             question.still_open(&importing.map, columns).filter(|_| !is_decided)
         });
-        let can_load = check.error.is_none() && !importing.looking && open.is_none();
+        let can_load = check.error.is_none() && !importing.is_detecting && open.is_none();
         let load = ui.add_enabled(can_load, egui::Button::new("Load it"));
         let load = load.on_hover_text("Reads the whole file with this map, and remembers the map for files with the same columns");
         let why = open.map_or_else(|| "The problem is listed above".to_owned(), |open| {
@@ -75,7 +76,7 @@ pub(super) fn foot(
         if ui.press("Read map", "Reads the map from this file") && !path.is_empty() {
             send(out, ImportCommand::ReadMap(path.into()));
         }
-        if importing.looking {
+        if importing.is_detecting {
             busy(ui);
         }
     });

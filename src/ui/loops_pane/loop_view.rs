@@ -146,10 +146,10 @@ fn counts(ui: &mut egui::Ui, view: &LoopView<'_>) {
         if picture.parts.len() == 1 { "" } else { "s" },
     );
     ui.weak(words).on_hover_text(format!(
-            "Dead band {} {unit}; full scale {} {unit}. Thin lines: all branches, falling ones paler. If there are \
+            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches, falling ones paler. If there are \
              too many lines, their density is drawn: rising branches in the colour of the load, falling ones in a colour \
              closer to that of text. Thick lines: the loop of the figures, its falling branch dashed",
-            significant(picture.dead_band, 3),
+            significant(picture.reversal_threshold, 3),
             significant(picture.full_scale, 4),
         ));
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session};
-use crate::export::utc;
 use crate::finding::Face;
+use crate::questions::page::utc;
 use crate::shown::first;
 use crate::ui::command::Command;
 use crate::ui::controls::Controls as _;

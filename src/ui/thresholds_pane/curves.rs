@@ -2,9 +2,9 @@
 
 use super::{measure_text, pressed};
 use crate::engine::{Edit, Engine};
-use crate::export::{ShownFTh, threshold_curve};
 use crate::features::Thresholds;
 use crate::questions::thresholds::{Along, Measure, ScoreSet, ThresholdMap};
+use crate::questions::thresholds::{ShownFTh, threshold_curve};
 use crate::report::figure::{Figure, color};
 use crate::ui::command::Command;
 use crate::ui::numbers::significant;

@@ -6,9 +6,10 @@ use egui::{Color32, ColorImage, TextureHandle, TextureOptions, Vec2};
 use egui_plot::{MarkerShape, PlotImage, PlotPoint, PlotPoints, Points};
 
 use super::{pair_text, pressed};
+use crate::calibration::NoCrossValidation;
 use crate::engine::{Edit, Engine};
-use crate::export::ShownFTh;
 use crate::features::Thresholds;
+use crate::questions::thresholds::ShownFTh;
 use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
 use crate::report::figure::color::shade;
 use crate::ui::command::Command;
@@ -41,11 +42,9 @@ pub fn map(
 ) {
     texture.update(ui.ctx(), map, measure, set);
     let (Some(image), Some((least, greatest))) = (&texture.texture, texture.range) else {
-        ui.weak(match set {
-            _ if map.n_rows_done() == 0 => "The first rows are being computed.",
-            ScoreSet::Test => "There are no test recordings.",
-            ScoreSet::LeftOut => "There are too few training samples for held-out errors.",
-            ScoreSet::Train => "There is no training recording.",
+        ui.weak(match map.n_rows_done() {
+            0 => "The first rows are being computed.".to_owned(),
+            _ => format!("No errors: {}", set.missing(Some(NoCrossValidation::FewSamples))),
         });
         return;
     };

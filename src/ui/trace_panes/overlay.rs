@@ -3,8 +3,8 @@
 use egui::{Color32, Stroke};
 use egui_plot::{Line, LineStyle, MarkerShape, PlotPoints, PlotUi, Points, Span, VLine};
 
-use crate::export::ShownFTh;
 use crate::features::Thresholds;
+use crate::questions::thresholds::ShownFTh;
 use crate::questions::{AxisTraces, TraceSet};
 use crate::ui::numbers::{elided, significant};
 use crate::ui::palette;

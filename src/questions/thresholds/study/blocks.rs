@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
-use crate::calibration::{ErrorBlocks, NEARLY, Terms, past_samples, weighed};
+use crate::calibration::{ErrorBlocks, NEARLY, NoCrossValidation, Terms, past_samples, weighed};
 use crate::features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit};
 use crate::progress::Progress;
 use crate::questions::error::AnalysisError;
@@ -16,7 +16,8 @@ use crate::questions::thresholds::study::parts::check_parts;
 use crate::questions::thresholds::study::prepared::Study;
 use crate::questions::thresholds::suggestion::NoSuggestion;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
-use crate::recording::{Recording, Role};
+use crate::recording::Role;
+use crate::recording::in_role;
 use crate::scoring::left_out::LeftOut;
 
 /// Shortest time that is tried, in steps of the recordings.
@@ -119,14 +120,10 @@ impl Study {
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
-            let training = || {
-                let entries = self.data.entries.iter();
-                let own = entries.filter(|entry| entry.role == Role::Train);
-                own.map(|entry| &*entry.recording)
-            };
-            let step = training().filter_map(Recording::rate_hz).map(|rate| 1.0 / rate);
+            let training = in_role(&self.data.entries, Role::Train);
+            let step = training.iter().filter_map(|own| own.rate_hz()).map(|rate| 1.0 / rate);
             let shortest = step.fold(f64::INFINITY, f64::min);
-            let longest = training().map(Recording::duration_secs).fold(0.0, f64::max);
+            let longest = training.iter().map(|own| own.duration_secs()).fold(0.0, f64::max);
             candidates.retain(|secs| *secs >= SHORTEST_TIME * shortest && *secs <= longest);
         }
         if candidates.iter().any(|value| block.travel(*value) > 0.0) {
@@ -203,7 +200,7 @@ impl Bench {
         let left_out =
             LeftOut::of(train, &self.sums.parts, terms).scored_on(self.sums.cold.as_deref());
         let (_, squares) = left_out.with_ridge(self.ridge);
-        let squares = squares.ok_or(NoSuggestion::NothingLeftOut)?;
+        let squares = squares.ok_or(NoCrossValidation::FewSamples)?;
         Ok(Tried { chosen, squares: weighed(&squares, &self.weights) })
     }
 

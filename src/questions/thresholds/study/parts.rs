@@ -1,6 +1,6 @@
 //! Which recordings take part in a study of thresholds.
 
-use crate::calibration::RidgeChoice;
+use crate::calibration::{NoCrossValidation, RidgeChoice};
 use crate::features::ColumnKind;
 use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, Role};
@@ -22,7 +22,9 @@ pub(crate) fn check_parts(
         RidgeChoice::Auto | RidgeChoice::ByBlock => 0.0,
     };
     match too_short(part_samples.iter().copied(), kinds, &[strength]) {
-        Some((samples, columns)) => Err(AnalysisError::TooShort { samples, columns }),
+        Some((samples, columns)) => {
+            Err(NoCrossValidation::FewSamplesFor { samples, columns }.into())
+        }
         None => Ok(()),
     }
 }

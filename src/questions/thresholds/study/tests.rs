@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::Mutex;
 
 use crate::calibration::FitSettings;
-use crate::calibration::{RidgeChoice, Scores};
+use crate::calibration::{NoCrossValidation, RidgeChoice, Scores};
 use crate::features::{Blocks, Creep, FeatureSettings, Play, Polynomial};
 use crate::progress::Progress;
 use crate::questions::errors::query::analyse;
@@ -256,9 +256,21 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
         .unwrap();
         let grid = ThresholdGrid::new(vec![3.0], vec![15.0]).unwrap();
         let result = study.threshold_map(&grid, &Progress::default(), &|_| {});
-        assert!(matches!(result, Err(AnalysisError::TooShort { .. })), "{n}");
+        assert!(
+            matches!(
+                result,
+                Err(AnalysisError::NoCrossValidation(NoCrossValidation::FewSamplesFor { .. }))
+            ),
+            "{n}"
+        );
         let block = study.suggest_block(&Play, Measure::Forces, &Progress::default());
-        assert!(matches!(block, Err(AnalysisError::TooShort { .. })), "{n}");
+        assert!(
+            matches!(
+                block,
+                Err(AnalysisError::NoCrossValidation(NoCrossValidation::FewSamplesFor { .. }))
+            ),
+            "{n}"
+        );
     }
     let untrained = Arc::new(RecordingSet::default());
     let prepared = Study::prepare(

@@ -4,14 +4,15 @@ use minijinja::{Value, context};
 
 use super::data::{ReportData, utc};
 use super::tables;
-use crate::export::template::filled_markup;
+use crate::export::filled_markup;
 use crate::finding::Face;
 use crate::questions::check::sufficiency_tables;
-use crate::questions::errors::{Shown, errors, factory_note};
+use crate::questions::errors::{errors, factory_note};
 use crate::questions::expected_error::{expected_error_table, limits_table};
 use crate::questions::metrology::{axis_figures, crosstalk};
 use crate::questions::thresholds::ScoreSet;
 use crate::recording::Role;
+use crate::report::Shown;
 use crate::report::figure::Figure;
 use crate::report::{Align, Cell, Column, Table, Value as CellValue};
 
@@ -83,7 +84,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
             context! {
                 n_recordings => found.n_recordings,
                 n_samples => found.n_samples,
-                notes => found.notes.iter().map(|note| note.to_string()).collect::<Vec<_>>(),
+                notes => found.findings.iter().map(ToString::to_string).collect::<Vec<_>>(),
                 tables => all(&axes.chain(crosstalk(found)).collect::<Vec<_>>()),
                 definitions => definitions.collect::<Vec<_>>(),
             }
@@ -92,7 +93,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
         is_learned => calibration.learned.is_some(),
         recordings => all(&tables::recordings(report)),
     };
-    filled_markup(include_str!("../templates/report.html"), values)
+    filled_markup(include_str!("report.html"), values)
 }
 
 /// Returns a result as it is shown, or the reason why there is none.
@@ -125,7 +126,7 @@ fn table(table: &Table) -> Value {
     let head = row(&titles);
     let rows: Vec<_> = table.rows.iter().map(|cells| row(cells)).collect();
     let values = context! { title => &*table.title, head, rows, notes, note => &*table.note };
-    let markup = filled_markup(include_str!("../templates/table.html"), values);
+    let markup = filled_markup(include_str!("table.html"), values);
     Value::from_safe_string(markup.trim_end().to_owned())
 }
 

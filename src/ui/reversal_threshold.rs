@@ -15,14 +15,14 @@ const LONGEST_DWELL_SECS: f64 = 1e5;
 
 /// Draws the label, the value and the switch "from data" of the reversal threshold of the axis at this position. `used` is
 /// the value of the present answer.
-pub fn dead_band(
+pub fn reversal_threshold(
     ui: &mut Ui,
     name: &str,
     (axes, at): (&[Axis], usize),
     measuring: &mut MetrologySettings,
     used: Option<f64>,
 ) {
-    let mut chosen = measuring.dead_bands.get(at).copied().flatten();
+    let mut chosen = measuring.reversal_thresholds.get(at).copied().flatten();
     let before = chosen;
     let mut value = chosen.or(used).unwrap_or_default();
     let field = DragValue::new(&mut value)
@@ -39,8 +39,8 @@ pub fn dead_band(
         chosen = (!from_data).then_some(value);
     }
     if chosen != before {
-        measuring.dead_bands.resize(axes.len(), None);
-        measuring.dead_bands[at] = chosen;
+        measuring.reversal_thresholds.resize(axes.len(), None);
+        measuring.reversal_thresholds[at] = chosen;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::data::{ReportData, ReportRecording};
 use crate::calibration::{Calibration, LinearMap};
-use crate::export::facts::settings_of;
+use crate::export::settings_of;
 use crate::features::Distance;
 use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
@@ -18,9 +18,8 @@ pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
         entered.map(|(item, text)| (item.label(), text.to_owned())).collect();
     let axes = calibration.axes.iter().zip(&calibration.full_scale);
     let rated = axes.zip(&calibration.rated).filter(|(_, is_rated)| **is_rated);
-    let rated = rated.map(|((axis, load), _)| {
-        format!("{} {} {}", axis.symbol(), significant(*load, 4), axis.unit())
-    });
+    let rated =
+        rated.map(|((axis, load), _)| format!("{axis} {} {}", significant(*load, 4), axis.unit()));
     let rated: Vec<String> = rated.collect();
     if !rated.is_empty() {
         rows.push(("Rated loads", rated.join(", ")));

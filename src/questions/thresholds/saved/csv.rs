@@ -4,7 +4,7 @@ use std::io;
 
 use super::writer::MapWriter;
 use crate::calibration::Scores;
-use crate::export::format::FileFormat;
+use crate::export::FileFormat;
 use crate::formats::csv::CsvWriter;
 use crate::questions::thresholds::{Measure, ScoreSet, ThresholdMap};
 

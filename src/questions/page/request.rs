@@ -3,16 +3,15 @@
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use super::data::{ReportCurves, ReportData, ReportErrors, ReportRecording};
 use crate::calibration::{Calibration, ExpectedError};
-use crate::export::{
-    ReportCurves, ReportData, ReportErrors, ReportRecording, ShownFTh, threshold_curve,
-    used_recordings,
-};
+use crate::export::used_recordings;
 use crate::features::Thresholds;
 use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::check::query::{CheckData, sufficiency};
 use crate::questions::error::AnalysisError;
+use crate::questions::errors::intervals::OnScreen;
 use crate::questions::errors::query::{Analysis, Analyst, RecordingResult};
 use crate::questions::errors::traces::{AxisTraces, TraceSet};
 use crate::questions::errors::view::View;
@@ -26,12 +25,13 @@ use crate::questions::metrology::{Metrology, MetrologySettings};
 use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::questions::thresholds::study::Study;
-use crate::questions::thresholds::{Along, Measure, ThresholdGrid, ThresholdMap};
+use crate::questions::thresholds::{
+    Along, Measure, ShownFTh, ThresholdGrid, ThresholdMap, threshold_curve,
+};
 use crate::recording::{Axis, Identity, RecordingSet, Role, ValidRange};
 use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};
 use crate::scoring::Series;
-use crate::scoring::numbers::significant;
 
 /// F_th and t_th of the curves, beside those of the fit.
 const CURVE_POINTS: (usize, usize) = (29, 9);
@@ -335,16 +335,8 @@ fn curves(
     }
     let measure = map.scale.default_measure();
     if let Ok(found) = map.suggestion(measure) {
-        let (label, unit) = (measure.label(&map.scale), measure.unit(&map.scale));
-        let Thresholds { f_th, t_th_secs } = found.thresholds;
-        let f_th = shown.number(f_th);
-        about.push_str(&format!(
-            " The least cross-validation error of {label} is {} {unit} at {} = {f_th}, t_th {t_th_secs} s (conventional {} {unit}; {}).",
-            significant(found.left_out, 4),
-            shown.label(),
-            significant(found.conventional, 4),
-            found.cross_validation,
-        ));
+        let f_th = format!("{} {}", shown.number(found.thresholds.f_th), shown.unit);
+        about.push_str(&format!(" {}", sentence(&found.in_words(map, measure, &f_th))));
         if !found.beats_conventional {
             warnings.push(
                 "No look-back is better than the conventional calibration with 90 % confidence."
@@ -374,11 +366,7 @@ impl<'a> Looker<'a> {
         Self {
             viewer: Viewer::default(),
             request: LookRequest {
-                calibration: Arc::clone(&analysis.calibration),
-                recordings: Arc::clone(&request.recordings),
-                decimation: request.settings.decimation,
-                traces: Arc::clone(&analysis.traces),
-                visible: None,
+                loads: OnScreen::of(request, analysis, None),
                 measuring: measuring.clone(),
                 question: Question::Table(TableQuestion { of }),
             },

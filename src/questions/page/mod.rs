@@ -4,14 +4,17 @@
 //! missing result is replaced by its reason.
 
 mod data;
-mod page;
+mod html;
+mod request;
 mod tables;
 
 use std::path::Path;
 
-pub use self::data::{ReportCurves, ReportData, ReportErrors, ReportRecording, utc};
-use self::page::html_of;
-use crate::export::atomic::{WriteError, write_atomically};
+pub(crate) use self::data::utc;
+pub use self::data::{ReportData, ReportRecording};
+use self::html::html_of;
+pub use self::request::{ReportRequest, check_limits, report};
+use crate::export::{WriteError, write_atomically};
 
 /// Writes a report atomically.
 ///

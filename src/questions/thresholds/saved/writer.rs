@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::export::atomic::{Together, WriteError};
+use crate::export::{Together, WriteError};
 use crate::questions::thresholds::{Measure, ThresholdMap};
 
 /// Writer of a map.

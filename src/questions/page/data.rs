@@ -13,7 +13,7 @@ use crate::report::figure::Figure;
 
 /// All contents of a report.
 ///
-/// [`report`](crate::questions::page::report) makes it.
+/// [`report`](super::report) makes it.
 #[derive(Clone, Debug)]
 pub struct ReportData {
     /// Time when the report was made.

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::writer::MapWriter;
-use crate::export::atomic::{Together, WriteError};
-use crate::export::format::FileFormat;
+use crate::export::FileFormat;
+use crate::export::{Together, WriteError};
 use crate::features::{Distance, Thresholds};
 use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, ThresholdMap};
 use crate::report::figure;

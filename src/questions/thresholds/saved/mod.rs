@@ -10,7 +10,7 @@ use std::path::Path;
 pub use self::csv::write_threshold_csv;
 pub use self::svg::{ShownFTh, threshold_curve, threshold_heat_map, write_threshold_svg};
 use self::writer::MapWriter;
-use super::format::FileFormat;
+use crate::export::FileFormat;
 
 /// All formats of maps.
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];

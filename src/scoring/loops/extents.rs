@@ -1,0 +1,36 @@
+//! Noise and range of the loads of recordings.
+
+use crate::recording::{Axis, Recording, RecordingSet, Role};
+use crate::scoring::loops::turns::LoadExtent;
+
+/// Returns the noise and range of each axis' load in these recordings. Recordings without a reference are skipped.
+pub fn extents_of<'a>(
+    recordings: impl IntoIterator<Item = &'a Recording>,
+    axes: &[Axis],
+) -> Vec<LoadExtent> {
+    let mut extents = vec![LoadExtent::default(); axes.len()];
+    for recording in recordings {
+        let own = recording.axes();
+        for (extent, axis) in extents.iter_mut().zip(axes) {
+            let Some(at) = own.iter().position(|one| one == axis) else {
+                continue;
+            };
+            let loads = recording.loads().iter().skip(at).step_by(own.len());
+            let loads: Vec<f64> = loads.copied().collect();
+            *extent = extent.with(LoadExtent::of([&loads[..]]));
+        }
+    }
+    extents
+}
+
+/// Returns the noise and range of each axis' load in the training and test recordings, or in all if there are none. So every
+/// view of the recordings uses the same rules.
+pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
+    let entries = set.entries().iter();
+    let used = entries.clone().filter(|entry| entry.role != Role::Off);
+    if used.clone().next().is_some() {
+        extents_of(used.map(|entry| &*entry.recording), axes)
+    } else {
+        extents_of(entries.map(|entry| &*entry.recording), axes)
+    }
+}
