@@ -104,7 +104,8 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
-            let request = with_history_that_fits(run, request)?;
+            // An interrupt ends the search alone; its result is exported.
+            let request = with_history_that_fits(run, request, &Progress::default())?;
             let calibration = train(&request, &Progress::default(), &mut |_| {})?;
             check_determined(&calibration, self.force)?;
             let found = findings(&request, &calibration, &run.progress)?;

@@ -39,8 +39,12 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
 ///
 /// # Errors
 /// [`JobError`] if a fit fails.
-pub fn with_history_that_fits(run: &Run, mut request: Request) -> Result<Request, JobError> {
-    if let Some(coarse) = coarse_history(&request, &run.progress)? {
+pub fn with_history_that_fits(
+    run: &Run,
+    mut request: Request,
+    progress: &Progress,
+) -> Result<Request, JobError> {
+    if let Some(coarse) = coarse_history(&request, progress)? {
         run.say.note(format_args!("{coarse}; --history-rate sets another rate"));
         request.settings.history_rate_hz = coarse.rate_hz;
     }

@@ -99,7 +99,7 @@ impl Work for FitJob {
         }
         let mut request = Request::fit(Arc::new(recordings), settings);
         if !self.export.is_empty() {
-            request = with_history_that_fits(run, request)?;
+            request = with_history_that_fits(run, request, &run.progress)?;
         }
         let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
         let step = request.settings.decimation;

@@ -292,7 +292,8 @@ fn rows_are_answered_as_devices_print_them() {
         assert_eq!(answered, expected, "{name}");
     }
     let more = print(&|_, [a, b]| format!("{a},{b},{}\n", a * b));
-    assert_eq!(loads(&more, &rate), expected, "further numbers are ignored");
+    let numbers = ["--rows", "numbers", "--rate", "50"];
+    assert_eq!(loads(&more, &numbers), expected, "further numbers are ignored");
     workshop.write("input", "1\n2\n3\n".repeat(9));
     let input = fs::File::open(workshop.file("input")).unwrap();
     let arguments = ["apply", "c.json", "-", "--rows", "numbers"];

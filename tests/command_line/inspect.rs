@@ -72,7 +72,7 @@ fn inspect_lists_the_role_of_each_column_and_the_recordings() {
         "a.csv: ",
         "about 150 rows",
         "delimiter comma, decimal point, header on line 1",
-        "1 recordings with 150 samples",
+        "1 recording with 150 samples",
         "gauges: S1 S2",
         "reference: Fz",
     ] {

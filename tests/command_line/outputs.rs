@@ -223,7 +223,7 @@ fn temporary_files_of_an_interrupted_program_are_removed_at_once_and_of_a_killed
     let workshop = Workshop::new();
     workshop.write("t.csv", "old");
     let traces = ["fit", "--look-back", "none", "--traces", "t.csv", "--force"];
-    if an_interrupt_ends_the_job() {
+    if receives_interrupts() {
         let child = stopped_while_writing(&workshop, &traces);
         signal(&child, "TERM");
         signal(&child, "CONT");
@@ -248,7 +248,7 @@ fn temporary_files_of_an_interrupted_program_are_removed_at_once_and_of_a_killed
 
 /// Returns true if programs receive interrupts. A script with `setsid … &` may have disabled them for the tests.
 #[cfg(target_os = "linux")]
-fn an_interrupt_ends_the_job() -> bool {
+fn receives_interrupts() -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
     let ignored = u64::from_str_radix(ignored.trim(), 16).unwrap();
@@ -260,7 +260,7 @@ fn an_interrupt_ends_the_job() -> bool {
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_search_writes_its_results_so_far() {
-    if !an_interrupt_ends_the_job() {
+    if !receives_interrupts() {
         eprintln!("skipped: interrupts are ignored here");
         return;
     }

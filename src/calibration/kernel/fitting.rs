@@ -120,14 +120,15 @@ impl Kernel {
         progress.add_total(2 * tries as u64 * rows.n_runs() as u64);
         let measured = Standardised::measure(rows, progress)?;
         let step = samples.div_ceil(TUNING_SAMPLES);
-        // The powers and length scales with the lowest error.
-        let mut best: Option<(f64, f64, Standardised, Vec<Vec<f64>>)> = None;
+        // For each power its best length scale.
+        let mut found = Vec::new();
         for power in powers {
             let standardised = measured.divided_by(*power);
             let landmarks = standardised.landmarks(rows, settings.landmarks, progress)?;
             let few = &landmarks[..landmarks.len().min(TUNING_LANDMARKS)];
             let columns = Columns::new(few.len(), rows);
-            let mut found = (!is_open).then(|| (0.0, scales[0]));
+            let mut best: Option<(f64, f64, Vec<f64>)> =
+                (!is_open).then(|| (scales[0], 0.0, Vec::new()));
             for scale in scales.iter().filter(|_| is_open) {
                 let length = scale * standardised.distance;
                 let Some(whitened) = Whitened::new(&standardised, few, length) else {
@@ -136,19 +137,25 @@ impl Kernel {
                 let parts = whitened.sums(rows, step, progress)?;
                 progress.advance(rows.n_runs() as u64);
                 let tuned = whitened.tuned(&parts, &columns, progress)?;
-                let error = tuned.map_or(f64::INFINITY, |own| own.least_error);
-                if found.is_none_or(|(least, _)| error < least) {
-                    found = Some((error, *scale));
+                let (error, of_parts) = tuned
+                    .map_or((f64::INFINITY, Vec::new()), |own| (own.least_error, own.of_parts));
+                if best.as_ref().is_none_or(|(_, least, _)| error < *least) {
+                    best = Some((*scale, error, of_parts));
                 }
             }
-            // Without held-out samples, the last power is used.
-            if let Some((error, scale)) = found
-                && best.as_ref().is_none_or(|(least, ..)| error <= *least)
-            {
-                best = Some((error, scale, standardised, landmarks));
-            }
+            found.extend(
+                best.map(|(scale, _, of_parts)| (standardised, landmarks, scale, of_parts)),
+            );
         }
-        let (_, scale, standardised, landmarks) = &best.ok_or(KernelError::Singular)?;
+        let n_parts = found.last().map_or(0, |(.., of_parts)| of_parts.len());
+        let chosen = match found.len() {
+            0 => return Err(KernelError::Singular),
+            n if n_parts == 0 => n - 1,
+            n => simplest_good(n, n_parts, |at, part| {
+                found[at].3.get(part).copied().unwrap_or(f64::INFINITY)
+            }),
+        };
+        let (standardised, landmarks, scale, _) = &found[chosen];
         let columns = Columns::new(landmarks.len(), rows);
         let whitened = Whitened::new(standardised, landmarks, scale * standardised.distance)
             .ok_or(KernelError::Singular)?;
@@ -477,6 +484,7 @@ impl<'a> Whitened<'a> {
                 _ => None,
             },
             least_error: (0..strengths.len()).map(of_strength).fold(f64::INFINITY, f64::min),
+            of_parts: (0..n).map(|part| whole(chosen, part)).collect(),
             squares: (0..q)
                 .map(|axis| (0..n).map(|part| of(part, chosen, taken[axis], axis)).sum())
                 .collect(),
@@ -567,6 +575,8 @@ struct Tuned {
     edge: Option<GridEdge>,
     /// Error of the best strength: sum over axes of squared errors, each divided by the squared targets of its axis.
     least_error: f64,
+    /// This error with the chosen strength, per fold.
+    of_parts: Vec<f64>,
     /// Share of the kernel that is added, per axis.
     shares: Vec<f64>,
     /// Squared error with this share, per axis.
