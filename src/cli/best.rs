@@ -105,10 +105,11 @@ impl Work for BestJob {
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
             // An interrupt ends the search alone; its result is exported.
-            let request = with_history_that_fits(run, request, &Progress::default())?;
-            let calibration = train(&request, &Progress::default(), &mut |_| {})?;
+            let progress = Progress::default();
+            let request = with_history_that_fits(run, request, &progress)?;
+            let calibration = train(&request, &progress, &mut |_| {})?;
             check_determined(&calibration, self.force)?;
-            let found = findings(&request, &calibration, &run.progress)?;
+            let found = findings(&request, &calibration, &progress)?;
             for own in found.iter().filter(|own| own.id == Id::ColdStart) {
                 run.say.warning(own.text(Face::CommandLine));
             }

@@ -12,6 +12,7 @@ use crate::questions::metrology::{crosstalk, overview};
 use crate::recording::Axis;
 use crate::report::Shown;
 use crate::report::Table;
+use crate::shown::counted;
 use crate::ui::command::{Command, Kind, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::pane::{Cx, PaneView};
@@ -219,10 +220,11 @@ fn definitions(
 
 fn notes(ui: &mut egui::Ui, table: &Metrology) {
     ui.weak(format!(
-        "{} recordings, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
+        "{}, {} samples. Point at a name for its definition and source, at a figure for where it comes from, \
          at a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do \
          not replace a calibration in steps on a reference machine.",
-        table.n_recordings, table.n_samples
+        counted(table.n_recordings, "recording"),
+        table.n_samples
     ));
     for found in &table.findings {
         ui.warn(format!("Note: {}", found.text(Face::Window)));

@@ -301,8 +301,9 @@ fn rows_are_answered_as_devices_print_them() {
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("1 numbers in a row, but the calibration needs 2"), "{message}");
-    let broken =
-        fed(&workshop, &["apply", "c.json", "-", "--json", "--rate", "50"], "1,2\nfoo\n2,3\n");
+    let lines = "1,2\n2,3\n".repeat(6) + "foo\n2,3\n";
+    let arguments = ["apply", "c.json", "-", "--json", "--rate", "50"];
+    let broken = fed(&workshop, &arguments, &lines);
     assert!(broken.contains("\"why\":\"1 of 2 values\""), "{broken}");
     let few: String = "1,2\n2,3\n".to_owned();
     assert_eq!(loads(&few, &rate).len(), 2, "fewer than ten lines");

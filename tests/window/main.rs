@@ -1115,7 +1115,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
         "Hysteresis, mean loop",
         "Repeatability",
         "Crosstalk, % of full scale",
-        "1 recordings, 400 samples",
+        "1 recording, 400 samples",
     ] {
         assert!(has(&window, part), "{part}");
     }
