@@ -100,8 +100,9 @@ impl Recording {
     /// from the first sample).
     pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<String> {
         let since = |k: usize| self.times()[k] - self.times()[0];
-        let samples = (0..self.n_samples()).filter(|k| (from..=to).contains(&since(*k)));
-        let (start, end) = (samples.clone().next()?, samples.last()? + 1);
+        let mut samples = (0..self.n_samples()).filter(|k| (from..=to).contains(&since(*k)));
+        let start = samples.next()?;
+        let end = samples.next_back().unwrap_or(start) + 1;
         if self.axes().is_empty() || is_unloaded(self, start..end) {
             return None;
         }
