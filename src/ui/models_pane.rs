@@ -25,6 +25,8 @@ const MOST_MINUTES: f64 = 10_000.0;
 const BARS_SHARE: f32 = 0.34;
 /// Share of the pane's height for the plots of the model on screen.
 const PLOTS_SHARE: f32 = 0.45;
+/// Minimum height of these plots in a pane that is high enough (points).
+const SMALLEST_PLOTS: f32 = 200.0;
 /// Maximum number of characters of a name beside its bar.
 const BAR_NAME_LENGTH: usize = 18;
 /// Maximum number of characters of a name in the list.
@@ -92,9 +94,13 @@ impl PaneView for View {
         }
         ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: fitted to other recordings");
         let height = PLOTS_SHARE * ui.available_height();
-        egui::Panel::bottom("model plots").default_size(height).resizable(true).show(ui, |ui| {
-            self.plots.ui(ui, cx);
-        });
+        egui::Panel::bottom("model plots")
+            .default_size(height)
+            .min_size(SMALLEST_PLOTS.min(height))
+            .resizable(true)
+            .show(ui, |ui| {
+                self.plots.ui(ui, cx);
+            });
         let out = &mut *cx.out;
         let width = BARS_SHARE * ui.available_width();
         egui::Panel::right("model bars").default_size(width).show(ui, |ui| bars(ui, engine, out));

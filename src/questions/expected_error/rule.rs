@@ -88,7 +88,7 @@ impl Evidence<'_> {
             && tested.n_groups < MIN_GROUPS
         {
             return Err(format!(
-                "{reason}; {} do not stand in for them (minimum {MIN_GROUPS})",
+                "{reason}. With {MIN_GROUPS} test recordings, their errors would give it (now {})",
                 counted(tested.n_groups, "test recording")
             ));
         }
