@@ -99,7 +99,7 @@ fn fewer_than_three_groups_give_a_reason_instead_of_an_expected_error() {
         let found = fit(workshop.path(), files);
         assert!(found["expected_error"].is_null(), "{files:?}");
         let reason = found["no_expected_error"].as_str().unwrap();
-        assert!(reason.contains("minimum 3"), "{reason}");
+        assert!(reason.contains("With 3 test recordings"), "{reason}");
     }
     workshop.write("limits.toml", "expected_error = 1e6\n");
     let words = ["fit", "--train", "a.csv", "b.csv", "--limits", "limits.toml"];
