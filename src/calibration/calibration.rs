@@ -248,7 +248,15 @@ pub struct AppliedLoads {
 impl Calibration {
     /// Returns the mean over the axes of the error in cross-validation, as a share of full scale.
     pub fn mean_cv_share(&self) -> Option<f64> {
-        let errors = self.quality.compensated.cv_rmse.as_ref()?;
+        self.mean_share(self.quality.compensated.cv_rmse.as_ref()?)
+    }
+
+    /// Returns the mean over the axes of the error on the training recordings, as a share of full scale.
+    pub fn mean_train_share(&self) -> Option<f64> {
+        self.mean_share(self.quality.compensated.train_rmse.as_ref()?)
+    }
+
+    fn mean_share(&self, errors: &[f64]) -> Option<f64> {
         let shares = errors.iter().zip(&self.full_scale).filter(|(_, scale)| **scale > 0.0);
         let shares: Vec<f64> = shares.map(|(error, scale)| error / scale).collect();
         (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)

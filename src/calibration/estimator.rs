@@ -174,6 +174,26 @@ impl<'a> Estimator<'a> {
         Ok((status, &self.compensated))
     }
 
+    /// Processes a sample as [`Self::update_with`]. Returns its status and compensated load, NaN if the sample is refused.
+    /// `is_held` says that an auxiliary value is too old.
+    pub(crate) fn update_or_nan(
+        &mut self,
+        time: f64,
+        gauges: &[f64],
+        auxiliary: &[f64],
+        is_held: bool,
+    ) -> (Status, Vec<f64>) {
+        match self.update_with(time, gauges, auxiliary) {
+            Ok((mut status, loads)) => {
+                if is_held {
+                    status |= Status::AUXILIARY_HELD;
+                }
+                (status, loads.to_vec())
+            }
+            Err(error) => (error.status(), vec![f64::NAN; self.conventional.len()]),
+        }
+    }
+
     /// Returns true if a gauge is clipped. The gauges are compared as measured, or tared if the limits are of tared
     /// gauges.
     fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {

@@ -104,7 +104,7 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
-            // An interrupt ends the search alone; its result is exported.
+            // Ctrl-C stopped the search only; the export of its result has its own progress.
             let progress = Progress::default();
             let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;

@@ -48,8 +48,8 @@ pub struct ReadArgs {
     pub keep_going: bool,
 }
 
-/// Moves the recordings with the gauges and axes that most have to the front, otherwise in their order: the first decides which
-/// can be used.
+/// Moves the recordings with the most frequent gauges and axes to the front. The first recording decides which others can be
+/// used, so the majority decides.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
         let [a, b] = [a, b].map(|own| &own.recording);

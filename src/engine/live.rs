@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::calibration::{Calibration, Estimator, Status};
+use crate::calibration::{Calibration, Estimator};
 use crate::import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places};
 use crate::panicked::locked;
 use crate::progress::Progress;
@@ -133,21 +133,14 @@ fn taken_of(
     row: &LiveRow,
 ) -> (String, Taken) {
     let (gauges, auxiliary) = (places.gauges(row), places.auxiliary(row));
-    let (status, compensated) = match estimator.update_with(row.time, &gauges, &auxiliary) {
-        Ok((mut now, loads)) => {
-            if places.is_held(row, calibration.gap_secs) {
-                now |= Status::AUXILIARY_HELD;
-            }
-            (now.to_string(), loads.to_vec())
-        }
-        Err(error) => (error.status().to_string(), vec![f64::NAN; calibration.axes.len()]),
-    };
+    let is_held = places.is_held(row, calibration.gap_secs);
+    let (status, compensated) = estimator.update_or_nan(row.time, &gauges, &auxiliary, is_held);
     let reference = calibration.axes.iter().map(|axis| {
         let place = table.axes().iter().position(|own| own == axis);
         place.map_or(f64::NAN, |place| row.loads[place])
     });
     let loads = [estimator.conventional().to_vec(), compensated, reference.collect()];
-    (status, Taken { time: row.time, loads })
+    (status.to_string(), Taken { time: row.time, loads })
 }
 
 impl Minute {

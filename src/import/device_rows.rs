@@ -78,6 +78,11 @@ impl RowForm {
         own.map_or("", |(_, _, words)| words)
     }
 
+    /// Returns true if a row consists of numbers without names.
+    fn is_numbers(self) -> bool {
+        matches!(self, Self::Numbers | Self::TimedNumbers)
+    }
+
     /// Returns the form of most of these lines; `None` if most of them have no known form.
     pub(super) fn guess(lines: &[String], n_needed: usize) -> Option<Self> {
         let lines: Vec<&str> = lines.iter().map(|line| without_stamp(line).1).collect();
@@ -204,7 +209,6 @@ impl DeviceRows {
             }
             _ => stamp.is_some(),
         };
-        let is_numbers = matches!(form, RowForm::Numbers | RowForm::TimedNumbers);
         let is_timed = form == RowForm::TimedNumbers;
         let n_cells = source.gauges.len() + source.auxiliary.len() + usize::from(is_timed);
         let counts = rows.iter().map(|(_, row)| numbers(row).map_or(0, |own| own.len()));
@@ -212,7 +216,7 @@ impl DeviceRows {
             Some(at) => (rows[at].1, n_cells),
             None => ("", counts.max().unwrap_or(0)),
         };
-        if is_numbers && found < n_cells {
+        if form.is_numbers() && found < n_cells {
             return Err(TableError::FewNumbers { found, needed: n_cells });
         }
         let own = Self {
@@ -231,17 +235,16 @@ impl DeviceRows {
             pending: Vec::new(),
             pending_time: None,
         };
-        let map = is_numbers.then(|| own.map(stamp, source));
+        let map = form.is_numbers().then(|| own.map(stamp, source));
         Ok((own, map))
     }
 
     /// Returns the reason why a line of numbers has no load: fewer values than channels.
     pub fn missing(&self, line: &str) -> Option<String> {
-        let is_numbers = matches!(self.form, RowForm::Numbers | RowForm::TimedNumbers);
         let (_, row) = without_stamp(line);
         let n = cells(row, self.delimiter).filter(|cell| !cell.is_empty()).count();
         let needed = self.n_cells;
-        (is_numbers && n < needed).then(|| format!("{n} of {needed} values"))
+        (self.form.is_numbers() && n < needed).then(|| format!("{n} of {needed} values"))
     }
 
     /// Returns a row of numbers without the values after the channels of the calibration.

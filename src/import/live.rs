@@ -378,13 +378,15 @@ impl LiveTable {
     /// # Errors
     /// [`Rejected`] if the line is not a usable row.
     pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
-        let translated = match &mut self.device {
-            None => return self.table_row(line).map(Some),
-            Some((device, start)) => device.line(line, start.elapsed().as_secs_f64()),
+        let Some((device, start)) = &mut self.device else {
+            return self.table_row(line).map(Some);
         };
+        let translated = device.line(line, start.elapsed().as_secs_f64());
         let row = translated.map(|line| self.table_row(&line)).transpose();
-        let missing = self.device.as_ref().and_then(|(device, _)| device.missing(line));
-        row.map_err(|own| Rejected { why: missing.unwrap_or(own.why), ..own })
+        row.map_err(|own| {
+            let missing = self.device.as_ref().and_then(|(device, _)| device.missing(line));
+            Rejected { why: missing.unwrap_or(own.why), ..own }
+        })
     }
 
     fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {

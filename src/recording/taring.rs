@@ -64,12 +64,9 @@ impl Recording {
             return Err(TareError::NoTimes { name: self.name().to_owned() });
         }
         let times = self.times();
-        let (start, end) = match tare {
+        let Range { start, end } = match tare {
             Tare::Auto => first_quiet_unloaded(&self)?,
-            Tare::Interval(from, to) => (
-                times.partition_point(|time| time - times[0] < from),
-                times.partition_point(|time| time - times[0] <= to),
-            ),
+            Tare::Interval(from, to) => self.samples_between(from, to),
         };
         if start >= end {
             let (Tare::Interval(from, to), duration_secs) = (tare, self.duration_secs()) else {
@@ -83,45 +80,42 @@ impl Recording {
             });
         }
         let n_gauges = self.n_gauges();
-        let interval = &self.gauges()[start * n_gauges..end * n_gauges];
-        let mean = |gauge: usize| {
-            let values = interval[gauge..].iter().step_by(n_gauges);
-            values.sum::<f64>() / (end - start) as f64
-        };
-        let offsets: Vec<f64> = (0..n_gauges).map(mean).collect();
+        let offsets: Vec<f64> =
+            (0..n_gauges).map(|gauge| mean(self.gauges(), n_gauges, gauge, start..end)).collect();
         let since_start = |k: usize| times[k] - times[0];
         let place = (since_start(start), since_start(end - 1));
         Ok((self.less_offsets(&offsets, tare), place))
     }
-}
 
-impl Recording {
     /// Returns a warning if the mean reference load is not zero while the recording is tared, from and to these times (s
     /// from the first sample).
     pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<String> {
-        let since = |k: usize| self.times()[k] - self.times()[0];
-        let mut samples = (0..self.n_samples()).filter(|k| (from..=to).contains(&since(*k)));
-        let start = samples.next()?;
-        let end = samples.next_back().unwrap_or(start) + 1;
-        if self.axes().is_empty() || is_unloaded(self, start..end) {
+        let samples = self.samples_between(from, to);
+        if self.axes().is_empty() || samples.is_empty() || is_unloaded(self, samples.clone()) {
             return None;
         }
         let n_axes = self.axes().len();
         let means = self.axes().iter().enumerate().map(|(at, axis)| {
-            let own = self.loads()[start * n_axes + at..].iter().step_by(n_axes);
-            let mean = own.take(end - start).sum::<f64>() / (end - start) as f64;
-            format!("{} {mean:.3} {}", axis.symbol(), axis.unit())
+            let mean = mean(self.loads(), n_axes, at, samples.clone());
+            format!("{axis} {mean:.3} {}", axis.unit())
         });
         Some(format!(
-            "{}: the reference load is not zero while taring, from {from:.3} s to {to:.3} s ({}), so the zeros contain this load; tare              over a time without load",
+            "{}: the mean reference load is not zero while taring, from {from:.3} s to {to:.3} s ({}), so the zeros contain this load; tare over a time without load",
             self.name(),
             means.collect::<Vec<_>>().join(", ")
         ))
     }
+
+    /// Returns the samples from one time to another (s from the first sample), both included.
+    fn samples_between(&self, from: f64, to: f64) -> Range<usize> {
+        let times = self.times();
+        times.partition_point(|time| time - times[0] < from)
+            ..times.partition_point(|time| time - times[0] <= to)
+    }
 }
 
 /// Returns the samples of the first interval that is quiet on all gauges and unloaded by the reference.
-fn first_quiet_unloaded(recording: &Recording) -> Result<(usize, usize), TareError> {
+fn first_quiet_unloaded(recording: &Recording) -> Result<Range<usize>, TareError> {
     let name = || recording.name().to_owned();
     let (times, n_gauges) = (recording.times(), recording.n_gauges());
     let (gauges, n) = (recording.gauges(), times.len());
@@ -149,7 +143,7 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<(usize, usize), TareErr
     let mut quiet = intervals
         .into_iter()
         .filter(|interval| interval.2 <= limit)
-        .map(|(start, end, _)| (start, end))
+        .map(|(start, end, _)| start..end)
         .peekable();
     if quiet.peek().is_none() {
         return Err(TareError::NeverQuiet { name: name() });
@@ -160,7 +154,7 @@ fn first_quiet_unloaded(recording: &Recording) -> Result<(usize, usize), TareErr
         "the reference is not without load in any quiet half second"
     };
     quiet
-        .find(|(start, end)| is_unloaded(recording, *start..*end))
+        .find(|samples| is_unloaded(recording, samples.clone()))
         .ok_or_else(|| TareError::NeverUnloaded { name: name(), why })
 }
 
@@ -171,12 +165,17 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     let largest = largest_loads(loads, axes);
     let is_near_zero = |(at, axis): (usize, &Axis)| {
         let (low, width) = range(loads, n_axes, at, samples.clone());
-        let own = loads[samples.start * n_axes + at..].iter().step_by(n_axes);
-        let mean = own.take(samples.len()).sum::<f64>() / samples.len() as f64;
+        let mean = mean(loads, n_axes, at, samples.clone());
         let limit = UNLOADED_SHARE * largest[usize::from(axis.is_force())];
         mean.abs() <= limit || (low <= 0.0 && low + width >= 0.0)
     };
     n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
+}
+
+/// Returns the mean of a column over these rows.
+fn mean(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> f64 {
+    let own = values[rows.start * width + column..].iter().step_by(width);
+    own.take(rows.len()).sum::<f64>() / rows.len() as f64
 }
 
 /// Returns the minimum of a column over these rows, and its range.

@@ -89,8 +89,8 @@ impl PaneView for View {
             );
             return;
         }
-        for said in &engine.models.remarks {
-            ui.label(said);
+        for remark in &engine.models.remarks {
+            ui.label(remark);
         }
         ui.weak("→ proposed: the most accurate · = the smallest that is nearly as accurate · italic: fitted to other recordings");
         let height = PLOTS_SHARE * ui.available_height();

@@ -319,8 +319,8 @@ impl Engine {
             self.notice(Level::Error, text);
             return;
         }
-        let text = self.change(|project| add_parts(project, parts));
-        text.into_iter().for_each(|notice| self.show_notice(notice));
+        let notices = self.change(|project| add_parts(project, parts));
+        notices.into_iter().for_each(|notice| self.show_notice(notice));
         self.prove();
     }
 

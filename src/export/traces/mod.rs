@@ -15,7 +15,7 @@ use std::path::Path;
 
 use self::table::BeginTraces;
 use super::format::FileFormat;
-use crate::calibration::{Calibration, Estimator, Status};
+use crate::calibration::{Calibration, Estimator};
 use crate::export::atomic::{Together, WriteError};
 use crate::formats::csv::CsvWriter;
 use crate::progress::Progress;
@@ -208,17 +208,8 @@ impl<W: io::Write> LoadRows<W> {
         estimator: &mut Estimator<'_>,
         sample: LiveSample<'_>,
     ) -> io::Result<()> {
-        let n_axes = estimator.conventional().len();
-        let updated = estimator.update_with(sample.time, sample.gauges, sample.auxiliary);
-        let (status, compensated) = match updated {
-            Ok((mut status, loads)) => {
-                if sample.is_held {
-                    status |= Status::AUXILIARY_HELD;
-                }
-                (status, loads.to_vec())
-            }
-            Err(error) => (error.status(), vec![f64::NAN; n_axes]),
-        };
+        let LiveSample { time, gauges, auxiliary, is_held, .. } = sample;
+        let (status, compensated) = estimator.update_or_nan(time, gauges, auxiliary, is_held);
         let loads = (estimator.conventional(), &compensated[..]);
         (self.columns).fill(sample.clock_secs, sample.reference, loads, &mut self.row);
         self.end_row(&status.to_string(), None)

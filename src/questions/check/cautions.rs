@@ -1,13 +1,12 @@
-//! What has to be known beside the scores: what the recordings cannot tell, each with its figure and the way out.
+//! Findings on a fit that its scores do not show, each with its figure and the remedy: properties of the sensor that the recordings
+//! do not determine.
 //!
-//! Found once; window, command line and report show this list.
-
-use crate::min_max::MinMax;
-use crate::shown::counted;
+//! The findings are determined once; window, command line and report show the same list.
 
 use crate::calibration::{Calibration, ErrorBlocks, GridEdge, HARM};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
+use crate::min_max::MinMax;
 use crate::progress::Progress;
 use crate::questions::check::load_count::LoadCount;
 use crate::questions::check::rig::{lag_of_fit, same_samples};
@@ -20,21 +19,23 @@ use crate::recording::{Axis, GroupedBy, LoneGroup, Recording, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
+use crate::shown::counted;
 
 /// Number of cold starts in each training recording, evenly spread.
 const STARTS: usize = 8;
 /// Number of times that the time after a start is halved, until the calibration is worse in the remaining time.
 const HALVINGS: i32 = 6;
 
-/// An axis that moves by less than this share of its full scale, or of the axis of its unit that moves most, stands still.
+/// Maximum range of an axis that stands still, as a share of its full scale, or of the largest range among axes of its unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
-/// What is to be known of a fit to these recordings beside its scores; of an applied calibration only what the test says.
+/// Returns the findings on a fit to these recordings. For an applied calibration, only those of the test recordings are
+/// returned.
 ///
 /// # Errors
-/// [`AnalysisError`] where there are no recordings to look at.
+/// [`AnalysisError`] if there are no recordings.
 pub fn findings(
     request: &Request,
     calibration: &Calibration,

@@ -84,11 +84,8 @@ pub fn coarse_history(
 
 /// Returns the mean error over the axes as a share of full scale: in cross-validation, else on the training recordings.
 fn error_of(calibration: &Calibration) -> f64 {
-    calibration.mean_cv_share().unwrap_or_else(|| {
-        let errors = calibration.quality.compensated.train_rmse.iter().flatten();
-        let shares = errors.zip(&calibration.full_scale).map(|(error, scale)| error / scale);
-        shares.sum::<f64>() / calibration.axes.len() as f64
-    })
+    let shares = [calibration.mean_cv_share(), calibration.mean_train_share()];
+    shares.into_iter().flatten().next().unwrap_or(f64::NAN)
 }
 
 /// Asks for a coarser history, if the calibration needs too much memory on a controller.

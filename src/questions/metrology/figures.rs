@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use crate::finding::Finding;
 use serde::{Serialize, Serializer};
 
 use crate::calibration::AppliedLoads;
+use crate::finding::Finding;
 use crate::questions::metrology::quantity::{Definition, Quantity};
 use crate::questions::metrology::reason::Reason;
 use crate::recording::{Axis, Recording};

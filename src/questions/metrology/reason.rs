@@ -6,6 +6,7 @@ use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::lag::NoLag;
 use crate::scoring::loops::{FEWEST_CYCLES, FULL_SHARE, Loops, MOST, TooFew};
 use crate::scoring::numbers::significant;
+use crate::shown::counted;
 
 /// Reason why the data do not determine a figure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,8 +38,8 @@ pub enum Reason {
     )]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "{axis} has {count} full cycle{} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
-         more than {} %. Only the largest cycle is shown", if *count == 1 { "" } else { "s" }, short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        "{axis} has {} (over {} % of the largest one's range) that share {} % of all loads; a mean loop takes {} over \
+         more than {} %. Only the largest cycle is shown", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
     FewCycles { axis: Axis, count: usize, share: f64 },

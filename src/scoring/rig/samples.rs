@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::recording::{Axis, Recording, median};
+use crate::recording::{Recording, median};
 use crate::scoring::rig::fits::{self, Forward};
 use crate::scoring::rig::{Rig, is_one_table};
 
@@ -228,11 +228,11 @@ impl Rig {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
-        for (axis, own_axis) in shape.axes.iter().enumerate() {
+        for axis in 0..shape.axes.len() {
             // Loads and what the gauges show of them, over full scale.
             let traces = recordings.chunk_by(|a, b| is_one_table(a, b)).map(|table| Trace {
                 is_static: table[0].is_static(),
-                samples: (table.iter().flat_map(|own| self.shown(own, *own_axis, back.row(axis))))
+                samples: (table.iter().flat_map(|own| self.shown(own, axis, back.row(axis))))
                     .collect(),
             });
             let traces: Vec<Trace> = traces.collect();
@@ -275,17 +275,16 @@ impl Rig {
     fn shown(
         &self,
         of: &Recording,
-        axis: Axis,
+        axis: usize,
         back: faer::RowRef<'_, f64>,
     ) -> impl Iterator<Item = (f64, f64)> {
-        let at = of.axes().iter().position(|own| *own == axis);
-        let place = self.shape.axes.iter().position(|own| *own == axis).unwrap_or_default();
+        let at = of.axes().iter().position(|own| *own == self.shape.axes[axis]);
         let rows = of.gauges().chunks_exact(self.shape.n_gauges);
         let loads = at.into_iter().flat_map(|at| of.loads()[at..].iter().step_by(of.axes().len()));
         loads.zip(rows).map(move |(load, row)| {
             let gauges = row.iter().zip(&self.scales).enumerate();
             let shown = gauges.map(|(at, (own, (mean, scale)))| back[at] * (own - mean) / scale);
-            (load / self.shape.full_scale[place], shown.sum())
+            (load / self.shape.full_scale[axis], shown.sum())
         })
     }
 }
