@@ -7,17 +7,17 @@ use crate::min_max::MinMax;
 use crate::recording::{Axis, Entry, Recording, Role, load_ranges};
 use crate::scoring::loops::extents_of;
 
-/// Smallest difference of an axis, as a share of its range, between two load cases.
+/// Smallest difference between two load cases, as a share of an axis' range.
 const OTHER_LOAD: f64 = 0.02;
-/// Smallest difference between two load cases, in standard deviations of the loads' noise.
+/// Smallest difference between two load cases, in standard deviations of the load's noise.
 const NOISE_OF_LOAD: f64 = 4.0;
-/// Largest difference that the noise may require, as a share of the range. Loads that jump from sample to sample look like
-/// noise.
+/// Upper limit of the difference that the noise requires, as a share of the range. Loads that jump from sample to sample look
+/// like noise.
 const OTHER_LOAD_AT_MOST: f64 = 0.05;
-/// Distance beyond the training range, as a share of the span of the axes with the same unit, from which a test load is
-/// outside.
+/// Distance beyond the training range from which a test load is outside, as a share of the largest span of the axes with the
+/// same unit.
 const OUTSIDE: f64 = 0.02;
-/// Share of a recording's samples outside the loads of the others from which a finding is reported.
+/// Share of a recording's samples outside the loads of the other recordings from which a finding is reported.
 pub const OUTSIDE_SHARE: f64 = 0.05;
 
 /// Loads that recordings cover.
@@ -29,7 +29,7 @@ pub struct Coverage {
     pub trained: Vec<MinMax>,
     /// Test loads beyond the training loads; `None` if there are none.
     pub outside: Vec<Option<Outside>>,
-    /// Number of changes of the load case in the training recordings, each recording's first load included.
+    /// Number of changes of the load case in the training recordings, including each recording's first load.
     pub n_moves: usize,
     /// Number of different load cases in the training recordings.
     pub cases: LoadCases,
@@ -64,8 +64,8 @@ impl Coverage {
         Self { outside: outside.collect(), trained, n_moves, cases }
     }
 
-    /// Returns the number of training loads that determine such columns: load cases, or changes of the load case for columns
-    /// with a past.
+    /// Returns the number of training loads that determine these columns: load cases, or changes of the load case if a column
+    /// holds past samples.
     pub fn n_cases(&self, columns: &[Column]) -> usize {
         let is_past = |column: &Column| matches!(column, Column::Past { .. });
         match columns.iter().any(is_past) {
@@ -106,7 +106,7 @@ fn outside<'a>(
     (n_outside > 0).then(|| Outside { share: n_outside as f64 / n as f64, farthest })
 }
 
-/// Load cases that can be told apart.
+/// Different load cases.
 ///
 /// Two loads are different if an axis differs by more than its tolerance, which follows from the noise within limits.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -120,8 +120,8 @@ pub struct LoadCases {
 }
 
 impl LoadCases {
-    /// Returns the load cases of these recordings, and the number of changes of the load case, each recording's first load
-    /// included.
+    /// Returns the load cases of these recordings, and the number of changes of the load case, including each recording's
+    /// first load.
     fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
@@ -188,8 +188,8 @@ mod tests {
     use super::*;
     use crate::recording::Source;
 
-    /// Twenty poses on two axes, three times, with noise on each; then one that differs from the first by 1.5 % of the range, and
-    /// one by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
+    /// Twenty poses on two axes, repeated three times with noise. Two more poses follow: one differs from the first by 1.5 %
+    /// of the range, the other by a fifth. Poses that jump from row to row look like noise, so the tolerance is 5 %.
     #[test]
     fn poses_that_repeat_within_the_noise_are_one_load_case() {
         let pose = |k: usize| [10.0 * (k as f64).sin(), 7.0 * (1.7 * k as f64).cos()];
@@ -203,7 +203,7 @@ mod tests {
         let [a, b] = pose(0);
         loads.extend([[a + 0.3, b], [a - 3.0, b - 3.0]]);
         let cases = of(loads.concat(), vec![0.0; 2]).cases;
-        assert_eq!(cases.len(), 20, "two of them are nearer than what may be noise");
+        assert_eq!(cases.len(), 20, "the two last differ from a pose by less than the tolerance");
     }
 
     fn entry(role: Role, loads: Vec<f64>) -> Entry {
@@ -242,7 +242,7 @@ mod tests {
         );
     }
 
-    /// Three loads, the first twice, each held for four samples with noise of a hundredth of the range.
+    /// Four dwells at three loads (the first load comes twice), each of four samples with noise of 1 % of the range.
     #[test]
     fn held_loads_are_counted_once_and_again_when_they_come_back() {
         let held = [0.0, 4.0, 9.9, 0.0].into_iter();

@@ -1,12 +1,12 @@
-//! Cross-validation by group: cuts training recordings into parts, and chooses the ridge strength by them. The fits without
-//! each part are those of [`LeftOut`](crate::scoring::left_out::LeftOut).
+//! Cross-validation by group: cuts training recordings into parts, and chooses the ridge strength by them.
+//! ([`LeftOut`](crate::scoring::left_out::LeftOut) makes the fits without each part.)
 //!
-//! Samples are never shuffled: neighbours in time are nearly equal, so a shuffled test would flatter the fit. The recordings of a
-//! group (see [`Groups`](crate::recording::Groups)) are left out together; an ungrouped recording is a group of its own. Two
-//! groups are enough if there are more recordings: each group is then predicted by the other. With fewer than three training
-//! recordings, five contiguous blocks take the place of groups.
-//! The look-back always searches by the conventional calibration of *all* training recordings: it chooses the past sample, not
-//! the load.
+//! Samples are never shuffled: neighbours in time are nearly equal, so a shuffled test would flatter the fit. The recordings
+//! of a group (see [`Groups`](crate::recording::Groups)) are left out together; an ungrouped recording is a group of its own.
+//! Two groups are enough if there are at least three recordings: each group is then predicted by the other. With fewer than
+//! three training recordings, five contiguous blocks take the place of groups.
+//! The look-back always searches by the conventional calibration of *all* training recordings, because it only chooses the
+//! past sample and does not predict the load.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -14,24 +14,25 @@ use std::sync::Arc;
 use crate::calibration::{CrossValidation, Piece, simplest_good};
 use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 
-/// Minimum number of training recordings for leaving out recordings; with fewer, blocks are left out.
+/// Minimum number of training recordings for leaving out whole recordings. With fewer recordings, blocks are left out.
 pub const FEWEST_RECORDINGS: usize = 3;
 /// Number of blocks that take the place of recordings.
 pub const BLOCKS: usize = 5;
 
-/// Training recordings in the parts that are left out in turn.
+/// Division of the training recordings into parts that are left out in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Folds {
-    /// Pieces of each recording. A recording outside the training is one piece.
+    /// Pieces of each recording. A recording that is not used for training is one piece.
     pub pieces: Vec<Vec<Piece>>,
     /// Number of parts.
     pub n_parts: usize,
-    /// True if recordings are left out whole, rather than blocks of them.
+    /// True if whole recordings are left out, false if blocks are.
     pub are_whole: bool,
 }
 
 impl Folds {
-    /// Returns the parts of recordings with these numbers of samples and groups. Recordings outside the training have no group.
+    /// Divides recordings, given as their number of samples and their group. Recordings that are not used for training have
+    /// no group.
     ///
     /// Groups are numbered in their order of appearance. Blocks divide all training samples evenly, the longer ones first.
     pub fn of(recordings: &[(usize, Option<usize>)]) -> Self {
@@ -64,39 +65,39 @@ impl Folds {
         Self { n_parts: n_parts.unwrap_or(0), pieces, are_whole }
     }
 
-    /// Returns the description of the parts, for recordings that are grouped this way.
+    /// Returns the description of the parts for recordings with this grouping.
     pub fn cross_validation(&self, by: GroupedBy) -> CrossValidation {
         let by = if self.are_whole { by } else { GroupedBy::Block };
         CrossValidation { by, groups: self.n_parts, parts: self.n_parts }
     }
 }
 
-/// Recordings of which some are left out.
+/// Recordings with one part left out.
 #[derive(Debug)]
 pub(crate) struct Fold {
-    /// The recordings to fit in the train role, those that are left out in the test role.
+    /// The fitted recordings in the train role, and the held-out recordings in the test role.
     pub set: Arc<RecordingSet>,
     /// Part of each recording in the test role, in their order.
     pub parts: Vec<usize>,
 }
 
 impl Fold {
-    /// Returns the fold of these recordings, which come from one set. Those that are left out have a part.
+    /// Returns the fold of these recordings from one set. Held-out recordings come with the number of their part.
     pub fn of(recordings: impl Iterator<Item = (Entry, Option<usize>)>) -> Self {
         let (mut set, mut parts) = (RecordingSet::default(), Vec::new());
         for (entry, part) in recordings {
             let role = if part.is_some() { Role::Test } else { Role::Train };
             parts.extend(part);
-            set.push(Entry { role, ..entry }).expect("they stand side by side in another set");
+            set.push(Entry { role, ..entry }).expect("entries of one set fit in another");
         }
         Self { set: Arc::new(set), parts }
     }
 }
 
-/// Maximum number of fits that leave parts out, where a fit takes too long to do without each part alone.
+/// Maximum number of fits if one fit per part would take too long.
 pub(crate) const MOST_FITS: usize = 5;
 
-/// Returns the number of the fit that does without a part, where no more than [`MOST_FITS`] are made.
+/// Returns the number of the fit that leaves out this part, if at most [`MOST_FITS`] fits are made.
 pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
     part % n_parts.min(MOST_FITS)
 }
@@ -105,8 +106,8 @@ pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
 pub const RIDGE_STRENGTHS: [f64; 12] =
     [0.0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 10.0, 1e9];
 
-/// Returns the position of the strongest ridge whose squared error is nearly the lowest. `square(at, part)` is the sum of squared
-/// errors of a part at a strength.
+/// Returns the position of the strongest ridge whose squared error is nearly the lowest. `square(at, part)` returns the sum
+/// of squared errors of a part at a strength.
 pub(crate) fn strongest_good(n_parts: usize, square: impl Fn(usize, usize) -> f64) -> usize {
     simplest_good(RIDGE_STRENGTHS.len(), n_parts, square)
 }

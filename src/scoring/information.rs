@@ -1,4 +1,4 @@
-//! Information of the data about the coefficients, from the sums alone, and the loads that would add most.
+//! Information that the data hold about the coefficients, from the sums alone, and the loads that would add most.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
@@ -6,10 +6,11 @@ use faer::{Mat, Side};
 use crate::calibration::NormalEquations;
 use crate::dot::dot;
 
-/// Added to the diagonal of the sums over columns of unit length, so that undetermined columns keep the sums invertible. It
-/// is the share below which [`fit`](crate::calibration::fit) takes a column for explained.
+/// Term added to the diagonal of the sums over columns of unit length, so that undetermined columns keep the sums invertible.
+/// [`fit`](crate::calibration::fit) takes a column as explained below the same share.
 const NOTHING: f64 = 1e-12;
-/// The same for proposed loads. An undetermined coefficient counts as much as a million times the information of one load.
+/// Diagonal term for proposed loads. It makes an undetermined coefficient count as much as a million times the information of
+/// one load.
 const PRIOR: f64 = 1e-6;
 
 /// Sums over some columns, each scaled to unit length, in their principal directions.
@@ -19,7 +20,7 @@ pub struct Information {
     columns: Vec<usize>,
     /// Reciprocal length of each column.
     inverse_lengths: Vec<f64>,
-    /// Squared singular values, rising.
+    /// Squared singular values, in ascending order.
     squares: Vec<f64>,
     /// Direction of each singular value, over the columns.
     directions: Vec<Vec<f64>>,
@@ -49,7 +50,7 @@ impl Information {
         })
     }
 
-    /// Returns a row of all columns, reduced to these columns and scaled.
+    /// Reduces a row of all columns to these columns, and scales it.
     fn scaled(&self, row: &[f64]) -> Vec<f64> {
         let columns = self.columns.iter().zip(&self.inverse_lengths);
         columns.map(|(column, factor)| row[*column] * factor).collect()
@@ -66,8 +67,8 @@ impl Information {
         solution
     }
 
-    /// Returns the rows to add to the samples, one after the other. Each is the row that increases `log det ΣG` most
-    /// (D-optimal, greedy), for a dwell of `weight` samples.
+    /// Returns the rows to add to the samples, one after the other. Each row increases `log det ΣG` most (D-optimal, greedy),
+    /// for a dwell of `weight` samples.
     pub fn next_best(
         &self,
         rows: &[Vec<f64>],
@@ -86,7 +87,7 @@ impl Information {
         let mut variances: Vec<f64> = rows.iter().map(variance).collect();
         let mut of_region: Vec<f64> = region.iter().map(variance).collect();
         let before: f64 = of_region.iter().sum();
-        // Reduction by each choice: `weight · (uᵀx)² / (1 + weight · v)`, by Sherman and Morrison.
+        // Reduction of the variance by each chosen row: `weight · (uᵀx)² / (1 + weight · v)` (Sherman and Morrison).
         let mut taken: Vec<(Vec<f64>, f64)> = Vec::new();
         let mut found = Vec::new();
         for _ in 0..count {
@@ -121,18 +122,18 @@ impl Information {
     }
 }
 
-/// A row that is worth adding.
+/// A row whose load should be recorded next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextRow {
     /// Index of the row.
     pub at: usize,
-    /// Increase of `log det ΣG`, given the rows before it.
+    /// Increase of `log det ΣG` over the rows before it.
     pub gain: f64,
-    /// Remaining share of the prediction variance over the region, with this row and those before it.
+    /// Remaining share of the prediction variance over the region after this row and the rows before it.
     pub left: f64,
 }
 
-/// Returns the number of coefficients that a ridge leaves free: the trace of `(G + D)⁻¹ G`.
+/// Returns the effective number of coefficients under a ridge: the trace of `(G + D)⁻¹ G`.
 ///
 /// **Shapes** `shares` holds the ridge of each column as a share of its squared length; see
 /// [`Ridge::Shares`](crate::calibration::Ridge::Shares).
@@ -161,7 +162,7 @@ mod tests {
 
     const P: usize = 5;
 
-    /// Returns rows of features without a simple relation, and their sums. With `repeats`, the last feature copies the first.
+    /// Returns random rows of features, and their sums. With `repeats`, the last feature copies the first.
     fn data(n: usize, seed: u64, repeats: bool) -> (Vec<Vec<f64>>, NormalEquations) {
         let mut random = Random::new(seed, &[1]);
         let mut sums = NormalEquations::new(P, 1);

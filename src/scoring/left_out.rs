@@ -1,4 +1,4 @@
-//! Fits that leave one part out: with one ridge for all columns, and with one for each block.
+//! Fits that leave one part out: with one ridge for all columns, or with one for each block.
 
 mod by_block;
 mod fits;

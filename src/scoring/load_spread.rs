@@ -2,7 +2,7 @@
 
 use crate::min_max::MinMax;
 
-/// Smallest share of an axis' variance along a direction for which the loads count as moving along it.
+/// Smallest share of an axis' variance along a direction for which the loads count as moving in it.
 const DIRECTION: f64 = 1e-3;
 
 /// Mean, spread and correlation of the loads.
@@ -12,9 +12,9 @@ pub struct LoadSpread {
     pub deviations: Vec<f64>,
     /// Correlations, `n_axes × n_axes`; `None` if an axis does not move.
     pub correlations: Vec<Option<f64>>,
-    /// Share of each axis' variance that the other axes do not explain; 1 for an axis that moves independently.
+    /// Share of each axis' variance that the other axes do not explain: 1 for an axis that moves independently.
     pub inflations: Vec<Option<f64>>,
-    /// Combination of axes that moves least, in standard deviations of each axis, and its standard deviation; `None` with
+    /// Combination of axes that moves least, in standard deviations of each axis, and its standard deviation. `None` with
     /// fewer than two moving axes.
     pub stiffest: Option<(Vec<f64>, f64)>,
     /// Number of independent directions in which the loads move.
@@ -86,7 +86,7 @@ impl LoadSpread {
 mod tests {
     use super::*;
 
-    /// NumPy 2: `std`, `corrcoef`, the diagonal of the inverse of the correlations, `eigh`.
+    /// Reference values from NumPy 2: `std`, `corrcoef`, the diagonal of the inverse of the correlations, `eigh`.
     #[test]
     fn spread_is_that_of_numpy() {
         let load = |k: usize| {

@@ -1,7 +1,7 @@
 //! The paper's rule for F_th: F_th is close to the mean hysteresis of the recordings.
 //!
-//! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. Branches and reversals are those
-//! of the [loops](crate::scoring::loops).
+//! Guarantees: hysteresis is measured on conventional loads, which the look-back also compares. The branches and reversals
+//! are those of the [loops](crate::scoring::loops).
 
 use serde::Serialize;
 
@@ -11,10 +11,8 @@ use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
 /// Minimum number of reversals for a reliable mean.
 pub const FEWEST_REVERSALS: usize = 10;
 
-/// The hysteresis of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AxisHysteresis {
-    /// The axis.
     pub axis: Axis,
     /// Mean loop width over the cycles, in the unit of F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
@@ -24,40 +22,39 @@ pub struct AxisHysteresis {
     pub reversal_threshold: f64,
 }
 
-/// The mean hysteresis of a sensor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanHysteresis {
     /// Mean over the axes with cycles, in the unit of F_th; `None` without any cycle.
     pub value: Option<f64>,
     /// Number of reversals over all axes.
     pub n_reversals: usize,
-    /// Hysteresis of each axis that F_th is measured over.
+    /// Hysteresis of each axis that counts for F_th.
     pub axes: Vec<AxisHysteresis>,
 }
 
-/// Loads of one recording, from which hysteresis is measured.
+/// Loads of one recording.
 ///
 /// **Shapes** `reference` is `n × n_axes`, row-major.
 #[derive(Clone, Copy)]
 pub struct HysteresisRun<'a> {
-    /// Reference load.
     pub reference: &'a [f64],
-    /// Conventional load of each sample, on the axis with this index.
+    /// Returns the conventional load of each sample on the axis with this index.
     pub conventional: &'a dyn Fn(usize) -> Vec<f64>,
 }
 
 /// Returns the mean hysteresis of these recordings.
 ///
-/// For each axis that F_th is measured over: the two branches of each cycle of the reference load (counted by rainflow) are
-/// compared at equal load, where both are; the width is the mean of `|falling − rising|` of the conventional load over that
-/// range, the axis' figure the mean over all full cycles (see [`Loops::full_cycles`]), the sensor's the mean over its axes.
+/// For each axis that counts for F_th, rainflow counts the cycles of the reference load. The two branches of each cycle are
+/// compared at equal load over their common range. The cycle's width is the mean of `|falling − rising|` of the conventional
+/// load. The axis' value is the mean over its full cycles (see [`Loops::full_cycles`]), the sensor's is the mean over its
+/// axes.
 ///
-/// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. How
-/// that was averaged is not stated in the paper; this definition is ours. When several axes are loaded at once, crosstalk between
-/// them counts as well.
+/// **Source** Koike et al. 2019, section 4.2: F_th = 3 N, "around the average hysteresis" of 2.64 N after rated load. The
+/// paper does not say how it averages; this definition is ours. When several axes are loaded at once, crosstalk between them
+/// counts as well.
 ///
-/// **Shapes** `weights` holds one factor per axis that turns it into the unit of F_th, as
-/// [`Distance::weights`](crate::features::Distance::weights) gives it; zero where the axis does not count.
+/// **Shapes** `weights` holds one factor per axis that converts its load to the unit of F_th, as
+/// [`Distance::weights`](crate::features::Distance::weights) gives it; zero if the axis does not count.
 ///
 /// # Panics
 /// If there is not one weight per axis.
@@ -130,8 +127,8 @@ impl MeanHysteresis {
 mod tests {
     use super::*;
 
-    /// Fz up and down between −1 and 1, Mx constant; the conventional Fz lags by a play of ±0.1, whose loop has the mean
-    /// width `2·0.1·(1 − 0.1)`, see the tests of the loops.
+    /// Fz moves between −1 and 1, and Mx is constant. The conventional Fz lags by a play of ±0.1, so the mean loop width is
+    /// `2·0.1·(1 − 0.1)` (see the tests of the loops).
     fn run(cycles: usize) -> (Vec<f64>, Vec<f64>) {
         let (steps, radius) = (1000, 0.1);
         let (mut reference, mut conventional) = (Vec::new(), Vec::new());
@@ -158,7 +155,7 @@ mod tests {
     #[test]
     fn a_play_operator_has_the_width_of_its_loop() {
         let found = of(6, [1.0, 0.0]);
-        // Six cycles within each of two recordings.
+        // Each of the two recordings has six cycles.
         assert_eq!((found.n_reversals, found.axes.len()), (12, 1));
         assert!((found.value.unwrap() / 0.18 - 1.0).abs() < 0.01, "{found:?}");
         assert!(!found.rests_on_few());

@@ -26,7 +26,7 @@ pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<
     root_mean(&squares, (truth.len() / n_axes.max(1)) as u64)
 }
 
-/// A group of axes that share a unit.
+/// Axes that share a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// Fx Fy Fz (N).
@@ -41,7 +41,7 @@ impl Group {
         axis.is_force() == (self == Self::Force)
     }
 
-    /// Returns the root mean square of the RMSE over the group's axes; `None` without an axis.
+    /// Returns the root mean square of the RMSE of the group's axes; `None` if no axis belongs to it.
     pub fn rmse(self, axes: &[Axis], rmse: &[f64]) -> Option<f64> {
         let (mut squares, mut count) = (0.0, 0);
         for (_, value) in axes.iter().zip(rmse).filter(|(axis, _)| self.contains(**axis)) {

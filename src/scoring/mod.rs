@@ -22,5 +22,5 @@ mod straight_lines;
 
 pub(crate) use series::Series;
 
-/// Maximum number of samples whose loads are kept. Loads of more samples are computed again at each use, to save memory.
+/// Maximum number of samples whose loads are kept in memory. Loads of longer data are computed again at each use.
 pub const MANY_SAMPLES: usize = 2_000_000;

@@ -3,12 +3,12 @@
 /// Minimum number of ticks that show the range of an axis.
 pub const FEWEST_TICKS: usize = 3;
 
-/// Returns a share in percent as text; a small share is not rounded to zero.
+/// Returns a share in percent as text. A small share is not rounded to zero.
 pub(crate) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 2))
 }
 
-/// Returns `value` with this many significant digits, without an exponent where that stays short.
+/// Returns `value` with this many significant digits, without an exponent if that is short enough.
 pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -48,7 +48,7 @@ pub fn decimals(value: f64) -> usize {
     text.split_once('.').map_or(0, |(_, after)| after.len())
 }
 
-/// Returns the step and the ticks of an axis: multiples of a [`round_step`] that is at least `least`. Returns `None` if there is
+/// Returns the step and the ticks of an axis: multiples of a [`round_step`] of at least `least`. Returns `None` if there is
 /// no such step.
 pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     if !(least > 0.0 && least.is_finite()) {
@@ -58,7 +58,7 @@ pub fn ticks((low, high): (f64, f64), least: f64) -> (f64, Vec<f64>) {
     (step, multiples((low, high), step))
 }
 
-/// Returns [`ticks`], or finer ones if fewer than three fit in the range and they stay at least `closest` apart.
+/// Returns [`ticks`], or finer ticks if fewer than three fit in the range. Finer ticks stay at least `closest` apart.
 pub fn three_ticks((low, high): (f64, f64), least: f64, closest: f64) -> (f64, Vec<f64>) {
     let coarse = ticks((low, high), least);
     if coarse.1.len() >= FEWEST_TICKS || !(coarse.0 > 0.0 && closest > 0.0) {

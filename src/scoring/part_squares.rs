@@ -3,7 +3,7 @@
 use crate::scoring::left_out::summed_by_target;
 use crate::scoring::metrics::root_mean;
 
-/// Squared errors on each part, of a fit to the other parts.
+/// Squared errors on each part, of the fit to the other parts.
 ///
 /// The parts are the same for every regressor, so that two regressors can be compared part by part.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@
 /// A share of 0.5 is the lower median, 1 the greatest value; shares outside 0 to 1 count as 0 or 1.
 pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     let last = values.len().checked_sub(1)?;
-    let rank = (share * values.len() as f64).ceil() as usize; // NaN and what is negative become 0
+    let rank = (share * values.len() as f64).ceil() as usize; // NaN and negative numbers become 0
     let at = rank.saturating_sub(1).min(last);
     let (_, value, _) = values.select_nth_unstable_by(at, f64::total_cmp);
     Some(*value)

@@ -1,8 +1,8 @@
-//! A trace that can be drawn at any zoom: samples, with minima and maxima over ever longer runs of them.
+//! A trace that can be drawn at any zoom, from its samples and from minima and maxima over runs of samples.
 //!
 //! Guarantees: no drawn point is further than a column's width from the measured trace, and no sample is further than that
-//! from the drawing, however uneven the times. A spike of one sample never vanishes. The work of drawing depends on the width
-//! of the picture, not on the number of samples.
+//! from the drawing, even with uneven times. A spike of one sample never vanishes. The work of drawing depends on the width
+//! of the plot, not on the number of samples.
 
 use crate::min_max::MinMax;
 use std::fmt;
@@ -18,9 +18,9 @@ use crate::progress::Progress;
 const FINEST: usize = 32;
 /// Number of runs of one level in a run of the next level.
 const FAN_OUT: usize = 4;
-/// Largest number of samples of a column that are drawn one by one.
+/// Maximum number of samples in a column whose samples are all drawn.
 const FEW: usize = 4;
-/// Number of samples from which a column is moved to the borders of runs, and is drawn by its extremes alone.
+/// Number of samples from which a column is moved to the borders of runs, and drawn by its extremes alone.
 const MANY: usize = 4 * FINEST;
 /// Largest shift of a column's end to a border of runs, as a share of the column's width.
 const MOVED: f64 = 0.25;
@@ -114,10 +114,10 @@ impl Series {
     /// Returns the trace of these values.
     pub fn of(values: Arc<dyn Values>) -> Self {
         let mut one = Self::all_of(vec![values], &Progress::default());
-        one.pop().expect("one for each")
+        one.pop().expect("one series per value")
     }
 
-    /// Returns the trace of `a − b`, which is not stored.
+    /// Returns the trace of `a − b`, which is computed when it is read.
     ///
     /// # Panics
     /// If the two differ in length.
@@ -127,7 +127,7 @@ impl Series {
     }
 
     /// Returns the traces of several values of the same samples, which are read together. The traces are incomplete if
-    /// `progress` was cancelled.
+    /// `progress` is cancelled.
     pub fn all_of(all: Vec<Arc<dyn Values>>, progress: &Progress) -> Vec<Self> {
         let n = all.iter().map(|values| values.n_samples()).max();
         let chunks = (0..n.unwrap_or(0)).into_par_iter().step_by(CHUNK);
@@ -162,12 +162,12 @@ impl Series {
         series.collect()
     }
 
-    /// Returns the trace of one value for each run of `each` samples, of `n` samples.
+    /// Returns the trace of `n` samples whose value changes only every `each` samples.
     ///
     /// # Panics
-    /// If the number of values is not that of the runs.
+    /// If the number of values is not the number of runs.
     pub fn held(values: Arc<[f64]>, each: usize, n: usize) -> Self {
-        assert_eq!(values.len(), n.div_ceil(each), "a value for each run");
+        assert_eq!(values.len(), n.div_ceil(each), "one value per run");
         let level = values.iter().map(|value| Extremes::of(extremes(&[*value])));
         let level = level.collect();
         Self { is_held: true, ..Self::with_level(Arc::new(Held { values, each, n }), each, level) }
@@ -218,12 +218,12 @@ impl Series {
         }
     }
 
-    /// Draws these samples in columns of a width in time, and passes `(time, value)` to `point` with rising times. A column
-    /// with more than a few samples yields its first sample, its extremes at the column's middle, and its last sample. A
-    /// column with many samples yields the extremes alone. Values that are not finite are left out.
+    /// Draws these samples in columns of equal width in time, and passes `(time, value)` to `point` with rising times. A
+    /// column with more than a few samples yields its first sample, its extremes at the column's middle, and its last sample.
+    /// A column with many samples yields the extremes alone. Values that are not finite are left out.
     ///
     /// # Panics
-    /// If there are not as many times as samples.
+    /// If the numbers of times and samples differ.
     pub fn draw(
         &self,
         times: &[f64],
@@ -238,7 +238,7 @@ impl Series {
     /// Draws like [`Self::draw`], in columns that several traces share.
     ///
     /// # Panics
-    /// If the columns cover more samples than there are.
+    /// If a column contains samples that do not exist.
     pub fn draw_in(&self, columns: &Columns, times: &[f64], mut point: impl FnMut(f64, f64)) {
         // State: the current point, and the last column of many samples with its extremes.
         let mut before = f64::NAN;
@@ -254,7 +254,7 @@ impl Series {
             let first = (!column.is_joined[0]).then(|| self.value(start));
             let range = if n > FEW { self.run(start..end) } else { MinMax::NONE };
             if let Some((at, own)) = open.take() {
-                // The line passes through the values that both columns contain, or where they are closest.
+                // The line passes through a value that both columns contain, or else between them.
                 before = own.min.max(first.unwrap_or(range.min)).min(own.max);
                 finite(at, before);
             }
@@ -293,7 +293,7 @@ impl Series {
         }
     }
 
-    /// Returns the minimum and maximum in `samples`, to a relative error of 1e-8; `None` without a finite value.
+    /// Returns the minimum and maximum in `samples`, with a relative error of at most 1e-8; `None` without a finite value.
     pub fn min_max(&self, samples: Range<usize>) -> Option<(f64, f64)> {
         self.run(samples.start..samples.end.min(self.len())).ends()
     }
@@ -310,7 +310,7 @@ impl Series {
             // All samples of the run have the same value.
             return self.runs(samples.start / finest..samples.end.div_ceil(finest));
         }
-        // Whole runs of the finest level, and the samples beside them.
+        // The rest is whole runs of the finest level, and single samples before and after them.
         let (first, end) = (samples.start.div_ceil(finest), samples.end / finest);
         if self.levels.is_empty() || first >= end {
             return one_by_one(MinMax::NONE, samples);
@@ -339,7 +339,7 @@ impl Series {
     }
 }
 
-/// Values that each stand for a run of samples.
+/// One value per run of samples.
 #[derive(Debug)]
 struct Held {
     values: Arc<[f64]>,
@@ -368,12 +368,12 @@ struct ColumnOf {
     samples: Range<usize>,
     /// Times of the first and the last sample.
     secs: [f64; 2],
-    /// True if the column holds many samples and the line continues before its first, and after its last sample, without a pause.
+    /// True if the column has many samples and the line continues without a pause before it, and after it.
     is_joined: [bool; 2],
 }
 
 impl Columns {
-    /// Returns the columns of these samples. The ends of a column of many samples are moved a little to the borders of runs.
+    /// Divides these samples into columns. The ends of a column with many samples move a little, to the borders of runs.
     pub fn of(times: &[f64], samples: Range<usize>, column_secs: f64) -> Self {
         let (mut start, end) = (samples.start, samples.end.min(times.len()));
         let mut columns = Vec::new();
@@ -404,7 +404,7 @@ impl Columns {
     }
 }
 
-/// Returns the number of rising times before `edge`. The search begins near the first and looks at few of them.
+/// Returns the number of ascending times before `edge`. The search begins near the first and looks at few of them.
 fn before_edge(times: &[f64], edge: f64) -> usize {
     let mut reach = 1;
     while reach < times.len() && times[reach] < edge {
@@ -557,7 +557,7 @@ mod tests {
                 (low.min(*value), high.max(*value))
             });
             let (low, high) = series.min_max(samples).unwrap();
-            assert!(low <= expected.0 && expected.1 <= high, "nothing is cut off");
+            assert!(low <= expected.0 && expected.1 <= high, "no sample is cut off");
             assert!(expected.0 - low <= 1e-7 && high - expected.1 <= 1e-7);
         }
     }

@@ -3,8 +3,8 @@
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq as _;
 
-/// Returns the factors of `columns` that fit `n` targets by least squares. The first `ridged` factors are also drawn to zero with
-/// this weight, because channels may be collinear.
+/// Returns the factors of `columns` that fit `n` targets by least squares. A ridge with this weight shrinks the first
+/// `ridged` factors, because channels may be collinear.
 pub fn factors(
     n: usize,
     columns: usize,

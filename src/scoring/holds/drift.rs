@@ -21,7 +21,7 @@ const SIGNIFICANT: f64 = 3.0;
 /// **Units** those of the output, and seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
-    /// The fitted output at the first sample.
+    /// Fitted output at the first sample.
     pub start: f64,
     /// Change of the fitted output after infinite time.
     pub amplitude: f64,
@@ -91,8 +91,8 @@ impl Drift {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
-    /// Returns true if the drift exceeds three standard errors of the difference between the means of the first and the
-    /// last tenth.
+    /// Returns true if the drift is significant. The means of the first and the last tenth must then differ by more than
+    /// three standard errors.
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error

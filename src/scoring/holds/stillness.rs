@@ -72,7 +72,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Samples that are, or may become, the maximum and the minimum of an interval that grows and loses its first samples.
+/// Candidates for the maximum and the minimum of an interval that grows at its end and loses its first samples.
 #[derive(Debug, Default)]
 struct Extent {
     /// Candidates for the maximum, with falling values.

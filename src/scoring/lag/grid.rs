@@ -1,8 +1,7 @@
-//! The reference and the outputs of runs, smoothed alike and thinned, with what hysteresis, creep and curvature could make of
-//! the reference.
+//! Design matrix of the lag measurement: smoothed and thinned loads, with terms for hysteresis, creep and curvature.
 //!
-//! Guarantees: reference and outputs go through one symmetric window, so smoothing moves neither in time; no row mixes samples
-//! from both sides of a pause.
+//! Guarantees: reference and outputs are smoothed by the same symmetric window, so neither moves in time. No row mixes
+//! samples from both sides of a pause.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -15,74 +14,73 @@ use super::{LagRun, NoLag};
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::recording::median::{median, white_noise as noise};
 
-/// Radii of the play operators, as shares of half the range of what drives them; the first stands for hysteresis that turns
-/// over at once, however small the reversal.
+/// Radii of the play operators, as shares of half the range of their driver. The first stands for hysteresis that turns over
+/// at once, at any reversal.
 const RADII: [f64; 7] = [0.0, 0.012, 0.03, 0.06, 0.12, 0.25, 0.6];
-/// Radii for several axes with few drivers. With one axis they would take up a part of the lag.
+/// Radii for several axes with few drivers. With one axis, these radii would explain a part of the lag.
 const FINER_RADII: [f64; 13] =
     [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
-/// Maximum number of drivers that have the finer radii.
+/// Maximum number of drivers for which the finer radii are used.
 const FEW_DRIVERS: usize = 6;
-/// The smallest radius: below it a play operator is the sign of the load's rate.
+/// Smallest radius. Below it, a play operator is the sign of the load's rate.
 const SMALLEST_RADIUS: f64 = 0.003;
-/// A radius below this multiple of the smoothed noise would follow the noise.
+/// Smallest radius in standard deviations of the smoothed noise. A smaller one would follow the noise.
 const RADIUS_IN_NOISE: f64 = 4.0;
-/// Time constants of creep, as multiples of the time in which the load moves by its own size; shorter ones are lag.
+/// Time constants of creep, as multiples of the time scale of the load. Shorter time constants are lag.
 const CREEP: [f64; 3] = [3.0, 12.0, 48.0];
-/// More gauges than this are not each given play operators.
+/// Maximum number of gauges that each drive their own play operators.
 const MOST_DRIVERS: usize = 12;
-/// The narrowest smoothing window, in samples to each side. Interpolation changes the noise of a sample by how far it lies from
-/// the next one, and would draw a lag towards halves of a sample; after this window it does so by less than a thousandth.
+/// Half width of the narrowest smoothing window, in samples. Interpolation between samples reduces noise, most at their
+/// middle, which would pull a lag towards half a sample. After this window the effect is below 0.1 %.
 const NARROWEST: usize = 3;
 const WIDEST: usize = 400;
-/// Smoothing may change the load by this share of its standard deviation, besides taking off its noise.
+/// Maximum change of the load by smoothing, without its noise, as a share of its standard deviation.
 const MOST_SMOOTHED: f64 = 0.005;
-/// Maximum number of rows; longer runs are looked at in windows spread over them.
+/// Maximum number of rows. Longer runs are sampled in windows spread over them.
 const MOST_ROWS: usize = 8_000;
 const WINDOWS: usize = 8;
-/// Samples at either end of an interval that take no part: states settle there.
+/// Number of unused samples at either end of an interval, where states settle.
 const MARGIN: usize = 20;
-/// A step between two samples is a jump if it is this many times the mean of its neighbours, and of the noise: nobody knows
-/// when between the samples it was.
+/// Smallest ratio of a jump to the mean of its neighbouring steps. The time of a jump between two samples is unknown.
 const JUMP: f64 = 4.0;
 const JUMP_IN_NOISE: f64 = 8.0;
-/// Samples around a jump that take no part.
+/// Number of unused samples before and after a jump.
 pub(super) const AROUND_JUMP: usize = 30;
 
-/// One uninterrupted interval of a run, thinned.
+/// One uninterrupted interval of a run, smoothed and thinned.
 pub(super) struct Grid {
     pub(super) run: usize,
     pub(super) times: Vec<f64>,
-    /// Where the rows lie in their run, 0 to 1.
+    /// Position of each row in its run, 0 to 1.
     pub(super) places: Vec<f64>,
-    /// Rows that take part.
+    /// True for each row that is used.
     pub(super) used: Vec<bool>,
-    /// The share of the reference's squared steps that are jumps, of the axis with the most.
+    /// Share of the reference's squared steps that are jumps, on the axis with the largest share.
     pub(super) jumps: f64,
-    /// Per column: loads, then what may be made of them, then 1.
+    /// Columns: loads, then the terms of hysteresis, curvature and creep, then the constant 1.
     pub(super) columns: Vec<Vec<f64>>,
-    /// Per output.
+    /// Values of each output.
     pub(super) outputs: Vec<Vec<f64>>,
 }
 
-/// What the play operators follow.
+/// Inputs of the play operators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Drivers {
     /// The load of each axis: friction and backlash of the structure.
     Axes,
-    /// What each gauge sees of the loads: hysteresis of the gauge or of the place where it sits.
+    /// Mixture of loads that each gauge measures: hysteresis of the gauge or of its mounting place.
     Gauges,
 }
 
-/// All intervals, with what they have in common.
+/// Intervals of all runs.
 pub(super) struct Grids {
     pub(super) parts: Vec<Grid>,
     pub(super) n_axes: usize,
-    /// Columns that the coarser description of hysteresis goes without.
+    /// True for each column that the coarser description of hysteresis omits.
     pub(super) finer: Vec<bool>,
-    /// The median time between samples (s).
+    /// Median time between samples (s).
     pub(super) step_secs: f64,
-    /// The time in which the load moves by its own size (s).
+    /// Time scale of the load (s): its standard deviation over the RMS of its rate.
     pub(super) slow_secs: f64,
 }
 
@@ -92,7 +90,7 @@ struct Piece<'a> {
     n_run: usize,
     samples: Range<usize>,
     times: &'a [f64],
-    /// Per axis.
+    /// Loads of each axis.
     loads: Vec<Vec<f64>>,
     data: &'a LagRun<'a>,
 }
@@ -142,7 +140,7 @@ impl Grids {
 }
 
 impl Drivers {
-    /// Returns the drivers that differ from each other and are few enough.
+    /// Returns the kinds of drivers that are worth trying: gauges only if there are several axes and few gauges.
     pub(super) fn sensible(run: &LagRun<'_>) -> &'static [Self] {
         match run.n_axes() > 1 && (1..=MOST_DRIVERS).contains(&run.n_gauges()) {
             true => &[Self::Axes, Self::Gauges],
@@ -152,12 +150,12 @@ impl Drivers {
 }
 
 impl Grids {
-    /// Whether the reference jumps somewhere.
+    /// Returns true if the reference jumps somewhere.
     pub(super) fn jumps(&self) -> bool {
         self.parts.iter().any(|part| part.jumps > 0.0)
     }
 
-    /// Whether jumps are most of the motion, by squares.
+    /// Returns true if more than half of the squared motion is jumps.
     pub(super) fn moves_in_jumps(&self) -> bool {
         let shares = self.parts.iter().map(|part| part.jumps);
         shares.sum::<f64>() > 0.5 * self.parts.len() as f64
@@ -169,7 +167,7 @@ impl Piece<'_> {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Windows spread over the interval that hold this share of it.
+    /// Returns windows spread over the interval that hold this share of it together.
     fn windows(&self, share: f64) -> impl Iterator<Item = Piece<'_>> {
         let n = self.times.len();
         let length = (share * n as f64 / WINDOWS as f64) as usize;
@@ -187,7 +185,7 @@ impl Piece<'_> {
         })
     }
 
-    /// What drives the hysteresis of a gauge: its strain, as the loads make it.
+    /// Returns the strain of a driver: the mixture of the loads with these shares.
     fn strain(&self, driver: &[f64]) -> Vec<f64> {
         let mut strain = vec![0.0; self.times.len()];
         for (share, load) in driver.iter().zip(&self.loads) {
@@ -209,7 +207,7 @@ impl Piece<'_> {
         for (driver, ((low, high), noise)) in drivers.iter().zip(scale) {
             let (half, middle) = (0.5 * (high - low), 0.5 * (high + low));
             let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
-            // Play turns over at peaks, which smoothing would lower; noise is worse.
+            // Smoothing lowers peaks, at which play turns over. So only noisy strains are smoothed.
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = if is_noisy { window.smoothed(&strain) } else { strain };
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
@@ -249,8 +247,8 @@ impl Piece<'_> {
         }
     }
 
-    /// Which rows are away from the ends and from jumps of the reference, and the share of its squared steps that are
-    /// jumps.
+    /// Returns true for each row away from the ends and from jumps of the reference, and the share of the squared steps that
+    /// are jumps.
     fn used(&self, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
         let n = self.times.len();
         let mut jumps = 0.0_f64;
@@ -282,7 +280,7 @@ impl Piece<'_> {
     }
 }
 
-/// A symmetric window of raised cosines, moved on by some samples.
+/// Symmetric smoothing window of raised cosines, and the step to the next row.
 pub(super) struct Window {
     half: usize,
     hop: usize,
@@ -297,7 +295,7 @@ impl Window {
         Self { half, hop, weights: weights.iter().map(|weight| weight / sum).collect() }
     }
 
-    /// The share of white noise that is left.
+    /// Returns the ratio of the noise's standard deviation after and before smoothing.
     fn gain(&self) -> f64 {
         self.weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
     }
@@ -310,7 +308,7 @@ impl Window {
         values.windows(2 * self.half + 1).step_by(self.hop).map(|own| self.mean(own)).collect()
     }
 
-    /// As many values as before; beyond the ends the signal goes on mirrored through its end.
+    /// Smooths without thinning. Beyond its ends, the signal is mirrored through its end point.
     fn smoothed(&self, values: &[f64]) -> Vec<f64> {
         let last = values.len() - 1;
         let before = (1..=self.half).rev().map(|k| 2.0 * values[0] - values[k.min(last)]);
@@ -320,7 +318,7 @@ impl Window {
     }
 }
 
-/// The load less a play operator of it, from a start at rest.
+/// Returns the load minus its play operator, which starts at the first load.
 fn beside_play(load: &[f64], radius: f64) -> Vec<f64> {
     let mut state = load[0];
     let follow = |load: &f64| {
@@ -370,7 +368,7 @@ fn variance(values: &[f64]) -> f64 {
     mean_square(values.iter().map(|value| value - mean))
 }
 
-/// The widest window that hardly changes the load of any run.
+/// Returns the half width of the widest window that hardly changes the load of any run.
 fn half_width(pieces: &[Piece<'_>]) -> usize {
     const LOOKED_AT: usize = 4000;
     let loads = || pieces.iter().flat_map(|piece| &piece.loads);
@@ -402,7 +400,7 @@ fn half_width(pieces: &[Piece<'_>]) -> usize {
     }
 }
 
-/// The time in which the load moves by its own size, over all axes; `None` where nothing moves.
+/// Returns the time scale of the load over all axes; `None` if no load moves.
 fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     let (mut size, mut rate) = (0.0, 0.0);
     for piece in pieces {
@@ -418,7 +416,7 @@ fn slow_secs(pieces: &[Piece<'_>], window: &Window) -> Option<f64> {
     (rate > 0.0 && size > 0.0).then(|| (size / rate).sqrt())
 }
 
-/// Returns the play operators' drivers, each as its shares of the axes.
+/// Returns the drivers of the play operators, each as its shares of the axes.
 fn drivers(pieces: &[Piece<'_>], n_axes: usize, by: Drivers) -> Vec<Vec<f64>> {
     let unit = |axis: usize| (0..n_axes).map(|own| f64::from(u8::from(own == axis))).collect();
     let n_gauges = pieces[0].data.n_gauges();

@@ -1,9 +1,9 @@
-//! Reference and outputs brought to one time, and what is left of a loop then.
+//! Removes a lag between reference and output, and measures the remaining loop.
 //!
-//! The reference is made as late as the output: delayed by interpolation, or put behind the same low-pass. The other way round a
-//! low-pass would have to be undone, which multiplies the noise of the gauges. The output is mapped to that reference anew, by
-//! least squares over the outputs of all axes and a constant, as a calibration that was fitted with the lag in its data has
-//! gains and crosstalk that come from the lag.
+//! The reference is made as late as the output: delayed by interpolation, or filtered by the same low-pass. Undoing a
+//! low-pass of the output would multiply the noise of the gauges. The output is then fitted to the late reference by least
+//! squares over the outputs of all axes and a constant. This removes gains and crosstalk that a calibration learned from data
+//! with the lag.
 
 use faer::Mat;
 
@@ -13,34 +13,33 @@ use super::{Lag, LagRun};
 use crate::recording::gap::{median_step, pause_by_step};
 use crate::scoring::loops::{Loop, Loops};
 
-/// A lag that explains more than this share of a loop's mean width is worth removing.
+/// Share of a loop's mean width from which a lag that explains it is worth removing.
 pub const WORTH_REMOVING: f64 = 0.1;
-/// Maximum change of the largest width without the lag by the uncertainty of the lag, as a share of itself ...
+/// Maximum uncertainty of the largest width that is due to the uncertainty of the lag, as a share of the width.
 const MAX_SHARE: f64 = 0.1;
-/// ... or as a share of full scale.
+/// The same limit as a share of full scale. The larger of the two counts.
 const MAX_SHARE_FS: f64 = 0.003;
-/// Rows that the map is fitted to, at most about.
+/// Approximate maximum number of rows for the fit of the output.
 const MOST_ROWS: usize = 100_000;
 
-/// How the reference of one axis and the output for it are brought to one time.
+/// Removal of the lag of one output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InTime {
     kind: LagKind,
     seconds: f64,
-    /// For the output of each axis, then the constant.
+    /// Gain for the output of each axis, then the constant.
     weights: Vec<f64>,
 }
 
-/// The loop of one output, before and after its lag is removed; both with gains fitted anew.
+/// Sizes of the loop of one output: with its lag, and without it. Both have gains fitted anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widths {
-    /// The largest width.
+    /// Largest width.
     pub largest: [f64; 2],
-    /// The mean width.
+    /// Mean width.
     pub mean: [f64; 2],
-    /// The area.
     pub area: [f64; 2],
-    /// Change of the largest width without the lag if the lag is off by two standard errors.
+    /// Change of the largest width without the lag, if the lag is wrong by two standard errors.
     pub uncertainty: f64,
 }
 
@@ -50,7 +49,7 @@ impl Widths {
         share(self.mean)
     }
 
-    /// Returns true if the lag is not known well enough to say how wide the loop is without it.
+    /// Returns true if the lag is too uncertain to know the width of the loop without it.
     pub fn is_uncertain(&self, full_scale: f64) -> bool {
         self.uncertainty > (MAX_SHARE * self.largest[1]).max(MAX_SHARE_FS * full_scale)
     }
@@ -66,7 +65,7 @@ fn share([before, after]: [f64; 2]) -> f64 {
 }
 
 impl InTime {
-    /// Removes the lag of the output for the axis in this place.
+    /// Fits the removal of this lag, for the output of the axis with this index.
     pub fn of(lag: &Lag, axis: usize, runs: &[LagRun<'_>]) -> Self {
         Self::by(lag.kind, lag.seconds, axis, runs)
     }
@@ -97,7 +96,7 @@ impl InTime {
         self.reference(run.times, &loads.copied().collect::<Vec<_>>())
     }
 
-    /// Returns the reference as late as the output; each interval between pauses by itself.
+    /// Returns the reference as late as the output. Intervals between pauses are treated separately.
     ///
     /// **Shapes** one load per time.
     pub fn reference(&self, times: &[f64], loads: &[f64]) -> Vec<f64> {
@@ -115,9 +114,9 @@ impl InTime {
 
     /// Returns the output with its gains fitted anew.
     ///
-    /// **Shapes** `outputs` row-major, as those that it was fitted to.
+    /// **Shapes** `outputs` is row-major with the columns of the fit.
     pub fn output(&self, outputs: &[f64]) -> Vec<f64> {
-        let (constant, gains) = self.weights.split_last().expect("there is a constant");
+        let (constant, gains) = self.weights.split_last().expect("the weights end with a constant");
         let rows = outputs.chunks_exact(gains.len());
         let load =
             |row: &[f64]| -> f64 { row.iter().zip(gains).map(|(own, gain)| own * gain).sum() };
@@ -125,8 +124,7 @@ impl InTime {
     }
 }
 
-/// Returns the widths of the loop with and without the lag, of the mean loop or else of the largest cycle; `None` without a
-/// cycle.
+/// Returns the sizes of the mean loop, or else of the largest cycle, with and without the lag; `None` without a cycle.
 pub fn widths(
     lag: &Lag,
     axis: usize,

@@ -1,14 +1,14 @@
-//! A signal that comes late: by a fixed time, or behind a first-order low-pass.
+//! Makes a signal late: by a fixed time, or by a first-order low-pass.
 //!
-//! Guarantees: finite for finite samples and times that never go back; a straight line stays one, apart from its start.
+//! Guarantees: finite for finite samples and times that never go back. A straight line stays straight, apart from its start.
 
 use serde::Serialize;
 
-/// How a signal is late.
+/// Kind of a lag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LagKind {
-    /// The whole signal comes this much later: a clock offset, a late stamp, a transport delay.
+    /// The whole signal comes later by this time: a clock offset, a late stamp, a transport delay.
     Delay,
     /// A first-order low-pass with this time constant: an amplifier, a filter.
     FirstOrder,
@@ -23,10 +23,10 @@ impl LagKind {
         }
     }
 
-    /// Returns the signal as it is seen `seconds` late.
+    /// Returns the signal with a lag of this many seconds.
     ///
     /// A delay interpolates with a cubic through four samples, and may be negative. A low-pass takes the signal as straight
-    /// between samples, and starts at rest. Before the first sample the signal is held.
+    /// between samples, and starts at rest. Before the first sample, the signal is constant.
     ///
     /// **Shapes** one value per time; times in seconds.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
@@ -34,12 +34,12 @@ impl LagKind {
     }
 }
 
-/// A lag at given times, worked out once for all signals that come late by it.
+/// Weights of a lag at given times, computed once for all signals.
 pub(super) enum Late {
     Not,
-    /// Per time: the first sample that takes part, and the weights of up to four.
+    /// For each time: the index of the first sample, and the weights of up to four samples.
     Delay(Vec<(usize, [f64; 4])>),
-    /// Per time: the weights of the state, of the sample before and of the sample.
+    /// For each time: the weights of the state, of the previous sample and of the present sample.
     LowPass(Vec<[f64; 3]>),
 }
 
@@ -95,8 +95,8 @@ fn delay(times: &[f64], seconds: f64) -> Vec<(usize, [f64; 4])> {
     times.iter().map(at).collect()
 }
 
-/// The weights of the samples around a time between the samples `next - 1` and `next`: cubic where there are two samples on
-/// either side at different times, else linear.
+/// Returns the weights of the samples around a time between the samples `next - 1` and `next`. They are cubic if two samples
+/// with different times lie on either side, else linear.
 fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
     let around = next.checked_sub(2).filter(|_| next + 1 < times.len());
     if let Some(first) = around {
@@ -120,7 +120,7 @@ fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
         let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {
             let kept = (-steps).exp();
-            // The mean weight of a straight line's start and end: exact between samples.
+            // Mean weights of the start and the end of a straight line: exact between samples.
             let start = -(-steps).exp_m1() / steps;
             [kept, start - kept, 1.0 - start]
         } else {
@@ -134,7 +134,7 @@ fn low_pass(times: &[f64], tau: f64) -> Vec<[f64; 3]> {
 mod tests {
     use super::*;
 
-    /// A ramp of 1 per second is late by the lag, for a delay and for a settled low-pass.
+    /// A ramp of 1 per second is late by the lag, with a delay and with a settled low-pass.
     #[test]
     fn a_ramp_is_late_by_the_lag() {
         let times: Vec<f64> =

@@ -1,17 +1,19 @@
-//! How late an output is behind the reference load: a time lag, told apart from hysteresis.
+//! Measures the lag of an output behind the reference load, separately from hysteresis.
 //!
-//! A lag makes a loop, and so does hysteresis. The loop of a lag grows with the rate of the load; that of hysteresis does not.
-//! So both are fitted together. An output `u` is described by
-//! `u(t) = Σ aⱼ xⱼ(t late by τ)`, where the `xⱼ` are the loads of all axes, play operators of several radii and squares and cubes
-//! of these loads or of what each gauge sees of them (whichever explains more), slow creep of the loads, and a constant. All of them come from the reference, so
-//! the gains of a calibration that was fitted with the lag in its data do no harm. τ minimises the squared residual
-//! (Gauss-Newton); once as a delay and once as the time constant of a low-pass.
+//! A lag makes a loop, and so does hysteresis. The loop of a lag grows with the rate of the load; the loop of hysteresis does
+//! not. So both are fitted together. An output `u` is described by `u(t) = Σ aⱼ xⱼ(t late by τ)`. The `xⱼ` are
+//! * the loads of all axes, and a constant;
+//! * play operators of several radii, squares and cubes, driven by these loads or by the strain of each gauge, whichever
+//!   explains more;
+//! * slow creep of the loads.
+//! All of them come from the reference, so the gains of a calibration that was fitted with the lag in its data do no harm. τ
+//! minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
 //!
-//! **Assumed** one lag for all loads of an output; hysteresis that is independent of the rate and a mixture of play operators;
-//! creep slower than three times the time in which the load moves by its own size.
+//! **Assumed** one lag for all loads of an output; hysteresis that is independent of the rate and a mixture of play
+//! operators; creep slower than three times the time scale of the load.
 //!
-//! **Uncertainty** from how much the residuals of contiguous blocks of the recordings disagree, and from how far τ moves when
-//! hysteresis is described by fewer radii. Where neither bounds the lag, the answer is the reason ([`NoLag`]).
+//! **Uncertainty** from the disagreement of contiguous blocks of the recordings, and from the change of τ when hysteresis is
+//! described by fewer radii. If the uncertainty is too large, the answer is the reason ([`NoLag`]).
 
 mod grid;
 mod in_time;
@@ -28,30 +30,31 @@ use self::grid::{Drivers, Grids};
 use self::solve::{Fitted, fitted};
 use crate::progress::{Cancelled, Progress};
 
-/// Minimum share of the rate's square that rate-independent terms leave unexplained. Two rates, one twice the other and each as
-/// long, leave (1 − 2)² / 2 (1² + 2²) = 10 %, and 3 % where play and curvature take some of it; one rate leaves 0.2 % or less
-/// on made-up sensors.
+/// Minimum share of the squared rate that rate-independent terms leave unexplained. Two rates, one twice the other and
+/// equally long, leave (1 − 2)² / 2 (1² + 2²) = 10 %, or 3 % if play and curvature explain a part. One rate leaves at most
+/// 0.2 % on simulated sensors.
 const LEAST_SHARE: f64 = 0.02;
-/// Maximum uncertainty (two standard errors) in samples ...
+/// Maximum uncertainty (two standard errors) in samples. A lag is reported if it is within this or the next limit.
 ///
-/// On 100 made-up sensors with lags up to five samples, play up to 10 % and noise up to 1 %, 8 of the 225 lags within one of them
-/// were wrong by more than a tenth of a sample and 3 %, and so were 24 of the 25 beyond both.
+/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: 225 lags are within
+/// one of the limits, and 8 of them are wrong by more than a tenth of a sample and 3 %. Of the 25 lags beyond both limits, 24
+/// are.
 const MOST_SAMPLES: f64 = 0.25;
-/// ... or as a share of the lag.
+/// Maximum uncertainty as a share of the lag.
 const MOST_SHARE: f64 = 0.07;
 
-/// One recording, as its lag is measured.
+/// Data of one recording.
 ///
 /// **Shapes** `gauges`, `loads` and `outputs` are row-major, one row per time.
 #[derive(Clone, Copy, Debug)]
 pub struct LagRun<'a> {
     /// Sample times (s).
     pub times: &'a [f64],
-    /// The gauge channels; they say which mixtures of loads have hysteresis.
+    /// Gauge channels. They determine the mixtures of loads that may have hysteresis.
     pub gauges: &'a [f64],
-    /// The reference load of all axes.
+    /// Reference load of all axes.
     pub loads: &'a [f64],
-    /// What may be late: the loads of a calibration, or gauges.
+    /// Signals whose lag is measured: the loads of a calibration, or gauges.
     pub outputs: &'a [f64],
 }
 
@@ -73,33 +76,33 @@ impl LagRun<'_> {
     }
 }
 
-/// How late one output is.
+/// Lag of one output.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lag {
-    /// What explains more.
+    /// Kind that explains more of the output.
     pub kind: LagKind,
-    /// Whether the data tell a delay from a low-pass; if not, the kind is a delay.
+    /// True if the data distinguish a delay from a low-pass. If not, the kind is a delay.
     pub kind_is_known: bool,
-    /// Delay or time constant (s); positive where the output comes after the reference.
+    /// Delay or time constant (s); positive if the output comes after the reference.
     pub seconds: f64,
-    /// The same in median sample steps.
+    /// Delay or time constant in median sample steps.
     pub samples: f64,
-    /// The standard error of `seconds` (s).
+    /// Standard error of `seconds` (s).
     pub standard_error_secs: f64,
-    /// The share of the squared error of a refitted calibration without memory that goes away with the lag, 0 to 1.
+    /// Share of the squared error that removing the lag saves, for a refitted calibration without memory. 0 to 1.
     pub explained_error_share: f64,
 }
 
 impl Lag {
-    /// Returns true where the lag differs from zero by more than twice its standard error.
+    /// Returns true if the lag differs from zero by more than twice its standard error.
     pub fn is_significant(&self) -> bool {
         self.seconds.abs() > 2.0 * self.standard_error_secs
     }
 }
 
-/// Why the lag of an output is not known.
+/// Reason why the lag of an output is not known.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum NoLag {
     #[error(
         "no recording with times and a reference for every axis is long enough without a pause"
@@ -123,7 +126,7 @@ pub enum NoLag {
     NotFound,
 }
 
-/// Measures how late each output is behind the reference.
+/// Measures the lag of each output behind the reference.
 ///
 /// **Shapes** all runs have the same axes, gauges and outputs; one answer per output.
 ///
@@ -145,20 +148,20 @@ pub fn lags(
     (0..n_outputs).into_par_iter().map(of_output).collect()
 }
 
-/// Measures how late one output is behind the reference in each run by itself.
+/// Measures the lag of one output behind the reference, in each run separately.
 pub fn lag_by_run(runs: &[LagRun<'_>], output: usize) -> Vec<Result<Lag, NoLag>> {
     runs.par_iter().map(|run| lag_of(std::slice::from_ref(run), output)).collect()
 }
 
-/// Measures how late one output is behind the reference.
+/// Measures the lag of one output behind the reference.
 ///
 /// # Errors
-/// [`NoLag`] where the runs do not tell.
+/// [`NoLag`] if the runs do not determine the lag.
 pub fn lag_of(runs: &[LagRun<'_>], output: usize) -> Result<Lag, NoLag> {
     lag(&grids_of(runs)?, output)
 }
 
-/// One for each of the drivers of hysteresis.
+/// Returns one set of grids for each kind of drivers.
 fn grids_of(runs: &[LagRun<'_>]) -> Result<Vec<Grids>, NoLag> {
     let drivers = runs.first().map_or(&[Drivers::Axes][..], Drivers::sensible);
     drivers.iter().map(|drivers| Grids::of(runs, *drivers)).collect()
@@ -170,13 +173,13 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
         delay.as_ref().map_or(f64::INFINITY, |delay| delay.block_squares.iter().sum())
     };
     let best = delays.min_by(|a, b| left(&a.1).total_cmp(&left(&b.1)));
-    let (grids, delay) = best.expect("there are drivers");
+    let (grids, delay) = best.expect("the list of drivers is never empty");
     let start = delay.as_ref().map_or(0.0, |delay| delay.seconds);
     let instead = |reason| if grids.moves_in_jumps() { NoLag::Jumps } else { reason };
     if delay.as_ref().is_some_and(|delay| delay.own_share < LEAST_SHARE) {
         return Err(instead(NoLag::OneRate));
     }
-    // A delay below one sample is not told from a low-pass, which cannot lead.
+    // A delay below one sample looks like a low-pass. A low-pass cannot be negative.
     let is_open = delay.as_ref().is_none_or(|delay| delay.seconds >= grids.step_secs);
     let first = is_open.then(|| fitted(grids, output, LagKind::FirstOrder, start)).flatten();
     let (kind, kind_is_known, found) =
@@ -200,13 +203,13 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
     })
 }
 
-/// The kind that leaves less over; a delay where the blocks do not agree on which that is.
+/// Chooses the kind with the smaller residual. If the blocks disagree, the kind is a delay.
 fn chosen(
     delay: Option<Fitted>,
     first: Option<Fitted>,
     step_secs: f64,
 ) -> Option<(LagKind, bool, Fitted)> {
-    // A low-pass cannot lead; at its bound of zero it is no lag at all.
+    // A time constant at its bound of zero is no lag.
     let first = first.filter(|first| first.seconds > 0.0);
     match (delay, first) {
         (Some(delay), Some(first)) => {

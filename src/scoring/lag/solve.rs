@@ -1,46 +1,46 @@
-//! The lag that leaves the least of an output unexplained.
+//! Fits the lag that leaves the smallest residual of an output.
 
 use faer::{Mat, Side};
 
 use super::grid::{AROUND_JUMP, Grid, Grids};
 use super::kind::{LagKind, Late};
 
-/// Directions of the columns that carry less than this share of the largest are not solved for.
+/// Smallest share of the largest eigenvalue at which a direction of the columns is solved for.
 const LEAST_DIRECTION: f64 = 1e-11;
 const MOST_STEPS: usize = 20;
-/// A step below this share of a sample is none.
+/// Step at which the search ends, in samples.
 const SMALL_STEP: f64 = 1e-3;
-/// A lag is at most this many times the time in which the load moves by its own size; longer ones are another cycle's.
+/// Maximum lag, as a multiple of the time scale of the load. A longer lag would belong to another cycle.
 const LONGEST: f64 = 2.0;
-/// Blocks of each run, and of all runs at least.
+/// Minimum number of blocks of each run. There are at least [`BLOCKS`] in total.
 const BLOCKS_A_RUN: usize = 4;
 const BLOCKS: usize = 12;
 
-/// The best lag of one kind.
+/// Best lag of one kind.
 pub(super) struct Fitted {
     pub(super) seconds: f64,
     pub(super) standard_error_secs: f64,
-    /// The share of the squared derivative by the lag that no other column explains.
+    /// Share of the squared derivative by the lag that no column explains.
     pub(super) own_share: f64,
-    /// The sum of squared residuals of each block.
+    /// Sum of squared residuals of each block.
     pub(super) block_squares: Vec<f64>,
 }
 
-/// All rows that take part, at one lag.
+/// Least-squares system of all used rows, at one lag.
 struct System {
     x: Mat<f64>,
     y: Mat<f64>,
-    /// Per row.
+    /// Block of each row.
     blocks: Vec<usize>,
-    /// Per block.
+    /// Run of each block.
     runs: Vec<usize>,
 }
 
-/// Finds the lag by Gauss-Newton steps; `None` where they lead nowhere.
+/// Finds the lag by Gauss-Newton steps; `None` if they do not converge.
 pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) -> Option<Fitted> {
     let mut longest = LONGEST * grids.slow_secs;
     if grids.jumps() {
-        // A later row would see the jump.
+        // With a longer lag, rows after the jump would depend on it.
         longest = longest.min(0.5 * AROUND_JUMP as f64 * grids.step_secs);
     }
     let shortest = if kind == LagKind::Delay { -longest } else { 0.0 };
@@ -64,7 +64,7 @@ pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) ->
     None
 }
 
-/// The uncertainty of a lag, and its parts.
+/// Computes the uncertainty of a lag, and the sums of its blocks.
 fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option<Fitted> {
     let n_columns = grids.parts[0].columns.len();
     let all: Vec<usize> = (0..n_columns).collect();
@@ -89,7 +89,7 @@ fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option
         let target = Mat::from_fn(residual.len(), 1, |row, _| whole[row]);
         let solver = Solver::new(&system.x)?;
         let (coarser, slope) = (solver.residual(&system.y), solver.residual(&target));
-        // How far the description still is from the truth, by how much the finer one leaves over.
+        // Error of the finer description, estimated from the ratio of the residuals.
         let left = (dot(&residual, &residual) / dot(&coarser, &coarser)).sqrt();
         left * dot(&coarser, &slope) / dot(&slope, &slope)
     };
@@ -124,7 +124,7 @@ impl System {
         }
     }
 
-    /// The residual, the part of the derivative by the lag that is no column's, and all of the derivative.
+    /// Returns the residual, the part of the derivative by the lag that no column explains, and the whole derivative.
     fn step(
         &self,
         grids: &Grids,
@@ -162,7 +162,7 @@ impl Grid {
     }
 }
 
-/// The share of the squared error of a calibration without memory that goes away with the lag.
+/// Returns the share of the squared error that removing the lag saves, for a calibration without memory.
 pub(super) fn explained_error_share(
     grids: &Grids,
     output: usize,
@@ -181,7 +181,8 @@ pub(super) fn explained_error_share(
     if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Least squares of several targets on the same columns; directions that the columns do not determine stay zero.
+/// Least squares of several targets on the same columns. Directions that the columns do not determine have coefficients of
+/// zero.
 struct Solver<'a> {
     x: &'a Mat<f64>,
     inverse: Mat<f64>,
@@ -220,7 +221,7 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Least squares; directions that the columns do not determine stay zero.
+/// Solves by least squares. Directions that the columns do not determine have coefficients of zero.
 pub(super) fn solved(x: &Mat<f64>, y: &Mat<f64>) -> Option<Mat<f64>> {
     Solver::new(x).map(|solver| solver.solve(y))
 }
@@ -229,7 +230,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// By how many of its standard errors the mean of `a − b` differs from zero.
+/// Returns the mean of `a − b` in units of its standard error.
 pub(super) fn paired_t(a: &[f64], b: &[f64]) -> f64 {
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|d| *d != 0.0).collect();
     let n = differences.len() as f64;

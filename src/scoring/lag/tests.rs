@@ -164,7 +164,7 @@ fn found(sensor: &Sensor) -> Result<Lag, NoLag> {
 
 fn assert_found(sensor: Sensor) {
     let lag = match found(&sensor) {
-        // Much play under ramps leaves a short time constant uncertain.
+        // Much play under ramps makes a short time constant uncertain.
         Err(NoLag::Uncertain { uncertainty_secs }) if sensor.play == 0.1 => {
             let most = 0.4 / sensor.rate_hz;
             assert!(sensor.path == Path::Ramps && uncertainty_secs < most, "{sensor:?}");
@@ -219,7 +219,7 @@ fn six_axes_each_have_their_lag() {
     }
 }
 
-/// A lag that the samples do not determine is NaN.
+/// A lag that the samples do not determine is an error.
 #[test]
 fn one_rate_jumps_and_slow_loads_have_no_lag() {
     for play in [0.0, 0.05] {

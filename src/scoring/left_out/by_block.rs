@@ -1,8 +1,8 @@
 //! A ridge strength for each block of features, chosen by cross-validation.
 //!
-//! The search goes forward: the block that helps most is taken with its best strength, then the best one beside it, as long
-//! as the held-out error falls. Of all tried choices, the simplest that is nearly as good as the best is taken, so a block is
-//! used only if the parts agree that it helps.
+//! The search is a forward selection: it adds the block that helps most with its best strength, then the next one, as long as
+//! the held-out error falls. The answer is the simplest tried choice that is nearly as good as the best. So a block is used
+//! only if the parts agree that it helps.
 
 use std::collections::HashMap;
 
@@ -14,7 +14,7 @@ use crate::scoring::left_out::fits::LeftOut;
 /// Ridge strengths to try, in descending order. A block can also be left out.
 const STRENGTHS: [f64; 6] = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-6];
 
-/// Choice for each block: 0 leaves the block out, any other number is one more than a position in [`STRENGTHS`].
+/// Choice for each block: 0 leaves the block out, any other number is one more than an index into [`STRENGTHS`].
 type Levels = Vec<u8>;
 
 /// Chosen strengths, for each target and each block; `None` if the block is left out.
@@ -76,7 +76,7 @@ fn strength(level: u8) -> Option<f64> {
     Some(STRENGTHS[usize::from(level.checked_sub(1)?)])
 }
 
-/// Returns all choices with one block more.
+/// Returns all choices with one more block.
 fn further(levels: &Levels) -> impl Iterator<Item = Levels> {
     let free = (0..levels.len()).filter(|block| levels[*block] == 0);
     free.flat_map(move |block| {

@@ -1,7 +1,7 @@
 //! Cross-validation from sums: fits that leave one part out, and their errors on it.
 //!
-//! Guarantees: the squared errors are those of [`fit`] to the sums of the other parts, up to rounding. If columns are nearly
-//! collinear, or a column nearly vanishes without a part, the sums are added up anew and [`fit`] finds the rank.
+//! Guarantees: the squared errors equal those of [`fit`] to the sums of the other parts, up to rounding. If columns are
+//! nearly collinear, or a column nearly vanishes without a part, the sums are added up anew and [`fit`] finds the rank.
 
 use rayon::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::scoring::cross_validation::{RIDGE_STRENGTHS, strongest_good};
 use crate::scoring::left_out::lanes::{LANES, Work};
 use crate::scoring::metrics::root_mean;
 
-/// Number of columns from which the fits run in parallel. With fewer columns, callers share out many fits themselves.
+/// Number of columns from which the fits run in parallel. With fewer columns, callers run many fits in parallel themselves.
 const MANY_COLUMNS: usize = 48;
 
 /// Fits to all parts but one, on some of the columns.
@@ -33,7 +33,7 @@ impl<'a> LeftOut<'a> {
         Self { total, parts, scored: parts, terms }
     }
 
-    /// Scores the fits on these cold-start sums of the same parts, if there are any.
+    /// Scores the fits on these cold-start sums of the same parts, if given.
     pub fn scored_on(self, scored: Option<&'a [NormalEquations]>) -> Self {
         Self { scored: scored.unwrap_or(self.scored), ..self }
     }
@@ -45,8 +45,8 @@ impl<'a> LeftOut<'a> {
         fits.map(|(_, coefficients)| coefficients).collect()
     }
 
-    /// Returns true if every fit has at least as many samples as coefficients without a ridge. Otherwise the error depends on
-    /// which of many solutions was chosen.
+    /// Returns true if every fit has at least as many samples as coefficients without a ridge. Otherwise the error would
+    /// depend on which of many solutions was chosen.
     pub fn is_determined(&self, strengths: &[f64]) -> bool {
         let kinds = self.terms.used.iter();
         let kinds = kinds.map(|&column| self.terms.kinds[column]);
@@ -70,7 +70,7 @@ impl<'a> LeftOut<'a> {
     /// An automatic ridge is the strongest one whose held-out error is nearly the lowest, if that is below the conventional
     /// error with 90 % confidence. If the parts disagree about the benefit of the blocks, the answer stays near the
     /// conventional calibration. With fewer than two parts, all strengths are zero. The scores are slightly too good, because
-    /// one number per axis was fitted to all parts. All blocks share one strength; [`Self::by_block`] chooses one for each.
+    /// one strength per axis is fitted to all parts. All blocks share one strength; [`Self::by_block`] chooses one for each.
     pub fn with_ridge(&self, ridge: RidgeChoice) -> (Vec<f64>, Option<Vec<f64>>) {
         let q = self.total.n_targets();
         let enough = self.parts.len() > 1;
@@ -94,13 +94,13 @@ impl<'a> LeftOut<'a> {
         }
     }
 
-    /// Returns [`Self::squares_with`] different shares for each target.
+    /// Returns [`Self::squares_with`], with different shares for each target.
     pub fn squares_by_target(&self, shares: &[Vec<f64>]) -> Vec<f64> {
         let q = self.total.n_targets();
         let mut squares = vec![0.0; self.parts.len() * q];
         for target in 0..q {
             if shares[..target].contains(&shares[target]) {
-                continue; // filled in with the first target of these shares
+                continue; // done together with the first target that has these shares
             }
             let with_it = self.squares_with(&shares[target]);
             for at in 0..squares.len() {
@@ -112,8 +112,8 @@ impl<'a> LeftOut<'a> {
         squares
     }
 
-    /// Returns the sums of squared errors of each part, predicted by the fit to the others with a ridge relative to the
-    /// columns' lengths.
+    /// Returns the sums of squared errors of each part, predicted by the fit to the other parts. The ridge is relative to the
+    /// squared lengths of the columns.
     ///
     /// **Shapes** `n_parts × n_targets`, row-major.
     ///
@@ -127,7 +127,7 @@ impl<'a> LeftOut<'a> {
     /// out.
     pub fn squares_with(&self, shares: &[f64]) -> Vec<f64> {
         let q = self.total.n_targets();
-        // Columns that are zero in every part are dropped, because they would make every fit take the slow path.
+        // Columns that are zero in every part are dropped, because they would force the slow path for every fit.
         let used = self.total.present_among(&self.terms.kept(shares));
         let left_out = LeftOut { terms: Terms { used: &used, ..self.terms }, ..*self };
         let mut squares = vec![0.0; self.parts.len() * q];
@@ -162,13 +162,13 @@ impl<'a> LeftOut<'a> {
     }
 }
 
-/// Returns the sums over the parts of `n_parts × n_targets` squares.
+/// Adds up `n_parts × n_targets` squares over the parts.
 pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| squares.iter().skip(target).step_by(n_targets).sum()).collect()
 }
 
-/// Returns the smallest number of samples left to fit without a part, and the number of coefficients without a ridge, if
-/// there are more coefficients than samples.
+/// Returns the smallest number of samples without a part, and the number of coefficients without a ridge. Returns `None` if
+/// the samples suffice.
 pub fn too_short(
     part_samples: impl Iterator<Item = u64> + Clone,
     kinds: impl Iterator<Item = ColumnKind>,
@@ -181,7 +181,7 @@ pub fn too_short(
     (samples < (free as u64).max(1)).then_some((samples, free))
 }
 
-/// Returns the smallest number of samples left to fit without a part; `None` with fewer than two parts.
+/// Returns the smallest number of samples that remain without a part; `None` with fewer than two parts.
 pub fn fewest_samples_without_a_part(
     part_samples: impl Iterator<Item = u64> + Clone,
 ) -> Option<u64> {
@@ -208,8 +208,8 @@ mod tests {
         assert_eq!(too_short(&[9], 0.1), Some((0, 1)));
     }
 
-    /// Returns `n` parts of `p` columns and two targets without a simple relation. Column 1 is `explained` times column 0 plus a
-    /// small independent term.
+    /// Returns `n` parts of `p` random columns and two targets. Column 1 is `explained` times column 0 plus a small
+    /// independent term.
     fn parts(n: usize, p: usize, small: f64) -> (NormalEquations, Vec<NormalEquations>) {
         let parts: Vec<_> = (0..n)
             .map(|part| {
@@ -355,7 +355,7 @@ mod tests {
         let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row[at]).collect() };
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         type MadeOf = Vec<(usize, f64)>;
-        let mut basis: Vec<(Vec<f64>, MadeOf)> = Vec::new(); // orthogonal, each with what it is made of
+        let mut basis: Vec<(Vec<f64>, MadeOf)> = Vec::new(); // orthogonal vectors, each with its combination of columns
         for &at in in_order {
             let mut left = column(at);
             let length = dot(&left, &left).sqrt();
@@ -379,8 +379,8 @@ mod tests {
         shares.collect()
     }
 
-    /// Some parts are short. Some gauges move in one part alone and are constant or zero elsewhere. Their scales differ by up to
-    /// a factor of a million.
+    /// Some parts are short. Some gauges move in one part alone and are constant or zero elsewhere. Their scales differ by a
+    /// factor of up to a million.
     #[test]
     fn errors_are_those_of_explicit_refits_on_random_designs() {
         for seed in 0..400 {
@@ -460,7 +460,8 @@ mod tests {
         }
     }
 
-    /// Without a part there are fewer samples than coefficients, so there is no score, unless a ridge determines the solution.
+    /// Without a part, there are fewer samples than coefficients. So there is no score, unless a ridge determines the
+    /// solution.
     #[test]
     fn where_the_others_do_not_determine_a_fit_there_is_no_figure() {
         let (total, parts) = parts(2, 60, 1.0);

@@ -1,7 +1,7 @@
 //! Fits that leave one part out, eight at a time: each part has a SIMD lane.
 //!
-//! The part's sums are subtracted from the total. The Cholesky factorisation does not pivot, and the targets are further rows
-//! of the matrix, so the factor includes forward substitution. All fits have the same shape, so each step is one operation on
+//! The part's sums are subtracted from the total. The Cholesky factorisation does not pivot. The targets are further rows of
+//! the matrix, so the factor includes forward substitution. All fits have the same shape, so each step is one operation on
 //! eight of them.
 
 #![expect(
@@ -10,7 +10,7 @@
 )]
 #![expect(
     clippy::neg_cmp_op_on_partial_ord,
-    reason = "a pivot or a share that is no number counts as too small"
+    reason = "a pivot or a share that is NaN counts as too small"
 )]
 
 use crate::calibration::{NormalEquations, Terms};
@@ -67,7 +67,7 @@ impl Work {
         }
     }
 
-    /// Fits up to [`LANES`] sets of all parts but one, and scores each fit on the second sums of its part.
+    /// Fits up to [`LANES`] sums without one part each, and scores each fit on the second sums of its part.
     pub fn fit(
         &mut self,
         total: &NormalEquations,
@@ -92,7 +92,7 @@ const fn row_start(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
-/// This function is compiled for each instruction set; one is chosen when the program runs.
+/// Fits of one group. This function is compiled for each instruction set; one is chosen when the program runs.
 struct Group<'a> {
     total: &'a NormalEquations,
     terms: Terms<'a>,
@@ -185,7 +185,7 @@ impl Group<'_> {
 }
 
 impl Work {
-    /// Computes the Cholesky factor column by column. A pivot that is not surely positive is noted and counts as infinite.
+    /// Computes the Cholesky factor column by column. A pivot that is not surely positive is recorded and counts as infinite.
     #[inline(always)]
     fn factorise(&mut self) {
         let m = self.m;

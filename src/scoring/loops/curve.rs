@@ -1,7 +1,7 @@
 //! One output over the load along one branch, with one value at each load.
 //!
-//! Guarantees: finite for finite samples, however the load wiggles within the branch; exact where the output is a
-//! straight line over the load.
+//! Guarantees: finite for finite samples, even if the load wiggles within the branch. Exact if the output is a straight line
+//! over the load.
 
 use crate::scoring::loops::turns::Branch;
 
@@ -24,7 +24,7 @@ impl Curve {
     /// Averages the samples of a branch, without those of smaller cycles within it.
     ///
     /// # Panics
-    /// If the branch is not one of these loads, or there are not as many outputs as loads.
+    /// If the branch lies outside these loads, or the numbers of outputs and loads differ.
     pub fn of(branch: &Branch, loads: &[f64], outputs: &[f64]) -> Self {
         assert_eq!(loads.len(), outputs.len(), "one output for each load");
         let mut cells = [(0.0, 0.0, 0.0); CELLS];
@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(curve.ends(), Some([(0.0, 0.0), (10.0, 100.0)]));
     }
 
-    /// `x²` over 0..1 in cells of 0.01: the parabola through the outer averages is missed by half a cell squared.
+    /// `x²` over 0..1 in cells of 0.01: the ends differ from the parabola through the outer averages by half a cell squared.
     #[test]
     fn ends_are_carried_on_from_the_outer_averages() {
         let loads: Vec<f64> = (0..=10_000).map(|k| f64::from(k) / 10_000.0).collect();

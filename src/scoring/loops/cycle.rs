@@ -41,15 +41,15 @@ impl Cycle {
     }
 }
 
-/// Noise of the width is averaged until it is below this share of the largest width ...
+/// Share of the largest width to which the noise of the width is reduced by averaging.
 const MAX_NOISE: f64 = 0.02;
-/// ... over at most this number of neighbouring loads to each side. All of them lower a width that peaks by an eighth, and that
-/// of an ellipse by a hundredth.
+/// Maximum number of neighbouring loads to each side for averaging. Full averaging lowers a width that peaks by an eighth,
+/// and the width of an ellipse by a hundredth.
 const MAX_NEIGHBOURS: usize = 12;
 
 /// One output along both branches of a cycle, at the same loads.
 ///
-/// **Shapes** [`LOADS`] values a branch, at loads in even steps over `range`.
+/// **Shapes** [`LOADS`] values per branch, at loads in even steps over `range`.
 ///
 /// **Units** loads and outputs in their own.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,10 +63,10 @@ pub struct Loop {
 }
 
 impl Loop {
-    /// Returns an output of the cycle's recording at common loads of both branches.
+    /// Returns an output of the cycle's recording, at loads that both branches cover.
     ///
     /// # Panics
-    /// If the cycle is not one of these loads, or there are not as many outputs as loads.
+    /// If the cycle lies outside these loads, or the numbers of outputs and loads differ.
     pub fn of(cycle: &Cycle, loads: &[f64], outputs: &[f64]) -> Self {
         let range = cycle.loads();
         let on = |branch: &Branch| {
@@ -108,14 +108,16 @@ impl Loop {
         even_loads(self.range)
     }
 
-    /// Returns the loop's width at each load: falling minus rising, so positive where the output lags behind.
+    /// Returns the loop's width at each load: falling minus rising, so positive if the output lags behind.
     pub fn widths(&self) -> impl Iterator<Item = f64> {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the magnitude of the width at each load, on straight lines through as few neighbours as make its noise small.
+    /// Returns the magnitude of the width at each load, smoothed by straight lines through as few neighbours as make its
+    /// noise small.
     ///
-    /// The largest of a hundred noisy widths, and the mean of their magnitudes, would be above zero without any hysteresis.
+    /// Without smoothing, the largest of a hundred noisy widths and the mean of their magnitudes would be above zero without
+    /// any hysteresis.
     fn quiet_widths(&self) -> Vec<f64> {
         let widths: Vec<f64> = self.widths().collect();
         let noise = white_noise(&widths);
@@ -141,16 +143,17 @@ impl Loop {
         mean_by_trapezoids(self.quiet_widths().into_iter())
     }
 
-    /// Returns the integral of the width's size over the load: open loops have an area, even where their branches cross.
+    /// Returns the integral of the magnitude of the width over the load. Open loops have an area, and so have branches that
+    /// cross.
     ///
-    /// **Units** that of the output times that of the load.
+    /// **Units** of the output times the load.
     pub fn area(&self) -> f64 {
         self.mean_width() * self.range.span()
     }
 
-    /// Returns the integral of the width with its sign over the load: positive where the output lags behind, negative where it leads.
+    /// Returns the integral of the signed width over the load: positive if the output lags behind, negative if it leads.
     ///
-    /// **Units** that of the output times that of the load.
+    /// **Units** of the output times the load.
     pub fn work(&self) -> f64 {
         mean_by_trapezoids(self.widths()) * self.range.span()
     }
@@ -164,7 +167,7 @@ pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Returns the mean over a chain of straight lines through [`LOADS`] values in even steps.
+/// Returns the mean over a polyline through [`LOADS`] values in even steps.
 fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     let last = LOADS - 1;
     let weighted = values.enumerate().map(|(at, value)| {
@@ -174,8 +177,7 @@ fn mean_by_trapezoids(values: impl Iterator<Item = f64>) -> f64 {
     weighted.sum::<f64>() / last as f64
 }
 
-/// Returns the value in this place of the least-squares line through its neighbours, `half` to each side where the values
-/// reach as far.
+/// Returns the value at an index of the least-squares line through its neighbours: up to `half` on each side.
 fn on_line(values: &[f64], at: usize, half: usize) -> f64 {
     let from = at.saturating_sub(half);
     let own = &values[from..(at + half + 1).min(values.len())];
@@ -192,7 +194,7 @@ mod tests {
     use super::*;
     use crate::scoring::loops::Loops;
 
-    /// `cycles` times from −1 to 1 and back, in `steps` steps each way, starting and ending at −1.
+    /// Returns `cycles` cycles from −1 to 1 and back, in `steps` steps each way, starting and ending at −1.
     fn triangle(cycles: usize, steps: usize) -> Vec<f64> {
         (0..=2 * cycles * steps)
             .map(|k| {
@@ -212,8 +214,8 @@ mod tests {
         loads.iter().map(follow).collect()
     }
 
-    /// A play operator of radius r under ±A: rising `x − r`, falling `x + r`, and 2r of load to cross from one to the
-    /// other, so its loop is a parallelogram of width 2r and area `4 r (A − r)`.
+    /// A play operator of radius r under ±A rises along `x − r` and falls along `x + r`. It needs a load of 2r to cross from
+    /// one to the other, so its loop is a parallelogram of width 2r and area `4 r (A − r)`.
     #[test]
     fn a_play_operator_has_its_known_width_and_area() {
         for (radius, steps) in [(0.1, 2000), (0.25, 333), (0.04, 150)] {
@@ -227,7 +229,7 @@ mod tests {
         }
     }
 
-    /// Noise of 1 % makes neither a width nor an area where there is no hysteresis, and hardly changes those of play.
+    /// Noise of 1 % makes neither a width nor an area without hysteresis, and hardly changes those of play.
     #[test]
     fn noise_is_no_hysteresis() {
         let mut random = crate::random::Random::new(3, &[]);
@@ -238,12 +240,13 @@ mod tests {
             let cycle = Loops::of([&loads[..]], 0.05).largest().unwrap();
             let one = Loop::of(&cycle, &loads, &noisy);
             assert!((one.largest_width() - 2.0 * radius).abs() < 0.006, "{}", one.largest_width());
-            let mean = 2.0 * radius * (1.0 - radius); // of the parallelogram
+            let mean = 2.0 * radius * (1.0 - radius); // mean width of the parallelogram
             assert!((one.mean_width() - mean).abs() < 0.003, "{}", one.mean_width());
         }
     }
 
-    /// The load wiggles by less than the reversal threshold, so the branches visit a load several times. The figures stay the same.
+    /// The load wiggles by less than the reversal threshold, so the branches visit a load several times. The sizes stay the
+    /// same.
     #[test]
     fn a_wiggling_load_does_not_change_the_loop() {
         let wiggle = |(k, load): (usize, &f64)| load * 0.98 + 0.02 * (k as f64 * 1.3).sin();
@@ -269,7 +272,7 @@ mod tests {
         assert!((one.largest_width() - 0.2).abs() < 1e-3);
     }
 
-    /// In a figure of eight with the width x over −1..1, each half encloses 1/2, and the dissipated work cancels.
+    /// A figure of eight with the width x over −1..1: each half encloses 1/2, and the dissipated work cancels.
     #[test]
     fn branches_that_cross_enclose_an_area_and_do_no_work() {
         let one = Loop {

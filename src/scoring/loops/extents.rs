@@ -23,8 +23,8 @@ pub fn extents_of<'a>(
     extents
 }
 
-/// Returns the noise and range of each axis' load in the training and test recordings, or in all if there are none. So every
-/// view of the recordings uses the same rules.
+/// Returns the noise and range of each axis' load in the training and test recordings, or in all recordings if there are
+/// none. Every view of the recordings uses this rule.
 pub fn extents_of_set(set: &RecordingSet, axes: &[Axis]) -> Vec<LoadExtent> {
     let entries = set.entries().iter();
     let used = entries.clone().filter(|entry| entry.role != Role::Off);

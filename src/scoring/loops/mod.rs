@@ -1,16 +1,17 @@
-//! Hysteresis loops: where a load turns, the branches between the turns, and how far apart they lie at equal load.
+//! Hysteresis loops: reversals of a load, the branches between them, and the distance of two branches at equal load.
 //!
-//! One axis at a time: its reference load goes across, and any output of the sensor up (a raw gauge, the conventional or
-//! the compensated load, an error). Reversals depend on the load alone, so all outputs are compared on the same cycles.
+//! Each loop belongs to one axis: its reference load is the horizontal axis, and any output of the sensor is the vertical one
+//! (a raw gauge, the conventional or the compensated load, an error). Reversals depend on the load alone, so all outputs are
+//! compared on the same cycles.
 //!
-//! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold ([`default_reversal_threshold`]
-//!   unless the user sets one). The intervals between reversals are **branches**, rising and falling in turn. A branch never
-//!   crosses from one recording into another.
+//! * A **reversal** is an extreme from which the load turns back by more than the reversal threshold
+//!   ([`default_reversal_threshold`] unless the user sets one). The intervals between reversals are **branches**, rising and
+//!   falling in turn. A branch never crosses from one recording into another.
 //! * **Cycles** are counted by rainflow (ASTM E1049): a small cycle within a large one is a cycle of its own, and the large
 //!   one continues as if the small one had not happened. So the reversal threshold sets the size of the smallest cycle, and
 //!   hardly changes large ones. Leftover half cycles form cycles with their neighbours, each with one at most.
-//! * The **largest cycle** is the one whose two branches share the widest range of loads. Figures of "one cycle" belong to
-//!   it.
+//! * The **largest cycle** is the one whose two branches share the widest range of loads. Results for one cycle are of the
+//!   largest cycle.
 //! * **Full cycles** cover at least [`FULL_SHARE`] of the largest cycle's range. The **mean loop** is their mean over the
 //!   loads that all of them cover. It exists if at least [`FEWEST_CYCLES`] are full and share more than [`MOST`] of all
 //!   loads.
@@ -52,7 +53,7 @@ pub const MOST: f64 = 0.5;
 pub struct Loops {
     /// Branches of each recording, in the order of time.
     branches: Vec<Vec<Branch>>,
-    /// Cycles sorted by recording and time. A half cycle belongs to one of them at most.
+    /// Cycles sorted by recording and time. Each half cycle belongs to one of them at most.
     cycles: Vec<Cycle>,
     /// Half cycles of each recording that rainflow counting leaves over, in the order of time.
     residue: Vec<Vec<Branch>>,
@@ -104,7 +105,7 @@ impl Loops {
         &self.cycles
     }
 
-    /// Returns the cycle whose branches share the widest range of loads; the first one of equals.
+    /// Returns the cycle whose branches share the widest range of loads, or the first of several equal ones.
     pub fn largest(&self) -> Option<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {
@@ -165,7 +166,7 @@ pub(crate) fn common_loads(cycles: &[Cycle]) -> MinMax {
     MinMax::common(cycles.iter().map(Cycle::loads))
 }
 
-/// Returns true if one range of loads covers most of another.
+/// Returns true if one range of loads covers at least [`FULL_SHARE`] of the other.
 fn covers(own: MinMax, whole: MinMax) -> bool {
     MinMax::common([own, whole].into_iter()).span() >= FULL_SHARE * whole.span()
 }
@@ -187,8 +188,8 @@ mod tests {
         assert_eq!(largest.falling().samples, 1..3);
     }
 
-    /// Of SMALL one cycle is closed, 2 to 1 and back, and a half is left over. LARGE leaves four halves, which pair as
-    /// 0..9 and 1..10, though the second and the third are the largest cycle: each of the two has 8 of its 10.
+    /// SMALL has one closed cycle, 2 to 1 and back, and a leftover half cycle. LARGE leaves four halves. They pair as 0..9
+    /// and 1..10, although the second and the third make the largest cycle: each of the two pairs covers 8 of its 10.
     #[test]
     fn full_cycles_cover_four_fifths_of_the_largest() {
         let loops = Loops::of([&SMALL[..], &LARGE], 0.5);
@@ -214,7 +215,7 @@ mod tests {
         assert_eq!(none.mean_cycles(MinMax { min: 0.0, max: 9.0 }), Err(expected));
     }
 
-    /// With noise on five large cycles, any reversal threshold gives the same number and width of large cycles.
+    /// Five large cycles with noise: any reversal threshold gives the same number and width of large cycles.
     #[test]
     fn the_reversal_threshold_hardly_touches_the_large_cycles() {
         let noise = |k: usize| ((k * 7919) % 104_729) as f64 / 104_729.0 - 0.5;

@@ -10,10 +10,10 @@ use crate::scoring::loops::raster::Raster;
 const CELLS_PER_PIXEL: f64 = 2.0;
 /// Distance in cells from the last kept sample within which a sample is skipped.
 const REACH: f64 = 0.4;
-/// Mean number of lines over a touched pixel above which lines hide each other. At the opacity of that many lines, one more
+/// Mean number of lines over a touched pixel above which lines hide each other. At the opacity of this many lines, one more
 /// is not visible.
 const MAX_PASSES: f64 = 4.0;
-/// Largest number of cells in either direction. It bounds the memory, because a question may ask for any size.
+/// Largest number of cells in either direction. It bounds the memory for any requested size.
 const MAX_CELLS: f64 = 16_384.0;
 
 /// A rectangle of the plane that is drawn.
@@ -55,7 +55,7 @@ pub enum Outline {
     Density(Density),
 }
 
-/// Returns the drawing of paths in `frame` on a picture of this width and height in pixels.
+/// Returns the drawing of paths in `frame` on a plot of this width and height in pixels.
 ///
 /// A path is straight between samples, ends at values that are not finite, and is clipped at the frame. Samples within a
 /// fifth of a pixel of the last kept one are skipped. The density is drawn instead of lines if there are more samples than
@@ -87,13 +87,13 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
     }
 }
 
-/// Position of a point on the picture, in cells.
+/// Grid of cells on the plot.
 #[derive(Clone, Copy, Debug)]
 struct Grid {
     low: [f64; 2],
     /// Size of a cell.
     size: [f64; 2],
-    /// Numbers of cells, as whole numbers.
+    /// Number of cells in each direction. The numbers are whole.
     cells: [f64; 2],
 }
 
@@ -116,7 +116,7 @@ impl Grid {
         [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
     }
 
-    /// Returns the part of a step that lies on the picture, as two shares of the step.
+    /// Returns the part of a step that lies on the plot, as two shares of the step.
     fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
         let (mut start, mut end) = (0.0_f64, 1.0_f64);
         for i in [0, 1] {
@@ -135,7 +135,7 @@ impl Grid {
     }
 }
 
-/// A sample and its position on the picture.
+/// A sample and its position on the plot.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     point: [f64; 2],
@@ -193,7 +193,7 @@ struct Drawn {
     raster: Raster,
     /// Number of samples in each cell, up to the largest number that fits.
     counts: Vec<u16>,
-    /// All steps, while there are few.
+    /// All steps, unless there are too many.
     all: Lines,
     /// Total length of all steps, in pixels.
     length: f64,
@@ -267,8 +267,7 @@ impl Drawn {
         self.raster.touch(from.cell, to.cell);
     }
 
-    /// Returns true if there are more samples than pixels, and too many lines over each pixel for single lines to be
-    /// seen.
+    /// Returns true if there are more samples than touched pixels, and too many lines over each pixel to tell them apart.
     fn hides_itself(&self) -> bool {
         let n_pixels = self.raster.n_touched_squares();
         self.all.n_points > n_pixels && self.length > MAX_PASSES * n_pixels as f64
@@ -432,7 +431,7 @@ mod tests {
         }
     }
 
-    /// For any number of samples, the density has the same cells, and the same of them are touched.
+    /// For any number of samples, the density has the same cells, and the same ones are touched.
     #[test]
     fn the_size_of_a_density_depends_on_the_picture_and_its_levels_on_how_often() {
         for (name, paths) in kinds() {
@@ -460,7 +459,7 @@ mod tests {
         }
     }
 
-    /// One sample is in the lower left corner; a line leads from it to seven more in the middle.
+    /// One sample is in the lower left corner. A line leads from it to seven more in the middle.
     #[test]
     fn levels_count_samples() {
         let corner = [-0.999, -1.99];
@@ -502,7 +501,7 @@ mod tests {
         for (what, path, is_density) in [
             ("one circle", circle(2000, 1), false),
             ("twenty", circle(2000, 20), true),
-            ("twenty of few samples", circle(101, 20), false),
+            ("twenty circles with few samples", circle(101, 20), false),
             ("a spot", spot, true),
         ] {
             let drawn = outline([path], FRAME, PIXELS, 8000);

@@ -15,7 +15,7 @@ pub(crate) struct Counted {
     pub residue: Vec<Branch>,
 }
 
-/// Counts the cycles of a recording that was split at its reversals.
+/// Counts the cycles of a recording, given as its branches.
 ///
 /// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle range is a cycle if neither neighbour is
 /// smaller. The leftover half cycles are those of the standard. If three ranges are exactly equal, none is taken out, so
@@ -70,8 +70,8 @@ fn closing_sample(own: &Branch, after: &Branch, loads: &[f64]) -> usize {
     after.kept().find(is_back).unwrap_or(last)
 }
 
-/// Returns the pairs of neighbours that form cycles, each neighbour in one pair at most. The sum of the squares of their
-/// common ranges is as large as possible.
+/// Returns the pairs of neighbours that form cycles, each half cycle in one pair at most. The pairs have the largest possible
+/// sum of squared common ranges.
 pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
     let common =
         |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
@@ -104,7 +104,7 @@ mod tests {
         count(branches(loads, 0.0), loads)
     }
 
-    /// Returns the count of each range, largest first; a half cycle counts one half.
+    /// Returns the count of each range, largest first. A half cycle counts 0.5.
     fn counts(ranges: impl IntoIterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
         let mut ranges: Vec<_> = ranges.into_iter().collect();
         ranges.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -118,8 +118,8 @@ mod tests {
         counts(closed.chain(found.residue.iter().map(|half| (half.span(), 0.5))))
     }
 
-    /// The procedure of the standard, step by step: counts and removes the first range that is at most as large as the next one;
-    /// a range with the starting point counts one half.
+    /// Counts step by step by the standard: counts and removes the first range that is at most as large as the next one. A
+    /// range with the starting point counts 0.5.
     fn slowly(loads: &[f64]) -> Vec<(f64, f64)> {
         let mut points: Vec<f64> = loads.to_vec();
         points.dedup();

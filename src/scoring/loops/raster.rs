@@ -4,12 +4,12 @@
 const SIDE: usize = 8;
 const LEVELS: usize = 4;
 
-/// Touched cells of a picture. Blocks with all cells touched are skipped in one step.
+/// Touched cells of a plot. Blocks with all cells touched are skipped in one step.
 #[derive(Debug)]
 pub(crate) struct Raster {
     /// Levels: cells, blocks, blocks of blocks, and so on.
     levels: [Level; LEVELS],
-    /// Cells beyond the picture that count as touched, so that blocks at its edge can be full.
+    /// Cells beyond the plot that count as touched, so that blocks at its edge can be full.
     n_beyond: usize,
 }
 
@@ -25,7 +25,7 @@ impl Level {
     pub(crate) fn new(n: [usize; 2]) -> Self {
         let [across, up] = n.map(|n| n.div_ceil(SIDE));
         let mut level = Self { n, words: vec![0; across * up] };
-        // Cells beyond the picture must not keep a block from being full.
+        // Cells beyond the plot must not keep a block from being full.
         for y in 0..up * SIDE {
             for x in 0..across * SIDE {
                 if x >= n[0] || y >= n[1] {
@@ -54,7 +54,7 @@ impl Level {
     }
 }
 
-/// A straight step from cell to cell.
+/// A straight line across cells.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     from: [f64; 2],
@@ -69,7 +69,7 @@ impl Raster {
         raster
     }
 
-    /// Marks every cell between two points of the picture as touched.
+    /// Marks every cell between two points of the plot as touched.
     pub(crate) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = [0, 1].map(|i| to[i] - from[i]);
         let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
@@ -92,7 +92,7 @@ impl Raster {
         squares.sum::<usize>() - self.n_beyond
     }
 
-    /// Visits the blocks of a level within these limits, between two shares of the step.
+    /// Visits the blocks of a level within these limits, between two shares of the line.
     fn walk(
         &mut self,
         level: usize,

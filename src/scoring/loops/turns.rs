@@ -8,12 +8,12 @@ use std::ops::Range;
 use crate::min_max::MinMax;
 use crate::scoring::quantile::quantile;
 
-/// Ratio of the default reversal threshold to the noise's standard deviation. White noise of a quarter of a million samples
-/// spans 9.2 standard deviations.
+/// Ratio of the default reversal threshold to the noise's standard deviation. White noise of 250,000 samples spans 9.2
+/// standard deviations.
 pub const NOISE_FACTOR: f64 = 10.0;
 /// Smallest default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
-/// Maximum number of differences of a recording that are used for its noise; it determines the noise to about 5 %.
+/// Maximum number of differences of a recording that are used for its noise. They determine it to about 5 %.
 const MAX_DIFFERENCES: usize = 1024;
 /// Median of the magnitude of a normal deviate, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
@@ -113,7 +113,6 @@ pub struct LoadExtent {
 }
 
 impl Default for LoadExtent {
-    /// Returns the extent of no recording.
     fn default() -> Self {
         Self { noise: 0.0, loads: MinMax::NONE }
     }
@@ -122,10 +121,10 @@ impl Default for LoadExtent {
 impl LoadExtent {
     /// Returns the extent of these recordings.
     ///
-    /// The noise of a recording is the median size of the fourth difference of its load over `√70 · 0.674`, which for
-    /// white noise is the standard deviation: the fourth difference of white noise has `1 + 16 + 36 + 16 + 1 = 70` times
-    /// its variance. Fourth rather than second, because they see less of a load that moves fast between samples; the
-    /// median, because turns and steps are few.
+    /// The noise of a recording is the median magnitude of the fourth difference of its load over `√70 · 0.674`. For white
+    /// noise this is the standard deviation, because the fourth difference has `1 + 16 + 36 + 16 + 1 = 70` times its
+    /// variance. Fourth differences contain less of a fast load than second differences. The median ignores turns and steps,
+    /// which are few.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a [f64]>) -> Self {
         let mut extent = Self::default();
         for loads in recordings {
@@ -140,7 +139,7 @@ impl LoadExtent {
         Self { noise: self.noise.max(other.noise), loads: self.loads.joined(other.loads) }
     }
 
-    /// Returns the default reversal threshold: ten times the noise, and at least 5 % of the load's range.
+    /// Returns the default reversal threshold: ten times the noise, but at least 5 % of the load's range.
     ///
     /// **Units** of the loads.
     pub fn reversal_threshold(&self) -> f64 {
@@ -155,7 +154,7 @@ pub fn default_reversal_threshold<'a>(recordings: impl IntoIterator<Item = &'a [
     LoadExtent::of(recordings).reversal_threshold()
 }
 
-/// Returns the standard deviation of white noise on a load that otherwise moves smoothly.
+/// Returns the standard deviation of the white noise on a smooth load.
 fn noise_of(loads: &[f64]) -> f64 {
     let step = loads.len().div_ceil(MAX_DIFFERENCES).max(1);
     let mut sizes: Vec<f64> = loads
@@ -219,7 +218,7 @@ mod tests {
         assert_eq!(branches(&still, default_reversal_threshold([&still[..]])), []);
     }
 
-    /// Uniform noise in ±1 has a standard deviation of 0.577; a median of its fourth differences is near normal.
+    /// Uniform noise in ±1 has a standard deviation of 0.577. The distribution of its fourth differences is nearly normal.
     #[test]
     fn noise_is_measured_on_a_moving_load() {
         let loads: Vec<f64> =
