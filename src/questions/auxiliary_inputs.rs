@@ -1,4 +1,4 @@
-//! Finds the auxiliary channels that a fit can use, and the reasons why others cannot be used.
+//! Finds the auxiliary channels that a fit can use, and the reasons why the others cannot be used.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use crate::recording::{Entry, Recording, Role};
 pub(crate) struct AuxiliaryInputs {
     /// Names of the channels that a fit can use.
     pub channels: Vec<AuxiliaryChannel>,
-    /// Reasons why other channels cannot be used, one sentence each.
+    /// Reasons why the other channels cannot be used, one sentence each.
     pub unused: Vec<String>,
 }
 
 impl AuxiliaryInputs {
-    /// Returns the recordings with only those channels that all of them have and that vary in training, in one order.
+    /// Reduces the recordings to the channels that all of them have and that vary in training, in one order.
     pub fn prepare(entries: &mut [Entry]) -> Self {
         let mut inputs = Self::default();
         let mut names: Vec<(String, String)> = Vec::new();
@@ -84,14 +84,14 @@ mod tests {
     const NOISE: f64 = 0.02;
     const N: usize = 400;
 
-    /// Temperature of recording `at` at sample `k`, which varies by `moves` degrees over all recordings.
+    /// Returns the temperature of recording `at` at sample `k`. It varies by `moves` degrees over all recordings.
     fn temperature(at: usize, k: usize, moves: f64) -> f64 {
         let within = (k as f64 / 70.0 + at as f64).sin();
         20.0 + moves * (0.2 * at as f64 + 0.1 * within)
     }
 
-    /// Two gauges whose load is `3 s₁ − 2 s₂ + (T − 20) (0.4 + 0.02 s₁)` plus noise: zero and sensitivity drift with
-    /// temperature.
+    /// Returns a recording of two gauges with the load `3 s₁ − 2 s₂ + (T − 20) (0.4 + 0.02 s₁)` plus noise: zero and
+    /// sensitivity drift with temperature.
     fn recording(at: usize, moves: f64) -> Recording {
         let mut random = Random::new(11, &[at as u64]);
         let (mut gauges, mut loads, mut auxiliary) = (Vec::new(), Vec::new(), Vec::new());
@@ -152,10 +152,10 @@ mod tests {
         calibration.quality.compensated.test_rmse.as_ref().unwrap()[0]
     }
 
-    /// With T and T times the gauges the load is linear, so only the noise remains; without them 0.02 · 50 + 0.4 N per
-    /// degree.
+    /// The load is linear in T and in T times the gauges, so only the noise remains. Without T, the error is 0.02 · 50 + 0.4
+    /// N per degree.
     #[test]
-    fn what_drifts_with_the_temperature_is_taken_away_down_to_the_noise() {
+    fn temperature_drift_is_removed_down_to_the_noise() {
         let recordings = set(drifting(30.0));
         let with = fitted(&recordings, |_| {});
         let without = fitted(&recordings, |settings| {
@@ -204,7 +204,7 @@ mod tests {
         );
     }
 
-    /// The same least squares by QR on `[s₁, s₂, 1, T, T s₁, T s₂]`.
+    /// Expected values come from the same least squares by QR on `[s₁, s₂, 1, T, T s₁, T s₂]`.
     #[test]
     fn predictions_are_those_of_a_qr_solution() {
         let recordings = set(drifting(30.0));
@@ -228,9 +228,9 @@ mod tests {
         }
     }
 
-    /// A thermometer's noise of some hundredths is no drift. It must not cause corrections at a warm place.
+    /// A temperature noise of a few hundredths of a degree is no drift. It must not cause corrections at another temperature.
     #[test]
-    fn a_temperature_that_hardly_moved_is_left_out_and_said() {
+    fn a_temperature_that_hardly_moved_is_left_out_and_reported() {
         let mut recordings = drifting(0.5);
         recordings[4] = recording(3, 30.0);
         let analysis = fitted(&set(recordings), |_| {});
@@ -285,7 +285,7 @@ mod tests {
             let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
             let text = serde_json::to_vec(&calibration.in_file()).unwrap();
             let read = Calibration::from_json(&text).unwrap();
-            // Files do not store values that only the fit knows.
+            // A calibration file does not store values that only the fit knows.
             let mut kept = calibration.clone();
             kept.quality.free_coefficients = None;
             assert_eq!(read, kept);

@@ -1,8 +1,8 @@
-//! Cross-validated scores of networks, kernels and hybrids: all fitted parts are fitted again without the left-out part.
+//! Cross-validated scores of networks, kernels and hybrids: everything is fitted again without the left-out part.
 //!
-//! Guarantees: no fitted value has seen the left-out part: neither conventional calibration and look-back, linear stage and
-//! ridge, standardisation, landmarks, ridge strengths, early stopping, nor the share of the second stage. Only the full
-//! scales, which belong to the sensor, are kept.
+//! Guarantees: no fitted value depends on the left-out part: conventional calibration and look-back, linear stage and ridge,
+//! standardisation, landmarks, ridge strengths, early stopping, and the share of the second stage. Only the full scales,
+//! which belong to the sensor, are kept.
 
 use std::borrow::Borrow;
 use std::ops::Range;
@@ -26,14 +26,14 @@ use crate::recording::{Entry, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 use crate::scoring::part_squares::PartSquares;
 
-/// Number of fits that run at the same time; a network keeps one core busy.
+/// Number of fits that run at the same time. A network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
-/// Speed-up when two networks are trained at the same time, relative to one after the other.
+/// Speed-up of two networks that are trained at the same time, relative to one after the other.
 const GAIN_OF_TWO: f64 = 1.8;
 
 /// Returns the approximate time of the cross-validation as a multiple of the time of the fit; zero without cross-validation.
 pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
-    let samples = MOST_FITS as f64 - 1.0; // of each fit four fifths
+    let samples = MOST_FITS as f64 - 1.0; // each fit uses four fifths of the samples
     match settings.regressor.learner() {
         Some(Learner::Kernel) => samples,
         Some(Learner::Network) if settings.network.cross_validate => samples / GAIN_OF_TWO,
@@ -41,7 +41,7 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
     }
 }
 
-/// Returns the approximate work of the cross-validation, in the steps that the fit counts.
+/// Returns the approximate work of the cross-validation, in steps of the fit's progress.
 pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
     let training = in_role(&data.entries, Role::Train);
     let steps = match settings.regressor.learner() {
@@ -54,8 +54,8 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
     (steps as f64 * cross_validation_cost(settings)) as u64
 }
 
-/// Returns the share of a network's output that is added to its linear stage, per axis, chosen on these parts; 1 if nothing
-/// was left out or held out.
+/// Returns the share of a network's output that is added to its linear stage, chosen for each axis on these parts. The share
+/// is 1 if no part was left out.
 pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
@@ -81,7 +81,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// Returns the squared errors of the parts. With chosen shares, those of each fold are chosen on the other folds.
+/// Returns the squared errors of the parts. If shares are chosen, those of each fold are chosen on the other folds.
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
@@ -93,8 +93,9 @@ pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     }
 }
 
-/// Returns the residuals of each part, predicted by a fit to the other parts. Reports `steps` to `progress`. Returns `None` if the
-/// work was stopped, or if the other parts have too few samples for a fit.
+/// Returns the residuals of each part, predicted by a fit to the other parts. Reports `steps` to `progress`.
+///
+/// Returns `None` if the work was stopped, or if the other parts have too few samples for a fit.
 pub(crate) fn cross_validated(
     data: &Dataset,
     calibration: &Calibration,
@@ -180,8 +181,8 @@ pub(crate) fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings without the parts that are left out. A recording that is left out only in part is cut into
-/// several recordings, each with its own history.
+/// Returns the training recordings without the left-out parts. A recording that is left out only in part is cut into several
+/// recordings, each with its own history.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
     let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
     for (entry, pieces) in training {
@@ -212,12 +213,11 @@ fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> b
 }
 
 impl Fold {
-    /// Returns the settings for the fold.
     fn settings(&self, settings: &FitSettings, calibration: &Calibration) -> FitSettings {
         let full_scale = calibration.full_scale.iter();
         let n_train = self.set.n_samples(Role::Train);
         FitSettings {
-            decimation: 1, // they are decimated already
+            decimation: 1, // the recordings are decimated already
             full_scale: full_scale.map(|own| (*own > 0.0).then_some(*own)).collect(),
             kernel: KernelSettings {
                 landmarks: settings.kernel.landmarks.min(n_train.max(1)),
@@ -228,7 +228,7 @@ impl Fold {
         }
     }
 
-    /// Returns the scores of a fit to the training recordings on the other recordings: each part with every `step`-th sample.
+    /// Scores a fit to the training recordings on the other recordings, with every `step`-th sample of each part.
     fn score(
         self,
         settings: FitSettings,
@@ -337,7 +337,7 @@ mod tests {
         train_and_score(&request, &Progress::default(), &mut |_| {}).unwrap()
     }
 
-    /// The simple way: each recording in the test role, all parts fitted again to the others.
+    /// Expected scores from fits from scratch: each recording in the test role, all parts fitted again to the others.
     #[test]
     fn scores_are_those_of_fits_from_scratch_without_the_part() {
         let recordings = recordings(&[60, 50, 70, 40, 55]);
@@ -403,7 +403,7 @@ mod tests {
         assert!(scored.calibration.no_cross_validation().is_some());
     }
 
-    /// The second stage is half right on average, so each fold chooses the share one half on the other folds.
+    /// The second stage is half right on average, so each fold chooses a share of one half on the other folds.
     #[test]
     fn the_share_that_scores_a_part_is_chosen_by_the_others() {
         let part = |r: f64, g: f64| {

@@ -1,4 +1,5 @@
-//! Data that do not depend on the feature blocks, prepared once for a set of recordings: conventional loads and searches.
+//! Dataset cache: data of a set of recordings that do not depend on the feature blocks, such as conventional loads and
+//! searches.
 //!
 //! Guarantees: a dataset never changes, so questions on several threads share it. Data that several questions need are
 //! prepared once.
@@ -50,7 +51,7 @@ pub(crate) struct Key {
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// Excess over the largest training load, as a ratio, above which a load counts as unknown if the user entered no rated load.
+/// Ratio to the largest training load above which a load counts as unknown if the user entered no rated load.
 const BEYOND_TRAINING: f64 = 1.2;
 
 /// Searches of all recordings, for one set of weights and one history step.
@@ -91,19 +92,19 @@ pub(crate) struct Dataset {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of a dataset; empty until the dataset is prepared. Its lock is held while the dataset is prepared.
+/// Place of a dataset in the cache. Its lock is held while the dataset is prepared.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
 /// Datasets that questions about the same recordings share.
 #[derive(Clone, Debug, Default)]
 pub struct Datasets {
-    /// A place for each dataset, newest first. Only the place stays locked while its dataset is prepared.
+    /// Places of the datasets, newest first. Only the place stays locked while its dataset is prepared.
     places: Arc<Mutex<Vec<(Key, Place)>>>,
-    /// Faults of the recordings that were asked for last.
+    /// Faults of the recordings of the newest request.
     faults: Arc<Mutex<Vec<FaultsOf>>>,
 }
 
-/// Faults of a recording, found with this knowledge of the sensor.
+/// Faults of a recording, with the settings and the knowledge of the sensor that they depend on.
 #[derive(Debug)]
 struct FaultsOf {
     recording: Arc<Recording>,
@@ -126,7 +127,7 @@ const LOOK_AGAIN: Duration = Duration::from_millis(5);
 /// Waits for data that another thread may be preparing.
 ///
 /// # Errors
-/// [`Cancelled`] if the answer is no longer wanted before the data are there.
+/// [`Cancelled`] if the answer is no longer wanted before the data are ready.
 fn waited_for<'a, T>(
     shared: &'a Mutex<T>,
     progress: &Progress,
@@ -142,8 +143,7 @@ fn waited_for<'a, T>(
 }
 
 impl Datasets {
-    /// Returns the dataset of this key, and prepares it if needed. Other threads that ask for the same key meanwhile wait for
-    /// it.
+    /// Returns the dataset of this key, and prepares it if needed. Other threads that need the same dataset wait for it.
     pub(crate) fn get(
         &self,
         key: &Key,
@@ -155,10 +155,9 @@ impl Datasets {
         if own.is_none() {
             *own = Some(Arc::new(Dataset::prepare(key, progress)?));
         }
-        Ok(Arc::clone(own.as_ref().expect("it was prepared above")))
+        Ok(Arc::clone(own.as_ref().expect("the dataset was prepared above")))
     }
 
-    /// Returns the place of the dataset with this key.
     fn place(&self, key: &Key) -> Place {
         let mut kept = locked(&self.places);
         // Old datasets are dropped first, because both may not fit in memory.
@@ -173,10 +172,11 @@ impl Datasets {
         place
     }
 
-    /// Returns the faults of each of these recordings. Faults are searched once; other threads that ask meanwhile wait.
+    /// Returns the faults of each of these recordings. Each recording is searched once, by one thread; other threads wait for
+    /// it.
     ///
     /// # Errors
-    /// [`Cancelled`] if the answer is no longer wanted. Faults that were found by then are kept.
+    /// [`Cancelled`] if the answer is no longer wanted. Faults that were found before are kept.
     pub fn faults(
         &self,
         recordings: &RecordingSet,
@@ -189,7 +189,7 @@ impl Datasets {
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
         let are_same =
             before.len() == all.len() && before.iter().zip(&all).all(|(own, of)| own.is(of, range));
-        // The load cases of a table are judged together.
+        // All load cases of a table are judged together.
         let mut of_tables = match !are_same && all.iter().any(|own| own.is_static()) {
             true => faults_of(&all.iter().map(|own| &***own).collect::<Vec<_>>(), range),
             false => Vec::new(),
@@ -280,7 +280,7 @@ impl Dataset {
         entries.filter(|(entry, _)| entry.role == Role::Train).map(|(_, group)| *group).collect()
     }
 
-    /// Returns what is left out in turn.
+    /// Returns the description of the parts that are left out in turn.
     pub fn cross_validation(&self) -> CrossValidation {
         self.folds.cross_validation(self.groups.by)
     }
@@ -294,7 +294,7 @@ impl Dataset {
         }
     }
 
-    /// Returns a dataset that keeps no conventional loads, as with many samples.
+    /// Drops the conventional loads, as a dataset with many samples does.
     #[cfg(test)]
     pub fn with_loads_made(self) -> Self {
         Self { loads: None, ..self }
@@ -335,29 +335,29 @@ impl Dataset {
         self.coverage.get_or_init(|| Coverage::of(&self.entries, axes))
     }
 
-    /// Returns the state of the rig by the training recordings; `None` if no load moves.
+    /// Returns the state of the rig according to the training recordings; `None` if no load moves.
     pub fn rig(&self) -> Option<&RigReport> {
         let training = || in_role(&self.entries, Role::Train);
         let made = || RigReport::of(&training(), &self.full_scale, &Progress::default());
         self.rig.get_or_init(|| made().ok().flatten()).as_ref()
     }
 
-    /// Returns the finding that gauges and reference of the training recordings differ in time; `None` if that does not matter.
+    /// Returns the finding that gauges and reference of the training recordings differ in time. Returns `None` if the
+    /// difference does not matter.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub fn lag(&self, progress: &Progress) -> Result<Option<&Finding>, Cancelled> {
         if self.lag.get().is_none() {
-            // Two threads may both measure it; they find the same.
+            // If two threads measure the lag at the same time, they find the same.
             let found = lag(&in_role(&self.entries, Role::Train), progress)?;
             self.lag.get_or_init(|| found);
         }
         Ok(self.lag.get().and_then(Option::as_ref))
     }
 
-    /// Returns the finding of [`Self::lag`] where these features would describe the lag as hysteresis.
-    ///
-    /// A fixed lag describes it as what it is.
+    /// Returns the finding of [`Self::lag`] if these features would describe the lag as hysteresis. A fixed lag describes it
+    /// as a lag.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -395,7 +395,7 @@ impl Dataset {
         }
     }
 
-    /// Returns a calibration without the compensated map and its scores.
+    /// Returns a calibration that has no compensated map and no scores.
     pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
         let layout = self.key.recordings.layout();
         if settings.full_scale.len() > layout.axes.len() {
@@ -436,7 +436,7 @@ impl Dataset {
         let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
         let history_step_secs = match settings.history_rate_hz {
             0.0 => history_step_by_rate(rate_hz),
-            // Rounding of a clock must not drop a sample.
+            // The small reduction keeps clock rounding from dropping a sample.
             rate_hz => (1.0 - 1e-6) / rate_hz,
         };
         let limits = self.largest.iter().enumerate().map(|(axis, largest)| {
@@ -444,7 +444,8 @@ impl Dataset {
             entered.unwrap_or(BEYOND_TRAINING * largest)
         });
         features.distance = features.distance.effective(&layout.axes);
-        let conventional = self.conventional.as_ref().expect("fitting has prepared it");
+        let conventional =
+            self.conventional.as_ref().expect("a fit prepares the conventional calibration");
         Ok(Calibration {
             format: FORMAT.to_owned(),
             version: VERSION,
@@ -494,7 +495,7 @@ impl Dataset {
             .collect()
     }
 
-    /// Scores a complete calibration, sample by sample, on the recordings whose reference has its axes.
+    /// Scores a complete calibration sample by sample, on the recordings whose reference has its axes.
     pub fn score_applied(
         &self,
         past: &[Past],
@@ -589,7 +590,7 @@ fn gap_secs(training: &[&Recording]) -> Option<f64> {
     gaps.filter(|gap| gap.is_finite()).reduce(f64::max)
 }
 
-/// Returns the valid range of each gauge, minus its tare, for recordings without their faulty samples; empty if it is
+/// Returns the valid range of each gauge minus its tare, from recordings without their faulty samples. Empty if it is
 /// unknown.
 fn gauge_limits(training: &[&Recording]) -> Vec<(Option<f64>, Option<f64>)> {
     let mut limits: Vec<(Option<f64>, Option<f64>)> = Vec::new();
@@ -629,7 +630,7 @@ mod tests {
         drop(preparing);
     }
 
-    /// A question that waited for the other preparation would wait forever here.
+    /// A question that waited for the preparation of other data would wait forever in this test.
     #[test]
     fn a_question_about_other_data_does_not_wait_for_a_preparation() {
         let datasets = Datasets::default();

@@ -7,13 +7,13 @@ use crate::questions::thresholds::{GridError, NoSuggestion};
 
 /// Reason why there is no analysis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum AnalysisError {
     #[error(
         "the recordings are load cases without times, so there are no past samples; record over time, with a column t"
     )]
     NoTimes,
-    #[error("no recording is loaded; open a file, or the built-in sensor")]
+    #[error("no recording is loaded; open a file or the built-in sensor")]
     NoRecordings,
     #[error(
         "no recording is in the train role; give one the role Train, or open a calibration to apply"

@@ -30,7 +30,7 @@ impl Dataset {
         Ok(fits.iter().map(|found| self.map_of(&design, found)).collect())
     }
 
-    /// Returns the map with these coefficients beside the conventional ones.
+    /// Returns the linear map with these coefficients on top of the conventional ones.
     pub fn map_of(&self, design: &Design, coefficients: &[f64]) -> LinearMap {
         LinearMap::new(design.columns(), self.map.corrected(design, coefficients))
     }

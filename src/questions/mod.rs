@@ -1,4 +1,4 @@
-//! Questions about recordings, one folder each: the numbers, the question (`query.rs`), and its tables and figures
+//! Questions about recordings. Each has a folder with its numbers, the question (`query.rs`), and its tables and figures
 //! (`shown.rs`). Code that several questions share lies beside the folders.
 
 mod auxiliary_inputs;

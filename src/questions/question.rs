@@ -6,15 +6,15 @@ use crate::progress::{Cancelled, Progress};
 use crate::questions::error::AnalysisError;
 use crate::questions::loops::LookError;
 
-/// Age below which a run may finish although a newer question has arrived, so that a moving slider shows results.
+/// Age up to which a run may continue after a newer question arrives, so that a moving slider shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
-/// Reason why a question has no answer.
+/// Reason why a question was not answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unanswered {
     /// The user stopped the work.
     Cancelled,
-    /// A sentence with the reason.
+    /// One sentence.
     Because(String),
 }
 
@@ -24,24 +24,24 @@ impl From<Cancelled> for Unanswered {
     }
 }
 
-/// A question that takes time to answer. Two equal questions have the same answer.
+/// A question whose answer takes time to compute. Equal questions have equal answers.
 pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     /// Answer of the question.
     type Answer: Send + 'static;
     /// Data that are kept for the next question.
     type Cache: Default;
 
-    /// Time that a run which has shown a partial answer may continue when a newer question arrives; see [`PATIENCE`].
+    /// Age up to which a run that has shown a partial answer may continue after a newer question arrives; see [`PATIENCE`].
     const PATIENCE_ONCE_SHOWN: Duration = PATIENCE;
 
     /// Shortest interval between partial answers after the first.
     const PARTS_INTERVAL: Duration = Duration::from_secs(1);
 
-    /// True for work that the user starts and waits for: the status line shows it, and a notice with this name reports a
-    /// failure. Other questions are asked by a pane, which shows the reason itself.
+    /// Name of work that the user starts and waits for. The status line shows the work, and a notice with this name reports a
+    /// failure. `None` for questions of a pane, which shows the reason itself.
     const BEGUN_BY_USER: Option<&'static str> = None;
 
-    /// Returns the name of the work, as the window shows it.
+    /// Returns the name of the work for the window.
     fn title(&self) -> String;
 
     /// Returns true if an answer to the other question may stay on screen until this one is answered.
@@ -52,7 +52,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
     /// Computes the answer.
     ///
     /// # Errors
-    /// [`Unanswered`] if there is no answer.
+    /// [`Unanswered`] if there is none.
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self>;
 }
 
@@ -61,7 +61,7 @@ pub type Answered<Q> = Result<<Q as Query>::Answer, Unanswered>;
 
 /// Context in which a question is answered.
 pub struct Work<'a, Q: Query> {
-    /// Data that earlier questions left.
+    /// Data that earlier questions have left.
     pub cache: &'a mut Q::Cache,
     /// Progress of the work.
     pub progress: &'a Progress,

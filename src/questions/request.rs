@@ -16,13 +16,13 @@ pub struct Request {
     pub recordings: Arc<RecordingSet>,
     /// Settings of the fit.
     pub settings: FitSettings,
-    /// Recordings whose traces are made.
+    /// Recordings whose traces are requested.
     pub view: View,
     /// Calibration to apply instead of fitting. `settings` then only gives the decimation.
     pub calibration: Option<Arc<Calibration>>,
-    /// True if that calibration was trained on these very recordings, so that its own scores apply.
+    /// True if the calibration was trained on these recordings, so that its own scores apply.
     pub trained: bool,
-    /// Factory calibration of the sensor. Its conventional matrix gives one more trace; see
+    /// Factory calibration of the sensor. Its conventional matrix gives another trace; see
     /// [`read_factory`](crate::questions::errors::factory::read_factory).
     pub factory: Option<Arc<Calibration>>,
     /// Datasets that are shared with other questions about the same recordings.

@@ -1,4 +1,4 @@
-//! Time until the gauges of a recording have moved far enough to determine the state of a play operator.
+//! Distance that the gauges of a recording have moved, which determines when the state of a play operator is known.
 
 use crate::features::GaugeScale;
 use crate::min_max::MinMax;
@@ -15,7 +15,7 @@ pub(crate) struct Travels {
 }
 
 impl Travels {
-    /// Follows every gauge of the training recordings.
+    /// Measures the travel of every gauge of the training recordings.
     pub fn of(data: &Dataset, scale: &GaugeScale) -> Self {
         let n_groups = data.groups.of.iter().max().map_or(0, |last| last + 1);
         let mut groups = vec![Vec::new(); n_groups];
@@ -39,7 +39,7 @@ impl Travels {
         Self { groups }
     }
 
-    /// Returns the largest share of a group's samples before the gauges have moved this distance (σ). Gauges are weighted by
+    /// Returns the largest share of a group's samples before its gauges have moved this distance (σ). Gauges are weighted by
     /// their motion in the group.
     pub fn unknown(&self, travel: f64) -> f64 {
         let of_group = |gauges: &Vec<(Vec<f32>, f64)>| {

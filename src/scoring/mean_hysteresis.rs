@@ -11,8 +11,10 @@ use crate::scoring::loops::{Loop, Loops, default_reversal_threshold};
 /// Minimum number of reversals for a reliable mean.
 pub const FEWEST_REVERSALS: usize = 10;
 
+/// Hysteresis of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AxisHysteresis {
+    /// The axis.
     pub axis: Axis,
     /// Mean loop width over the cycles, in the unit of F_th; `None` without a cycle.
     pub mean_width: Option<f64>,
@@ -22,6 +24,7 @@ pub struct AxisHysteresis {
     pub reversal_threshold: f64,
 }
 
+/// Mean hysteresis of a sensor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MeanHysteresis {
     /// Mean over the axes with cycles, in the unit of F_th; `None` without any cycle.
@@ -37,6 +40,7 @@ pub struct MeanHysteresis {
 /// **Shapes** `reference` is `n × n_axes`, row-major.
 #[derive(Clone, Copy)]
 pub struct HysteresisRun<'a> {
+    /// Reference load.
     pub reference: &'a [f64],
     /// Returns the conventional load of each sample on the axis with this index.
     pub conventional: &'a dyn Fn(usize) -> Vec<f64>,

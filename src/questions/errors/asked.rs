@@ -1,4 +1,4 @@
-//! The main question of the window: fit, scores and traces.
+//! Main question of the window: fit, scores and traces.
 
 use std::sync::Arc;
 use std::time::Duration;

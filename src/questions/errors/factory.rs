@@ -1,7 +1,7 @@
-//! The factory calibration of the sensor beside the fitted one: one more load, trace and row of errors.
+//! The factory calibration of the sensor beside the fitted one: another load, trace and row of errors.
 //!
-//! Guarantees: the gauges are those of the recordings, by name. The axes are those of the analysis; an axis that the factory
-//! calibration lacks has neither trace nor error.
+//! Guarantees: the gauges are matched with the recordings by name. The axes are those of the analysis; an axis that the
+//! factory calibration lacks has neither trace nor error.
 //!
 //! A factory matrix has no offset, because a sensor is tared before use. Its mean error over the training recordings is
 //! subtracted instead, one number per axis for all recordings.
@@ -14,8 +14,8 @@ use crate::calibration::{Calibration, CalibrationError, FactoryScores, loads_fro
 use crate::export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration};
 use crate::recording::{Axis, Entry, Recording, Role};
 
-/// Reads a calibration to compare with, as [`Request::factory`](crate::questions::Request::factory) uses it. A calibration
-/// that knows its gauges only by their order (an ATI-style `.cal`) gets these names.
+/// Reads a calibration to compare with, for [`Request::factory`](crate::questions::Request::factory). A file that lists its
+/// gauges by position only (an ATI-style `.cal`) gets these names.
 ///
 /// # Errors
 /// [`ReadCalibrationError`] if the file cannot be read.
@@ -30,7 +30,7 @@ pub fn read_factory(
     Ok(calibration)
 }
 
-/// Loads by the factory calibration, for all recordings.
+/// Loads that the factory calibration computes, for all recordings.
 #[derive(Debug)]
 pub(crate) struct Factory {
     /// Loads of each recording, `n × n_axes` row-major with the axes of the factory calibration.
@@ -133,7 +133,7 @@ mod tests {
     use crate::questions::request::Request;
     use crate::recording::{RecordingSet, Source};
 
-    /// Six gauges; each shows half of its own load plus 3. The axes of the recording are Fz and Mx.
+    /// Six gauges, each of which reads half of its own load plus 3. The axes of the recording are Fz and Mx.
     fn set() -> Arc<RecordingSet> {
         let mut set = RecordingSet::default();
         for (name, role) in [("a", Role::Train), ("b", Role::Train), ("c", Role::Test)] {

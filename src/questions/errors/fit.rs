@@ -19,24 +19,25 @@ use crate::scoring::left_out::{LeftOut, shares_of_blocks};
 use crate::scoring::metrics;
 use crate::scoring::part_squares::PartSquares;
 
-/// Largest size of sums that are kept for the next thresholds (bytes).
+/// Maximum size of the sums that are kept for the next thresholds (bytes).
 const MOST_KEPT_BYTES: usize = 1 << 26;
 
 /// Sums of all recordings on the columns of one design.
 pub(crate) struct Sums {
-    /// One list per recording, one entry per piece.
+    /// Sums by recording and piece.
     pub of_recordings: Vec<Vec<NormalEquations>>,
     pub train: NormalEquations,
     pub test: NormalEquations,
     /// Training sums of the parts that cross-validation leaves out.
     pub parts: Vec<NormalEquations>,
-    /// Sums for the scores of fits without a part, if they differ: blocks of a recording, each with its own history.
+    /// Sums on which fits without a part are scored, if they differ from the part's own: blocks of a recording, each with its
+    /// own history.
     pub cold: Option<Vec<NormalEquations>>,
 }
 
 /// Results of a linear fit beside the calibration.
 pub(crate) struct LinearFit {
-    /// Errors of each recording: conventional, compensated.
+    /// Errors of each recording.
     pub errors: Vec<Option<Errors>>,
     /// Ridge shares of each axis.
     pub shares: Vec<Vec<f64>>,
@@ -68,7 +69,7 @@ impl Dataset {
         Sums { of_recordings, train, test, parts, cold }
     }
 
-    /// Returns the sums of the parts with a history that restarts in each part; `None` if it restarts anyway.
+    /// Returns the sums of the parts with a history that restarts in each part; `None` if the history restarts anyway.
     fn cold_parts(
         &self,
         design: &Design,
@@ -92,8 +93,8 @@ impl Dataset {
         Some(parts)
     }
 
-    /// Returns one list per recording with one entry per piece. If only thresholds changed, only the columns of the
-    /// look-backs are summed again; the result is identical to the bit.
+    /// Returns the sums by recording and piece. If only thresholds changed, only the columns of the look-backs are summed
+    /// again, with a result that is identical to the bit.
     fn sums_of_recordings(
         &self,
         design: &Design,
@@ -133,7 +134,7 @@ impl Dataset {
         sums
     }
 
-    /// Returns the training sums by recording, if there are at least two. Blocks of the same recording are too similar to
+    /// Returns the training sums by recording; `None` for a single recording. Blocks of one recording are too similar to
     /// choose the strength of a ridge.
     pub fn recordings_left_out(
         &self,
@@ -148,7 +149,7 @@ impl Dataset {
                 Some(whole)
             })
             .collect();
-        (whole.len() == 2).then_some(whole) // two groups of more recordings are left out whole anyway
+        (whole.len() == 2).then_some(whole) // with more recordings, the parts are whole recordings anyway
     }
 
     /// Fits the compensated map from sums alone.
@@ -177,7 +178,7 @@ impl Dataset {
         let Sums { of_recordings, train, test, parts, cold } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
-        // Only an automatic ridge needs the sums of all parts, and this function runs at every slider step.
+        // Only an automatic ridge needs the sums of all parts. This function runs at every step of a slider.
         let whole = match ridge {
             RidgeChoice::Strength(_) => None,
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
@@ -195,7 +196,7 @@ impl Dataset {
         let none = vec![0.0; design.n_columns() * n_axes];
         let mut found = fit_targets(train, terms(&all), &shares);
         if found.rank == fit(train, terms(&present), Ridge::None).rank {
-            // No past sample differs: the compensated map is the conventional map, to the bit.
+            // If no past sample differs, the compensated map is the conventional map, to the bit.
             found.coefficients.clone_from(&none);
         }
         let matrix = self.map.corrected(&design, &found.coefficients);
@@ -244,7 +245,7 @@ impl Dataset {
     }
 }
 
-/// Returns the number of free coefficients on the axis with the most, by the ridge shares of each axis.
+/// Returns the effective number of coefficients of the axis that has the most.
 fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     let mut different: Vec<&Vec<f64>> = Vec::new();
     for own in shares {
@@ -256,7 +257,7 @@ fn free(train: &NormalEquations, shares: &[Vec<f64>]) -> Option<f64> {
     free.max_by(f64::total_cmp)
 }
 
-/// The chosen ridge.
+/// Result of choosing the ridge.
 struct Chosen {
     /// Weakest nonzero strength for each axis.
     strengths: Vec<f64>,
@@ -297,7 +298,7 @@ impl Chosen {
         }
     }
 
-    /// Chooses a strength for each group of blocks; like [`Self::alike`] if there is nothing to compare.
+    /// Chooses a strength for each group of blocks. Returns [`Self::alike`] if there is nothing to compare.
     fn by_group(left_out: &LeftOut<'_>, design: &Design, groups: &[Vec<usize>]) -> Self {
         let own = design.blocks().into_iter().map(|own| (own.description, own.columns));
         let (names, blocks): (Vec<String>, Vec<Vec<usize>>) = own.unzip();
@@ -308,7 +309,7 @@ impl Chosen {
             |block: &Vec<usize>| groups.iter().position(|group| group.contains(&block[0]));
         let of_blocks = |own: &Vec<Option<f64>>| -> Vec<Option<f64>> {
             let groups = blocks.iter().map(group_of);
-            groups.map(|group| own[group.expect("a block is in a group")]).collect()
+            groups.map(|group| own[group.expect("every block belongs to a group")]).collect()
         };
         let chosen: Vec<Vec<Option<f64>>> = chosen.iter().map(of_blocks).collect();
         let shares = |own: &Vec<_>| shares_of_blocks(design.n_columns(), &blocks, own);
@@ -430,7 +431,7 @@ mod tests {
         assert_as_refits(&[8, 7, 9], &[0, 1, 2]);
     }
 
-    /// The slow way: a fit to the other groups for each group.
+    /// Expected errors come from a fit to the other groups for each group.
     #[test]
     fn errors_of_left_out_groups_are_those_of_fits_without_them() {
         let recordings = recordings(&[60, 50, 70, 40, 55], &[0, 1, 2, 3, 4]);

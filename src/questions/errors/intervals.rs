@@ -50,9 +50,9 @@ impl OnScreen {
     }
 }
 
-/// Returns all samples of every recording from `from_secs` to `to_secs` on the recording's own clock.
+/// Returns the samples of every recording from `from_secs` to `to_secs` on the recording's own clock.
 ///
-/// `decimation` is that of the fit. Recordings without such a sample are left out.
+/// `decimation` is that of the fit. Recordings without a sample in this interval are left out.
 pub fn intervals_within<'a>(
     recordings: impl Iterator<Item = &'a Recording>,
     decimation: usize,

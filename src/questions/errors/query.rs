@@ -18,7 +18,7 @@ use crate::same::Shared as _;
 /// Result of an analysis.
 #[derive(Clone, Debug)]
 pub struct Analysis {
-    /// Calibration, fitted or applied. The `quality` of an applied calibration is that on the loaded recordings.
+    /// Calibration, fitted or applied. The `quality` of an applied calibration is its quality on the loaded recordings.
     pub calibration: Arc<Calibration>,
     /// True if the calibration was fitted to these recordings.
     pub fitted: bool,
@@ -32,7 +32,7 @@ pub struct Analysis {
     pub traces: Arc<TraceSet>,
     /// Time that the analysis took.
     pub elapsed: Duration,
-    /// True for a preview on some of the samples, until the analysis of all samples is done.
+    /// Number of samples that a preview uses; `None` for a complete analysis.
     pub preview_of: Option<usize>,
 }
 
@@ -51,7 +51,7 @@ pub struct RecordingResult {
     pub share_with_past: Option<f64>,
 }
 
-/// Analyses a request once, without a cache.
+/// Analyses a request without a cache.
 ///
 /// # Errors
 /// [`AnalysisError`] if the request cannot be met.
@@ -59,7 +59,7 @@ pub fn analyse(request: &Request, progress: &Progress) -> Result<Analysis, Analy
     Analyst::default().analyse(request, progress)
 }
 
-/// Analyses requests, and keeps data that a moved threshold does not change.
+/// Analyses requests, and keeps the data that a moved threshold does not change.
 #[derive(Debug, Default)]
 pub struct Analyst {
     data: Option<Arc<Dataset>>,
@@ -153,8 +153,8 @@ impl Analyst {
         })
     }
 
-    /// Returns a preview on some of the samples, with the unchanged traces; `None` for few samples, for samples that were not
-    /// analysed before, and if a preview would take as long.
+    /// Returns a preview on some of the samples, with the unchanged traces. Returns `None` if there are few samples, if they
+    /// were not analysed before, or if a preview would take as long.
     fn preview(
         &mut self,
         data: &Dataset,
@@ -192,7 +192,7 @@ impl Analyst {
         })
     }
 
-    /// Returns the data of a request. Data of other requests are dropped.
+    /// Returns the data of a request, and drops the data of other requests.
     fn data(
         &mut self,
         request: &Request,
@@ -275,7 +275,7 @@ mod tests {
         Request { view: View::All, ..Request::fit(Arc::new(simulated::recordings(5)), settings) }
     }
 
-    /// Returns an analysis as of more samples than can be stored.
+    /// Returns an analysis that behaves as if its samples were too many to store.
     fn of_many(request: &Request) -> (Analyst, Dataset, Analysis) {
         let progress = Progress::default();
         let data = Dataset::prepare(&request.key(), &progress).unwrap();
@@ -365,7 +365,7 @@ mod tests {
             assert!(off < 0.02 * exact + 0.5 * moved, "{preview} for {exact}");
         }
         let (shown, traces) = (&preview.traces, &exact.traces);
-        assert!(Arc::ptr_eq(&shown.times, &traces.times), "what is zoomed into stays");
+        assert!(Arc::ptr_eq(&shown.times, &traces.times), "the zoomed range stays");
         let n = shown.times.len();
         for (shown, traces) in shown.axes.iter().zip(&traces.axes) {
             assert!(Arc::ptr_eq(&shown.conventional, &traces.conventional));

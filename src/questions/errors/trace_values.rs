@@ -1,4 +1,4 @@
-//! Values of traces: columns of existing tables, or loads that are computed where the user looks.
+//! Values of traces: columns of existing tables, or loads that are computed for the visible samples.
 
 use std::fmt;
 use std::ops::Range;
@@ -44,7 +44,7 @@ impl Table {
 /// A column of a table, with the table's width.
 pub(crate) type Column = (Table, usize, usize);
 
-/// One column of the tables of all recordings on screen, end to end.
+/// One column of all recordings on screen, end to end.
 #[derive(Debug)]
 pub(crate) struct Columns {
     pub segments: Arc<[Segment]>,
@@ -52,8 +52,8 @@ pub(crate) struct Columns {
     pub columns: Vec<Column>,
 }
 
-/// Passes the parts of `samples` to `take`, each with the position of its segment, its own samples, and its start within
-/// `samples`.
+/// Passes the parts of `samples` to `take`, each with the index of its segment, its samples within the segment, and its start
+/// within `samples`.
 fn by_segment(
     segments: &[Segment],
     samples: Range<usize>,
@@ -94,20 +94,20 @@ impl Values for Columns {
 
 /// Number of samples whose loads are computed at a time.
 const BLOCK: usize = 4096;
-/// Maximum number of blocks that are kept, more than a picture shows sample by sample.
+/// Maximum number of blocks that are kept: more than a plot shows sample by sample.
 const KEPT: usize = 64;
 
 /// Loads of one block, axis after axis.
 type Block = Arc<[f64]>;
 
-/// Loads of too many samples to keep. The newest blocks are kept, others are computed when needed.
+/// Loads of more samples than can be kept. The newest blocks are kept, others are computed when needed.
 pub(crate) struct Made {
     segments: Arc<[Segment]>,
     /// Source of the loads of each segment.
     recordings: Vec<Arc<Recording>>,
     calibration: Calibration,
     design: Design,
-    /// Past samples by recording; without them, the loads are the conventional ones.
+    /// Past samples by recording. Without them, the loads are the conventional ones.
     past: Option<Arc<Vec<Past>>>,
     kept: Vec<Mutex<Option<(usize, Block)>>>,
 }
@@ -118,7 +118,7 @@ impl fmt::Debug for Made {
     }
 }
 
-/// One axis of these loads.
+/// One axis of computed loads.
 #[derive(Debug)]
 pub(crate) struct MadeAxis {
     pub made: Arc<Made>,
@@ -126,7 +126,7 @@ pub(crate) struct MadeAxis {
 }
 
 impl Made {
-    /// Returns the conventional loads, or the compensated ones if past samples are given.
+    /// Returns the conventional loads, or the compensated loads if past samples are given.
     ///
     /// For compensated loads, the calibration must be [quick anywhere](Calibration::is_quick_anywhere).
     pub fn new(

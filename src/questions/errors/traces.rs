@@ -76,7 +76,7 @@ pub struct TraceSet {
     pub is_static: bool,
     /// Past samples by recording; see [`Self::past_of`].
     past: Arc<Vec<Past>>,
-    /// Number of samples that each past sample stands for; more than one in a preview.
+    /// Number of samples that each past sample represents; more than one in a preview.
     each: usize,
     /// Intervals without a past sample, if there is a look-back.
     pub without_past: Arc<[Range<usize>]>,
@@ -162,7 +162,7 @@ impl TraceSet {
         self.distances(k, j..j + 1)[0]
     }
 
-    /// Returns d(k, j) for each of the samples `j`.
+    /// Returns d(k, j) for each sample `j` in `samples`.
     pub fn distances(&self, k: usize, samples: Range<usize>) -> Vec<f64> {
         let mut sums = vec![0.0; samples.len()];
         for (axis, weight) in self.axes.iter().zip(&self.weights) {
@@ -180,7 +180,7 @@ impl TraceSet {
     }
 }
 
-/// Part of the traces that does not depend on the thresholds.
+/// Part of the traces that does not depend on thresholds.
 #[derive(Debug)]
 pub(crate) struct FixedTraces {
     view: View,
@@ -193,11 +193,11 @@ pub(crate) struct FixedTraces {
 #[derive(Debug)]
 struct FixedAxis {
     truth: Option<Arc<dyn Values>>,
-    /// Traces of the axis; the compensated load is still the conventional one.
+    /// Traces of the axis. The compensated load is still the conventional one.
     traces: AxisTraces,
 }
 
-/// Takes the next trace, if there is one.
+/// Returns the next trace, if `is_there`.
 fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
     series.by_ref().take(usize::from(is_there)).next().map(Arc::new)
 }
@@ -287,7 +287,7 @@ impl FixedTraces {
         })
     }
 
-    /// Adds the part that depends on past samples.
+    /// Adds the traces that depend on past samples.
     pub(crate) fn with_past(
         &self,
         data: &Dataset,
@@ -352,7 +352,8 @@ impl FixedTraces {
         Ok(self.with_moving(moving, calibration, past, 1))
     }
 
-    /// Adds the past like [`Self::with_past`], for every `each`-th sample of each recording, which stands for those after it.
+    /// Adds the traces like [`Self::with_past`], from every `each`-th sample of each recording, which represents the samples
+    /// after it.
     pub(crate) fn preview(
         &self,
         thinned: &Dataset,
@@ -368,7 +369,7 @@ impl FixedTraces {
             })
             .collect();
         let n = self.times.len();
-        // Position of the recording on screen and sample within it, for each run of samples that shares a value.
+        // For each run of samples with the same value: the recording's index on screen, and the sample within it.
         let runs: Vec<(usize, usize)> = (0..n)
             .step_by(each)
             .map(|k| {
@@ -433,7 +434,7 @@ impl FixedTraces {
     }
 }
 
-/// Part of an axis that depends on past samples.
+/// Traces of an axis that depend on past samples.
 struct Moving {
     compensated: Arc<Series>,
     error: Option<Arc<Series>>,
@@ -451,7 +452,7 @@ fn tables(
         .collect()
 }
 
-/// Axes of loads that are computed when needed.
+/// Returns the axes of loads that are computed when needed.
 fn made(
     segments: &Arc<[Segment]>,
     data: &Dataset,

@@ -1,4 +1,4 @@
-//! The expected error as a question.
+//! Question for the expected error.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::questions::request::Request;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// Asks for the expected error of the calibration on screen.
+/// Question for the expected error of the calibration on screen.
 #[derive(Clone, Debug)]
 pub struct AskExpectedError {
     /// The recordings with their roles.

@@ -1,6 +1,7 @@
-//! Limits that a calibration must keep: a maximum of the expected error, of the RMSE and of the loop width, for every axis or for each.
+//! Limits that a calibration must keep: a maximum of the expected error, the RMSE and the loop width, for all axes or for
+//! each.
 //!
-//! Guarantees: a figure that is not known does not pass; an unknown name is refused, with the known ones.
+//! Guarantees: an unknown figure does not pass. An unknown name is an error that lists the known ones.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -38,7 +39,7 @@ impl Limited {
 
 /// Measured figures that are compared with limits.
 pub struct Measured<'a> {
-    /// Axes of the calibration, each with its full scale, 0 where there is none.
+    /// Axes of the calibration, each with its full scale; 0 if there is none.
     pub axes: &'a [(Axis, f64)],
     /// Scores of the calibration.
     pub quality: &'a Quality,
@@ -49,7 +50,7 @@ pub struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// Returns a figure of the axis at this place, in its unit, or why it is not known.
+    /// Returns a figure of the axis at this index, in its unit, or the reason why it is unknown.
     fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
         match figure {
             Limited::ExpectedError => {
@@ -81,7 +82,7 @@ enum Bound {
     Load(f64),
 }
 
-/// All limits of a file: by figure, for every axis (`None`) or for one.
+/// All limits of a file: figure, axis (`None` for all axes), and maximum.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 
@@ -92,7 +93,7 @@ pub struct Checked {
     pub figure: Limited,
     /// The axis.
     pub axis: Axis,
-    /// Value of the figure, in `unit`; `None` where it is not known.
+    /// Value of the figure, in `unit`; `None` if it is unknown.
     pub value: Option<f64>,
     /// Maximum, in `unit`.
     pub limit: f64,
@@ -155,11 +156,11 @@ impl Limits {
     ///
     /// ```toml
     /// expected_error = 1.0                      # at most 1 % of full scale, every axis
-    /// loop_width = { Fx = 0.5, Fz = "0.2 N" }   # each axis its own, or in N and N·m
+    /// loop_width = { Fx = 0.5, Fz = "0.2 N" }   # one maximum per axis, in % or in N and N·m
     /// ```
     ///
     /// # Errors
-    /// [`TomlError`] if it cannot be read, or has a figure that is not known.
+    /// [`TomlError`] if the file cannot be read, or has an unknown figure.
     pub fn read(path: &Path) -> Result<Self, TomlError> {
         read_toml(path, "a list of limits", Self::from_toml)
     }
@@ -187,12 +188,12 @@ impl Limits {
         Ok(Self(limits))
     }
 
-    /// Returns true if loops have to be measured for these limits.
+    /// Returns true if these limits need measured loops.
     pub fn ask_for_loops(&self) -> bool {
         self.0.iter().any(|(figure, ..)| *figure == Limited::LoopWidth)
     }
 
-    /// Returns the outcome of each limit on each axis that it is for.
+    /// Returns the outcome of each limit on each of its axes.
     pub fn check(&self, measured: &Measured<'_>) -> Vec<Checked> {
         let of_limit = |(figure, axis, bound): &(Limited, Option<Axis>, Bound)| {
             let (all, figure, bound) = (measured.axes.iter(), *figure, *bound);
@@ -200,7 +201,7 @@ impl Limits {
                 axis.map_or_else(|| all.map(|own| own.0).collect(), |own| vec![own]);
             axes.into_iter().map(move |axis| {
                 let at = measured.axes.iter().position(|own| own.0 == axis);
-                let value = at.ok_or_else(|| "the calibration has no such axis".to_owned());
+                let value = at.ok_or_else(|| "the calibration does not have this axis".to_owned());
                 let value = value.and_then(|at| {
                     let value = measured.of(figure, at)?;
                     match (bound, measured.axes[at].1) {

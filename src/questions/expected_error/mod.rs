@@ -1,10 +1,10 @@
-//! The expected error of a calibration: per axis the value within which 95 % of the held-out errors lie.
+//! The expected error of a calibration: for each axis, the value within which 95 % of the held-out errors lie.
 //!
-//! Held-out errors are those on groups of training recordings, each predicted by a fit to the other groups, and those on test
+//! Held-out errors are those of groups of training recordings, each predicted by a fit to the other groups, and those of test
 //! recordings. The larger of the two values counts.
 //!
-//! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups there is a reason in place of a value; what was recorded, and what the value does
-//! not cover, always stands beside it.
+//! Guarantees: with fewer than [`MIN_GROUPS`](rule::MIN_GROUPS) groups, there is a reason in place of a value. Each value
+//! comes with the loads, groups and samples that it is based on, and with the conditions that it does not cover.
 
 pub mod asked;
 pub mod limits;

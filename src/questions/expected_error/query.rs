@@ -14,13 +14,13 @@ use crate::recording::{Axis, Entry, RecordingSet, Role};
 /// Maximum number of samples whose errors are kept for each axis.
 pub(crate) const KEPT: usize = 200_000;
 
-/// Returns the expected error of a calibration, or why there is none.
+/// Returns the expected error of a calibration, or the reason why there is none.
 ///
-/// A fitted linear calibration is fitted again without each group. A network or a kernel has been when it was trained. A calibration that
-/// was not fitted to these recordings keeps the expected error of its file.
+/// A fitted linear calibration is fitted again without each group. Networks and kernels were cross-validated during training.
+/// A calibration that was not fitted to these recordings keeps the expected error of its file.
 ///
 /// # Errors
-/// [`AnalysisError`] where the recordings cannot be used, or the work was cancelled.
+/// [`AnalysisError`] if the recordings cannot be used, or the work was cancelled.
 pub fn expected_error(
     request: &Request,
     calibration: &Calibration,
@@ -41,7 +41,7 @@ pub fn expected_error(
     Ok(data.expected_error(calibration, &past, left_out))
 }
 
-/// Returns a fitted calibration as it leaves the program: with its expected error and the files that it was fitted to.
+/// Completes a fitted calibration for export: adds its expected error and the files that it was fitted to.
 ///
 /// # Errors
 /// As [`expected_error`].
@@ -54,7 +54,7 @@ pub fn handed_over(
     Ok(handed_over_with(calibration.clone(), &expected, &request.recordings))
 }
 
-/// Returns a fitted calibration as it leaves the program, where its expected error is known already.
+/// Completes a fitted calibration for export, with a known expected error.
 pub(crate) fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
@@ -66,7 +66,7 @@ pub(crate) fn handed_over_with(
 }
 
 impl Dataset {
-    /// Returns the expected error of a calibration that was fitted to these recordings, or why there is none.
+    /// Returns the expected error of a calibration that was fitted to these recordings, or the reason why there is none.
     pub(crate) fn expected_error(
         &self,
         calibration: &Calibration,
@@ -130,7 +130,7 @@ impl Dataset {
             if !is_trained(entry) || progress.is_cancelled() {
                 continue;
             }
-            // Groups are left out whole, so a recording is one piece.
+            // Groups are left out as a whole, so a recording is one piece.
             own.compensated = Some(fits[pieces[0].fold].clone());
             let loads = own.compensated_loads(&entry.recording, past);
             errors.add(
@@ -141,7 +141,7 @@ impl Dataset {
         Ok(errors)
     }
 
-    /// Returns the errors that cross-validation of a network or a kernel left over of its parts.
+    /// Returns the held-out errors of a network or a kernel, from the residuals of its cross-validation.
     pub(crate) fn left_out_errors_of(
         &self,
         parts: &[Moments],
@@ -162,7 +162,7 @@ impl Dataset {
         Ok(errors)
     }
 
-    /// Returns every how many-th sample of these recordings is kept.
+    /// Returns the step by which the samples of these recordings are thinned to at most [`KEPT`].
     pub(crate) fn step_of(&self, is_meant: impl Fn(&Entry) -> bool) -> usize {
         let meant = self.entries.iter().filter(|entry| is_meant(entry));
         let n: usize = meant.map(|entry| entry.recording.n_samples()).sum();

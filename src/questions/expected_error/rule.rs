@@ -1,4 +1,4 @@
-//! Rule of the expected error: the errors that count, and the value that is stated.
+//! Rule of the expected error: the errors that count, and the resulting value.
 
 use crate::calibration::{AxisExpectedError, ExpectedError, HeldOut, NoCrossValidation};
 use crate::min_max::MinMax;
@@ -10,16 +10,17 @@ use crate::shown::counted;
 /// Share of the held-out errors that lie within the expected error.
 pub(crate) const SHARE: f64 = 0.95;
 
-/// Minimum number of groups that were left out, or of test recordings where nothing was left out.
+/// Minimum number of left-out groups, or of test recordings if no groups were left out.
 pub(crate) const MIN_GROUPS: usize = 3;
 
-/// Largest ratio of an axis' range to that of the axis of the same unit that moves most at which its errors say nothing.
+/// Largest ratio of an axis' range to the largest range of the axes with the same unit at which the axis has no expected
+/// error.
 pub(crate) const STANDS_STILL: f64 = 0.02;
 
-/// An axis counts as loaded above this share of its largest load.
+/// Share of an axis' largest load from which the axis counts as loaded.
 pub(crate) const LOADED: f64 = 0.1;
 
-/// Axes were loaded one at a time where more than one is loaded in less than this share of the loaded samples.
+/// Share of the loaded samples below which samples with several loaded axes do not count as combined loads.
 pub(crate) const COMBINED: f64 = 0.05;
 
 /// Magnitudes of held-out errors.
@@ -27,14 +28,14 @@ pub(crate) const COMBINED: f64 = 0.05;
 pub struct HeldOutErrors {
     /// Number of groups that were left out in turn, or of test recordings.
     pub n_groups: usize,
-    /// Number of samples, more than are kept in `sizes`.
+    /// Number of samples. `sizes` holds only a part of them.
     pub n_samples: u64,
-    /// Absolute errors of evenly spread samples, by axis, in its unit.
+    /// Absolute errors of evenly spread samples, for each axis in its unit.
     pub sizes: Vec<Vec<f64>>,
 }
 
 impl HeldOutErrors {
-    /// Returns no errors yet on this number of axes.
+    /// Returns an empty set of errors with this number of axes.
     pub fn new(n_axes: usize) -> Self {
         Self { sizes: vec![Vec::new(); n_axes], ..Self::default() }
     }
@@ -61,21 +62,21 @@ impl HeldOutErrors {
 pub struct Evidence<'a> {
     /// All recordings with their roles.
     pub entries: &'a [Entry],
-    /// Axes of the calibration, each with its full scale, 0 where there is none.
+    /// Axes of the calibration, each with its full scale; 0 if there is none.
     pub axes: &'a [(Axis, f64)],
-    /// Word for the groups that were left out, such as `recording` or `mount`.
+    /// Kind of the left-out groups.
     pub grouped_by: GroupedBy,
-    /// Errors on groups that were left out in turn, or why there are none.
+    /// Errors on left-out groups, or the reason why there are none.
     pub left_out: Result<HeldOutErrors, NoCrossValidation>,
     /// Errors on test recordings.
     pub tested: HeldOutErrors,
 }
 
 impl Evidence<'_> {
-    /// Returns the expected error, or why there is none.
+    /// Returns the expected error, or the reason why there is none.
     ///
     /// # Errors
-    /// A clause that names what is missing.
+    /// A clause with the reason.
     pub fn weighed(self) -> Result<ExpectedError, String> {
         let Evidence { entries, axes, grouped_by, left_out, mut tested } = self;
         let mut left_out = match left_out {
@@ -88,7 +89,7 @@ impl Evidence<'_> {
             && tested.n_groups < MIN_GROUPS
         {
             return Err(format!(
-                "{reason}. With {MIN_GROUPS} test recordings, their errors would give it (now {})",
+                "{reason}. {MIN_GROUPS} test recordings would give an expected error as well (now {})",
                 counted(tested.n_groups, "test recording")
             ));
         }
@@ -132,7 +133,7 @@ pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
     used.map(|entry| &*entry.recording)
 }
 
-/// Returns a sentence that names the conditions that the recordings do not cover.
+/// Returns a sentence that lists the conditions that the recordings do not cover.
 pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond those recorded".to_owned()];
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
@@ -150,14 +151,14 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
     if days.iter().flatten().count() < 2 {
         missing.push("another day".to_owned());
     }
-    let last = missing.pop().expect("there is always one");
+    let last = missing.pop().expect("the list has at least one entry");
     match missing.is_empty() {
         true => format!("Not covered: {last}."),
         false => format!("Not covered: {}, or {last}.", missing.join(", ")),
     }
 }
 
-/// Returns true if more than one axis is loaded in hardly any of the loaded samples.
+/// Returns true if hardly any loaded sample has more than one loaded axis.
 pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     let largest: Vec<f64> =
         load_ranges(used(entries), n_axes).into_iter().map(MinMax::magnitude).collect();
@@ -173,7 +174,7 @@ pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     loaded > 0 && (combined as f64) < COMBINED * loaded as f64
 }
 
-/// Returns true if all of several recordings go through the same loads at the same shares of their length.
+/// Returns true if there are several recordings and all go through the same loads at the same shares of their length.
 pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
     match recordings {
         [first, others @ ..] => !others.is_empty() && others.iter().all(|own| own.repeats(first)),
@@ -186,7 +187,7 @@ mod tests {
     use super::*;
     use crate::recording::Source;
 
-    /// Training recording of Fx and Fy; the loads are functions of the share of its length, 0 to 1.
+    /// Returns a training recording of Fx and Fy. Its loads are functions of the share of its length, 0 to 1.
     fn entry(name: &str, loads: impl Fn(f64) -> [f64; 2]) -> Entry {
         let n = 200;
         let times: Vec<f64> = (0..n).map(f64::from).collect();
@@ -231,8 +232,8 @@ mod tests {
         move |share| [10.0 * (7.0 * share + at).sin(), 10.0 * (5.0 * share + 2.0 * at).cos()]
     }
 
-    /// Of the sizes 0.01, 0.02 … 1.00 on each axis, 95 % are within 0.95. The errors on the test recordings are half as
-    /// large.
+    /// The errors on each axis are 0.01, 0.02 … 1.00, and 95 % of them are within 0.95. The errors on the test recordings are
+    /// half as large.
     #[test]
     fn the_larger_of_cross_validation_and_test_counts() {
         let entries: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();
@@ -276,9 +277,9 @@ mod tests {
         assert!(found.of_axis(Axis::Fy).unwrap_err().contains("Fy hardly moves"));
     }
 
-    /// Each condition is tested with recordings that meet it and with recordings that do not.
+    /// Tests each condition with recordings that meet it, and with recordings that do not.
     #[test]
-    fn what_the_recordings_do_not_show_is_named_and_nothing_else() {
+    fn conditions_that_are_not_covered_are_listed() {
         let one_at_a_time = |share: f64| match share < 0.5 {
             true => [10.0 * (12.0 * share).sin(), 0.0],
             false => [0.0, 10.0 * (12.0 * share).sin()],

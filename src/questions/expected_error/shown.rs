@@ -4,7 +4,7 @@ use crate::calibration::{AxisExpectedError, ExpectedError, NoCrossValidation};
 use crate::report::table::{Cell, Column, Table};
 use crate::scoring::numbers::significant;
 
-/// Returns a row per axis; what was held out stands in the note.
+/// Returns one row per axis. The note describes the held-out samples.
 pub fn expected_error_table(of: &ExpectedError) -> Table {
     let load = |own: &AxisExpectedError, value: Option<f64>, reason: &str| {
         let value = value.map(|value| (value, format!("{} {}", significant(value, 3), own.unit)));
@@ -32,7 +32,7 @@ pub fn expected_error_table(of: &ExpectedError) -> Table {
         .table("Expected error", of.notes().join(" "))
 }
 
-/// Returns the expected errors alone, to stand beside other errors of the same axes.
+/// Returns a table of the expected errors alone, for use beside other errors of the same axes.
 pub fn expected_error_column(of: &ExpectedError) -> Table {
     Table::of(&of.axes)
         .words("Axis", |own| own.axis.label())

@@ -41,8 +41,10 @@ impl fmt::Display for CoarseHistory {
     }
 }
 
-/// Returns the coarsest history whose fit costs less than 1 % of the error; if there is none, the finest that needs at most
-/// 64 kB on a controller. Returns `None` if all samples fit into 64 kB, or if a history rate is set.
+/// Returns the coarsest history whose fit increases the error by less than 1 %. If there is none, returns the finest history
+/// that needs at most 64 kB on a controller.
+///
+/// Returns `None` if all samples fit into 64 kB, or if a history rate is set.
 ///
 /// # Errors
 /// [`AnalysisError`] if a fit fails.
@@ -82,13 +84,13 @@ pub fn coarse_history(
     Ok(chosen)
 }
 
-/// Returns the mean error over the axes as a share of full scale: in cross-validation, else on the training recordings.
+/// Returns the mean error over the axes as a share of full scale, in cross-validation or else on the training recordings.
 fn error_of(calibration: &Calibration) -> f64 {
     let shares = [calibration.mean_cv_share(), calibration.mean_train_share()];
     shares.into_iter().flatten().next().unwrap_or(f64::NAN)
 }
 
-/// Asks for a coarser history, if the calibration needs too much memory on a controller.
+/// Question for a coarser history, if the calibration needs too much memory on a controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskHistory(pub Request);
 

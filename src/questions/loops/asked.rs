@@ -1,4 +1,4 @@
-//! The contents of the loop pane and the metrology pane, as a question.
+//! Question for the contents of the loop pane and the metrology pane.
 
 use std::sync::Arc;
 
@@ -6,17 +6,17 @@ use crate::questions::loops::query::{Look, Viewer};
 use crate::questions::loops::request::LookRequest;
 use crate::questions::question::{Answered, Query, Work};
 
-/// Loops, cross-plots, dwells, or the table of figures.
+/// Question for loops, cross-plots, dwells, or the table of figures.
 ///
-/// Each asker has its own lane: see [`AskLoops`], [`AskFigures`] and [`AskVerdict`].
+/// Each part of the window has its own type, and so its own lane: see [`AskLoops`], [`AskFigures`] and [`AskVerdict`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LookAt<const PANE: char>(pub LookRequest);
 
 /// Question of the loop pane.
 pub type AskLoops = LookAt<'l'>;
-/// Question of the metrology pane about other recordings than the verdict's.
+/// Question of the metrology pane, if it shows other recordings than the verdict.
 pub type AskFigures = LookAt<'m'>;
-/// Question of the verdict strip at the top of the window, and of the metrology pane about the same recordings.
+/// Question of the verdict strip at the top of the window, and of the metrology pane if it shows the same recordings.
 pub type AskVerdict = LookAt<'v'>;
 /// Question about predicted over reference load of the model on screen.
 pub type AskPredicted = LookAt<'p'>;

@@ -121,7 +121,7 @@ fn output_of(times: &[f64], errors: &[f64], question: &DwellQuestion) -> DwellOu
     let since: Vec<f64> = times.iter().map(|time| time - times[0]).collect();
     let all = (0.0, since.last().copied().unwrap_or(0.0));
     let (from, to) = question.frame.map_or(all, |frame| frame.loads);
-    // The visible samples, and one more to each side.
+    // Visible samples, and one more on each side.
     let start = since.partition_point(|time| *time < from).saturating_sub(1);
     let end = (since.partition_point(|time| *time <= to) + 1).min(since.len());
     let column_secs = (to - from) / question.pixels[0].max(1.0);

@@ -4,9 +4,8 @@ use crate::calibration::CalibrationError;
 use crate::progress::Cancelled;
 use crate::questions::metrology::{MetrologyError, Reason};
 
-/// Reason why there is no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LookError {
     #[error("no sample is chosen; choose a recording, or show more of the traces")]
     NoSamples,
@@ -15,7 +14,7 @@ pub enum LookError {
     #[error("these recordings have no channel of this name; choose another one")]
     NoChannel,
     #[error(
-        "no recording holds its load still for {secs} s (every axis within 1 % of full scale, or ten times its noise); record one that does, or choose a shorter time"
+        "no recording has a dwell of {secs} s (every axis within 1 % of full scale, or ten times its noise); record one, or choose a shorter time"
     )]
     NoDwell { secs: f64 },
     #[error(transparent)]

@@ -13,7 +13,7 @@ use crate::report::figure::{Arrow, Cloud, DASHED, Figure, Line, Scale, color};
 use crate::scoring::loops::Frame;
 use crate::scoring::numbers::significant;
 
-/// Length over which the direction of an arrow is computed, as a share of the branch, because neighbouring points are noisy.
+/// Length over which the direction of an arrow is computed, as a share of the branch. Neighbouring points are too noisy.
 const ARROW_SHARE: usize = 10;
 
 /// Kind of loop that the figures describe.
@@ -33,7 +33,7 @@ pub(crate) struct Inks {
     pub(crate) compensated: [u8; 3],
     /// Colour of gauges and of other channels in cross-plots.
     pub(crate) gauge: [u8; 3],
-    /// Colour of text; densities of falling branches are mixed with it.
+    /// Colour of text. Densities of falling branches are mixed with it.
     pub(crate) text: [u8; 3],
     /// Colour of guide lines.
     pub(crate) guide: [u8; 3],
@@ -71,13 +71,13 @@ pub(crate) struct LoopView<'a> {
 }
 
 impl<'a> LoopView<'a> {
-    /// Returns all curves. The figures describe the mean loop if it exists and no other was requested.
+    /// Returns a view of all curves. The figures describe the mean loop if it exists and no other loop was requested.
     pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
         Self {
             plot,
             gauge,
-            // Too few cycles have no mean loop; the largest cycle is shown instead, with this label.
+            // With too few cycles there is no mean loop. The largest cycle is shown instead, with its label.
             figures_of: if has_mean { asked } else { FiguresOf::Largest },
             shown: plot.curves.iter().collect(),
         }
@@ -147,7 +147,8 @@ impl<'a> LoopView<'a> {
         format!("{what}: {of}, {share} % of the loads")
     }
 
-    /// Returns the figure: all branches thin, the described loop thick with arrows, its falling branch dashed.
+    /// Returns the figure: all branches as thin lines, and the described loop as a thick line with arrows and a dashed
+    /// falling branch.
     pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
         let frame = frame.unwrap_or(self.plot.whole);
         let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
@@ -299,7 +300,7 @@ fn clouds(drawn: &Drawn, own: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
         .collect()
 }
 
-/// Returns the means of neighbouring points, in groups of about equal size.
+/// Returns the means of neighbouring points, in groups of roughly equal size.
 fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     const GROUPS: usize = 12;
     let means = points.chunks(points.len().div_ceil(GROUPS).max(1)).map(|group| {
@@ -329,7 +330,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// Returns the opacity of thin lines. It falls with the number of lines, so that the thick lines stand out, but a single line
+/// Returns the opacity of thin lines. It falls with the number of lines so that the thick lines stand out, but a single line
 /// stays visible.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());

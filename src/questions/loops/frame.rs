@@ -3,8 +3,8 @@
 use crate::min_max::MinMax;
 use crate::scoring::loops::Frame;
 
-/// Number of points of rising or falling branches above which their density is drawn, even in a large plot. Both outputs then
-/// have about as many points as the traces of six axes, and a frame takes no longer.
+/// Maximum number of points of rising or falling branches; with more, their density is drawn. Both outputs then have about as
+/// many points as the traces of six axes, so a frame takes no longer.
 pub(crate) const MAX_POINTS: usize = 8000;
 
 /// Margin around the points, as a share of the width and height.

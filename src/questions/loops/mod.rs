@@ -1,7 +1,7 @@
 //! Loops, cross-plots, dwells and metrology figures, as the loop pane and the metrology pane show them.
 //!
-//! A [`Viewer`] answers one [`Question`] at a time. Between questions it keeps only the loads of the calibration, so another
-//! axis, zoom or reversal threshold costs one pass over the visible samples.
+//! A [`Viewer`] answers one [`Question`] at a time. Between questions it keeps only the loads of the calibration. So a change
+//! of axis, zoom or reversal threshold costs one pass over the visible samples.
 //!
 //! Guarantees: every number in an answer is finite. Loops and cross-plots are drawn to the pixel for any number of samples. A
 //! figure that the data do not determine is replaced by a sentence with the reason.

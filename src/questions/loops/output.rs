@@ -30,7 +30,7 @@ impl Output {
 /// Samples to plot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Span {
-    /// Samples on screen in the trace panes: their recordings and their interval of time.
+    /// Samples on screen in the trace panes.
     #[default]
     Visible,
     /// All samples of this recording.
@@ -56,7 +56,7 @@ pub enum TableOf {
     Test,
     /// Training recordings.
     Train,
-    /// Recordings without a part in the fit: test recordings and those that are off.
+    /// Recordings that do not enter the fit: test recordings and those that are off.
     NotFitted,
     /// All recordings.
     #[default]
@@ -74,8 +74,8 @@ impl TableOf {
         }
     }
 
-    /// Returns the default: the test recordings, else the training recordings, else all. For the built-in sensor, its bench
-    /// recordings are included, although their role is off.
+    /// Returns the default: the test recordings, else the training recordings, else all. For the built-in sensor, the default
+    /// includes its bench recordings, although their role is off.
     pub fn usual(set: &RecordingSet) -> Self {
         let has = |role| set.entries().iter().any(|entry| entry.role == role);
         match () {

@@ -85,8 +85,8 @@ pub struct LoopFigures {
 }
 
 impl LoopFigures {
-    /// Returns the figures of the loop, and those with half and twice the reversal threshold; `None` if a figure is too large
-    /// for a number.
+    /// Returns the figures of the loop, and those with half and twice the reversal threshold. Returns `None` if a figure is
+    /// too large for a number.
     fn of(
         shape: Loop,
         n_cycles: usize,
@@ -127,10 +127,10 @@ fn over_load(shape: &Loop, values: &[f64]) -> Vec<[f64; 2]> {
     points.map(|(load, value)| [load, *value]).collect()
 }
 
-/// Columns of one curve, part by part.
+/// Columns of one curve for each part.
 type Columns = Vec<Vec<f64>>;
 
-/// One output over its reference, part by part.
+/// One output over its reference, for each part.
 struct Curve {
     output: Option<Output>,
     loads: Arc<Columns>,
@@ -286,7 +286,7 @@ impl Cycles {
     }
 }
 
-/// Returns the output over the reference, part by part. `lags` are removed from both outputs.
+/// Returns the output over the reference for each part. `lags` are removed from both outputs.
 fn curves(
     source: &Source,
     parts: &[&Part],
@@ -363,7 +363,8 @@ pub struct Cloud {
     pub density: Arc<Density>,
 }
 
-/// Returns the drawing of all recordings, rising and falling branches apart. A load that never turns counts as rising.
+/// Returns the drawing of all recordings, with rising and falling branches separated. A load that never turns counts as
+/// rising.
 pub(crate) fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],

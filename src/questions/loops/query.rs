@@ -36,7 +36,7 @@ impl Viewer {
     /// Answers one question.
     ///
     /// # Errors
-    /// [`LookError`] if there is nothing to show; the kept loads stay valid.
+    /// [`LookError`] if there is nothing to show. The kept loads stay valid.
     pub fn look(&mut self, request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
         if !self.source.as_ref().is_some_and(|own| own.holds(request)) {
             let mut before = self.source.take();
@@ -46,7 +46,7 @@ impl Viewer {
             }
             self.source = Some(Source::of(request, before));
         }
-        let source = self.source.as_mut().expect("was just made");
+        let source = self.source.as_mut().expect("the source was just made");
         let answer = Self::answer(source, request, progress);
         source.forget_many();
         answer

@@ -8,10 +8,10 @@ use crate::report::trace::Trace;
 use crate::scoring::holds::Drift;
 use crate::scoring::numbers::significant;
 
-/// Ratio of rates above which cycles distinguish lag from hysteresis.
+/// Ratio of rates from which cycles distinguish lag from hysteresis.
 pub(crate) const RATES_APART: f64 = 2.0;
 
-/// Returns the lag of the gauges and its effect, in words.
+/// Returns a sentence on the lag of the gauges and its effect.
 pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let lag = match &found.lag {
         Ok(lag) => lag,
@@ -20,7 +20,7 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
     let [late, error] = [lag.seconds, 2.0 * lag.standard_error_secs].map(|own| significant(own, 3));
     let samples = significant(lag.samples, 3);
     if !lag.is_significant() {
-        return format!("No time lag: {late} ± {error} s ({samples} samples).");
+        return format!("No significant time lag: {late} ± {error} s ({samples} samples).");
     }
     let kind = match lag.kind_is_known {
         true => lag.kind.name(),
@@ -32,7 +32,7 @@ pub(crate) fn lag_in_words(found: &OutputLag) -> String {
         let uncertainty = significant(100.0 * widths.uncertainty / widths.largest[1], 2);
         let not = if found.is_removable() { "" } else { "; the lag is too uncertain to be removed" };
         format!(
-            ": {width} % of the mean width, {area} % of the area; the largest width without it is known to ± {uncertainty} %{not}"
+            ": it explains {width} % of the mean width and {area} % of the area. The largest width without it is known to ± {uncertainty} %{not}"
         )
     });
     let explains = explains.unwrap_or_default();
@@ -48,7 +48,7 @@ pub struct LoopScale<'a> {
     pub full_scale: f64,
     /// Unit of the gauge on the vertical axis; `None` for a load.
     pub gauge_unit: Option<&'a str>,
-    /// 100 % of the vertical axis; 0 if there is none.
+    /// Value of 100 % on the vertical axis; 0 if there is none.
     pub output_scale: f64,
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn moves(value: f64, basis: &Basis) -> String {
 /// Explanation of [`moves`].
 pub(crate) const MOVES: &str = "Change of the figure with half and with twice the reversal threshold; a dash if the figure would be missing";
 
-/// Lines for each figure.
+/// Rows for each figure.
 enum Line {
     /// The figure itself.
     Units,
@@ -92,8 +92,8 @@ enum Line {
     Moves,
 }
 
-/// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent, the change from the
-/// first loop to the second, and the dependence on the reversal threshold.
+/// Returns largest width, mean width, area and dissipated work of each loop, in units and in percent. Further rows hold the
+/// change from the first loop to the second, and the dependence on the reversal threshold.
 pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
     let unit = of.gauge_unit.unwrap_or(of.axis.unit());
     let area_unit = match (of.gauge_unit, of.axis.is_force()) {
@@ -102,7 +102,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         (None, false) => "N²·m²".to_owned(),
     };
     let (share, area_share, of_what) = match of.gauge_unit {
-        Some(_) => ("%", "%", "In percent of half of what the gauge spans"),
+        Some(_) => ("%", "%", "In percent of half the range of the gauge"),
         None => ("% FS", "% FS²", "In percent of full scale"),
     };
     let area_scale = of.output_scale * of.full_scale;
@@ -124,7 +124,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         ),
         (
             "Dissipated work",
-            "Integral of falling − rising over the load: positive where the output lags behind, negative where it leads; parts of both signs cancel",
+            "Integral of falling − rising over the load: positive if the output lags behind, negative if it leads; parts of opposite signs cancel",
             &area_unit,
             area_share,
             area_scale,
@@ -173,7 +173,7 @@ pub fn loop_figures(loops: &[LoopMeasures], of: LoopScale<'_>) -> Table {
         .table("", "")
 }
 
-/// Returns the fitted exponential of each load's error over one dwell; `None` if no time passes.
+/// Returns the fitted exponential of each load's error over one dwell. The cells are `None` if no time passes.
 pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
     let reasons = drifts.iter().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;
@@ -189,7 +189,7 @@ pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
         ),
         (
             "τ [s]".to_owned(),
-            "Time constant of a + b (1 − exp(−t / τ)); a dash where the data show none",
+            "Time constant of a + b (1 − exp(−t / τ)); a dash if the data do not determine it",
             |drift| match drift.tau_secs() {
                 Ok(tau) => Cell::digits(Some(tau), 3),
                 Err(reason) => Cell::missing("–", reason.to_string()),
@@ -213,7 +213,7 @@ pub fn drifts(axis: Axis, drifts: &[(Trace, Option<&Drift>)]) -> Table {
 mod tests {
     use super::*;
 
-    /// Full scale 20 N: a width of 1 N is 5 %, an area of 8 N² is 2 % of its square.
+    /// Full scale is 20 N: a width of 1 N is 5 %, and an area of 8 N² is 2 % of its square.
     #[test]
     fn figures_stand_in_units_in_percent_and_as_a_change() {
         let of =

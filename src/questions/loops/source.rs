@@ -29,14 +29,14 @@ pub(crate) struct Part {
 pub struct OutputLag {
     /// The lag, or the reason why it is unknown.
     pub lag: Result<Lag, NoLag>,
-    /// Widths of the loop with and without the lag; `None` without a lag or without a loop.
+    /// Widths of the loop with and without the lag; `None` if there is no lag or no loop.
     pub widths: Option<Widths>,
-    /// Shifts the reference to the time of the output; `None` without a lag, and where it is too uncertain to be removed.
+    /// Removal of the lag; `None` if there is no lag, or if it is too uncertain.
     pub(crate) in_time: Option<InTime>,
 }
 
 impl OutputLag {
-    /// Returns true if the lag can be removed: it is known well enough to say how wide the loop is without it.
+    /// Returns true if the lag is known well enough to know the width of the loop without it.
     pub fn is_removable(&self) -> bool {
         self.in_time.is_some()
     }
@@ -64,7 +64,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Takes over the data of the source `before` that do not depend on the changed calibration.
+    /// Takes over the data of the source `before` that the changed calibration does not affect.
     pub(crate) fn of(request: &LookRequest, before: Option<Self>) -> Self {
         let axes = &request.loads.calibration.axes;
         let lags = before.as_ref().map(|own| own.lags_of(request)).unwrap_or_default();
@@ -97,8 +97,8 @@ impl Source {
         lags.map(|(which, lag)| (*which, lag.clone())).collect()
     }
 
-    /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all such
-    /// recordings.
+    /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all
+    /// recordings with such a reference.
     ///
     /// # Errors
     /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.
@@ -169,7 +169,6 @@ impl Source {
         same.then_some(self.extents)
     }
 
-    /// Returns the rules of all questions.
     pub(crate) fn rules<'a>(&'a self, measuring: &'a MetrologySettings) -> Rules<'a> {
         Rules {
             axes: &self.calibration.axes,
@@ -234,7 +233,7 @@ impl Source {
                 progress.check()?;
                 let applied = self.calibration.apply(&self.recordings[*at])?;
                 progress.advance(1);
-                // Past samples are not needed here.
+                // Past samples are not needed for plots.
                 Ok(AppliedLoads { past: Vec::new(), ..applied })
             })
             .collect::<Result<Vec<_>, LookError>>()?;

@@ -25,7 +25,7 @@ use crate::scoring::loops::Stroke;
 /// Half-width of the play in the gauge.
 const RADIUS: f64 = 0.5;
 
-/// A load between ±10 at 20 Hz, one gauge that follows with play, and one without play.
+/// Returns a recording whose load moves between ±10 at 20 Hz, with one gauge that follows with play and one without play.
 fn with_play(name: &str, axes: Vec<Axis>) -> Recording {
     let loads: Vec<f64> =
         (0..2000).map(|k| 10.0 * (f64::from(k) * std::f64::consts::TAU / 400.0).sin()).collect();
@@ -70,7 +70,7 @@ fn request(recordings: &Arc<RecordingSet>, question: Question) -> LookRequest {
     }
 }
 
-/// The same request with this reversal threshold.
+/// Returns the same request with this reversal threshold.
 fn behind(reversal_threshold: f64, request: LookRequest) -> LookRequest {
     let reversal_thresholds = vec![Some(reversal_threshold)];
     LookRequest {
@@ -112,8 +112,9 @@ fn n_drawn(drawn: &picture::Drawn) -> usize {
     points(&drawn.strokes) + touched.sum::<usize>()
 }
 
-/// The play gauge is load + r while falling and load − r while rising: a width of 2 r, except at the ends, where it turns
-/// over 2 r of load. 5 periods from zero have 10 turns: 4 full cycles and two halves at the ends, which make another cycle.
+/// The play gauge reads load + r while falling and load − r while rising. Its width is 2 r, except at the ends, where it
+/// turns over a load of 2 r. Five periods from zero have 10 turns: 4 full cycles, and two halves at the ends that make
+/// another cycle.
 #[test]
 fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
@@ -122,7 +123,7 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     for figures in [&curve.mean, &curve.largest] {
         let figures = figures.as_ref().unwrap();
         assert!((figures.largest_width - 2.0 * RADIUS).abs() < 0.01);
-        // A parallelogram: 4 r (A − r).
+        // The area of the parallelogram is 4 r (A − r).
         assert!((figures.area - 4.0 * RADIUS * (10.0 - RADIUS)).abs() < 0.2);
         assert_eq!(figures.widths.len(), 101);
     }
@@ -131,7 +132,7 @@ fn a_play_gauge_has_a_loop_twice_its_radius_wide() {
     assert!(points(&curve.drawn.strokes) <= 2000 + 2 * curve.drawn.strokes.len());
 }
 
-/// Noise turns at every sample. In a plot of 400 × 300 pixels, all of it is drawn with fewer points than branches, for rising
+/// Noise turns at every sample. In a plot of 400 × 300 pixels, all of it is drawn with fewer points than branches: for rising
 /// and falling branches, and after zooming in.
 #[test]
 fn very_many_branches_are_all_drawn_in_few_points() {
@@ -234,7 +235,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
         Channel::Load(LoadKind::Output(Output::Compensated), axis),
     ] {
         request.question = Question::Cross(cross(up));
-        let Ok(Look::Cross(found)) = look(&request) else { panic!("no picture of {up:?}") };
+        let Ok(Look::Cross(found)) = look(&request) else { panic!("no plot of {up:?}") };
         assert_eq!(found.n_samples, 2000);
         assert!(n_drawn(&found.drawn) > 100);
     }
@@ -244,7 +245,7 @@ fn without_a_reference_there_is_a_sentence_but_gauges_can_be_crossed() {
 
 /// Half a minute at 4, while the gauge's error creeps by 0.5 with τ = 5 s.
 #[test]
-fn a_rest_shows_its_drift_and_time_constant() {
+fn a_dwell_shows_its_drift_and_time_constant() {
     let n = 1200;
     let times: Vec<f64> = (0..n).map(|k| 0.05 * f64::from(k)).collect();
     let loads: Vec<f64> =
@@ -292,10 +293,9 @@ fn the_table_is_of_the_recordings_with_the_chosen_role() {
     assert_eq!(look(&request).unwrap_err(), LookError::NoRecordings);
 }
 
-/// On screen, in files and in the report: an arrow on the rising and one on the falling branch of each output, and the line
-/// of zero error.
+/// The figure has an arrow on the rising and the falling branch of each output, and the line of zero error.
 #[test]
-fn a_figure_of_loops_says_which_way_they_go() {
+fn a_figure_of_loops_shows_their_direction() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
     for (up, n_guides) in [(Up::Error, 0), (Up::Load, 1)] {
         let plot = picture(&request(&recordings, Question::Loops(loops(up, Span::All))));
@@ -326,9 +326,10 @@ fn a_figure_of_loops_says_which_way_they_go() {
     }
 }
 
-/// Two recordings, one with a tenth of the other's load: the reversal threshold is 5 % of the range of all loads for every view.
+/// One of the two recordings has a tenth of the other's load. The reversal threshold is 5 % of the range of all loads in
+/// every view.
 #[test]
-fn whatever_is_looked_at_the_reversal_threshold_is_the_same() {
+fn the_reversal_threshold_is_the_same_in_every_view() {
     let large = with_play("large", vec![Axis::Fz]);
     let loads = large.loads().iter().map(|load| 0.1 * load);
     let small = Recording::new(
@@ -432,7 +433,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     }
 }
 
-/// Behind a low-pass without hysteresis, no loop remains after the lag is removed; with play, its width of 2 r remains.
+/// With a low-pass and no hysteresis, no loop remains after the lag is removed. With play, its width of 2 r remains.
 #[test]
 fn without_its_lag_a_loop_is_as_wide_as_the_hysteresis() {
     for (late, width) in

@@ -50,7 +50,7 @@ fn repeatability(view: &AxisView<'_>, output: usize) -> Result<Found> {
     Ok(Found::everywhere(largest))
 }
 
-/// Groups the rows by load case, comparing all axes that have a reference.
+/// Groups the rows by load case, comparing all axes with a reference.
 fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
     let measured = view.measured;
     let columns = &measured.runs[0].loads;

@@ -12,9 +12,9 @@ use crate::recording::Axis;
 
 /// Minimum number of samples in which an axis is loaded alone.
 const FEWEST_SAMPLES: usize = 10;
-/// Smallest largest load of an axis, as a share of full scale, that can be loaded alone.
+/// Minimum of the largest load of an axis that is loaded alone, as a share of full scale.
 const PRESENT: f64 = 0.1;
-/// Number of load cells per full scale, on each side of zero, in which deviations are averaged.
+/// Number of load cells per full scale on each side of zero, in which deviations are averaged.
 const CELLS: usize = 10;
 /// Largest mean deviation that counts as noise, in standard errors.
 const STANDARD_ERRORS: f64 = 3.0;
@@ -145,7 +145,7 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-/// Returns the largest mean over a load cell of the errors, relative to those at no load.
+/// Returns the largest mean deviation in a load cell, relative to the errors at no load.
 fn largest_deviation(runs: &[Vec<(f64, f64)>], slope: f64, full_scale: f64) -> f64 {
     let mut cells = [Sums::default(); 2 * CELLS];
     for points in runs {

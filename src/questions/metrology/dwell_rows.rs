@@ -50,7 +50,7 @@ impl<'a> DwellRows<'a> {
         let largest = pairs.iter().map(returned).reduce(|largest, other| {
             if other.size.abs() > largest.size.abs() { other } else { largest }
         });
-        Ok(largest.expect("there is a pair, or a reason why not"))
+        Ok(largest.expect("the list has a pair if it is no reason"))
     }
 
     fn drift(
@@ -61,7 +61,7 @@ impl<'a> DwellRows<'a> {
         let (run, hold) = hold.as_ref().map_err(Clone::clone)?;
         let errors: Vec<f64> = run.errors(output, hold.samples.clone()).collect();
         let drift = Drift::of(&run.run.times[hold.samples.clone()], &errors);
-        Ok((drift.expect("a hold has samples and lasts"), run, hold))
+        Ok((drift.expect("a dwell has samples and a duration"), run, hold))
     }
 }
 

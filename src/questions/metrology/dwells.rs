@@ -4,9 +4,7 @@ use crate::questions::metrology::figures::{Place, Run};
 use crate::questions::metrology::measured::Measured;
 use crate::questions::metrology::settings::{MetrologyError, Rules};
 
-/// An interval in which the load stands still.
-///
-/// How an output drifts in it is [`Drift::of`](crate::scoring::holds::Drift::of) the times and errors of its samples.
+/// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dwell {
     /// Recording and samples of the dwell.
@@ -17,7 +15,7 @@ pub struct Dwell {
     pub at_zero: bool,
 }
 
-/// Returns all dwells of these runs, in the order of runs and time. The rows on zero and creep choose from them.
+/// Returns all dwells of these runs, in the order of runs and time. The rows on zero and creep choose among these dwells.
 ///
 /// # Errors
 /// See [`table_by`](crate::questions::metrology::table_by).

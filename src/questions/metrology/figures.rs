@@ -22,7 +22,7 @@ pub struct Run<'a> {
     pub name: &'a str,
     /// Sample times.
     pub times: &'a [f64],
-    /// Gauge channels, row-major; they show which gauges have hysteresis. May be empty.
+    /// Gauge channels, row-major. They show which gauges have hysteresis. May be empty.
     pub gauges: &'a [f64],
     /// Axes whose reference load is known; empty without a reference.
     pub reference_axes: &'a [Axis],
@@ -81,7 +81,7 @@ pub struct Value {
     pub basis: Option<Basis>,
 }
 
-/// Number of cycles behind a figure of loops, and its dependence on the reversal threshold.
+/// Number of cycles of a loop figure, and its dependence on the reversal threshold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Basis {
     /// Number of cycles.

@@ -15,10 +15,10 @@ use crate::scoring::loops::{
 
 /// Minimum number of averages for a line that shows nonlinearity.
 const FEWEST_AVERAGES: usize = 3;
-/// Largest difference, as a share of the range, between the turning points of repeated cycles, and between the loads of the
-/// other axes.
+/// Largest difference between the turning points of repeated cycles, and between the loads of the other axes, as a share of
+/// the range.
 const ALIKE: f64 = 0.05;
-/// Branches of two cycles, up and down.
+/// Minimum number of branches of repeated cycles: two cycles, up and down.
 const FEWEST_REPEATS: usize = 4;
 
 /// Loops of one axis, with curves that several rows need.
@@ -68,7 +68,7 @@ impl<'a> LoopRows<'a> {
         Some(cycle.loads().share_of(self.view.range()))
     }
 
-    /// Returns a figure of this number of cycles over these loads.
+    /// Returns a figure with this number of cycles and this range of loads.
     fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Found {
         let range_share = loads.share_of(self.view.range());
         Found { size, place, basis: Some(Basis::new(n_cycles, range_share)) }
@@ -161,7 +161,7 @@ impl<'a> LoopRows<'a> {
         line(curve).filter(|_| found >= FEWEST_AVERAGES).ok_or(Reason::TooFewLoads { axis, found })
     }
 
-    /// Returns the largest difference at equal load between branches of the same direction, of cycles that repeat.
+    /// Returns the largest difference at equal load between branches of the same direction, over repeated cycles.
     fn repeatability(&self, output: usize) -> Result<Found> {
         let axis = self.view.axis;
         if let Err(reason @ Reason::ConstantLoad { .. }) = &self.largest {
@@ -213,8 +213,8 @@ impl<'a> LoopRows<'a> {
     }
 }
 
-/// Moves the start of the first branch, and the end of the last one, to their extremes. The load may turn by up to the
-/// reversal threshold there without a reversal.
+/// Moves the start of the first branch and the end of the last branch to their extremes. Up to the reversal threshold, the
+/// load may turn there without a reversal.
 fn trim(branches: &mut [Branch], loads: &[f64]) {
     let farthest = |branch: &Branch, highest: bool| {
         let order = |a: &usize, b: &usize| match highest {
@@ -233,8 +233,8 @@ fn trim(branches: &mut [Branch], loads: &[f64]) {
     }
 }
 
-/// Returns the longest series of neighbouring branches over most of this range that turn at the same loads up to a share of
-/// the range. A series has at least two branches of each direction.
+/// Returns the longest series of neighbouring branches over most of this range that turn at nearly the same loads. A series
+/// has at least two branches of each direction.
 fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     let alike = |a: &Branch, b: &Branch| {
         let apart = {

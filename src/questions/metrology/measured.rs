@@ -110,7 +110,7 @@ pub(crate) struct Measured<'a> {
     pub(crate) full_scale: &'a [f64],
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
-    /// Data per axis.
+    /// Reversal threshold of each axis.
     pub(crate) reversal_thresholds: Vec<f64>,
     /// Dwells of each run, of all axes that have a reference.
     pub(crate) holds: Vec<Vec<Hold>>,
@@ -146,7 +146,7 @@ impl<'a> Measured<'a> {
     pub(crate) fn lags(&self) -> &Lags {
         let of_output = |output| {
             let runs: Vec<LagRun<'_>> = self.lag_runs(output).collect();
-            // Nothing cancels a progress of its own.
+            // This progress is never cancelled.
             let found = lags(&runs, &Progress::default()).unwrap_or_default();
             match found.is_empty() {
                 true => vec![Err(NoLag::TooShort); self.axes.len()],

@@ -138,7 +138,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads; noise of the difference is averaged over up to 12 neighbouring loads on each side, over the fewest that reduce it to a fiftieth of the largest difference",
+            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Branches, without smaller cycles, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over up to 12 neighbouring loads on each side, as few as reduce its noise to a fiftieth of the largest difference",
             "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
             ONE_AXIS_AT_REST,
         ],
@@ -148,7 +148,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_mean_loop",
             "Hysteresis, mean loop",
-            "largest |falling − rising| of the mean loop of all cycles that cover at least 80 % of the largest one's range, over the loads that all of them share; needs three cycles or more, and more than half of all loads",
+            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest one's range, over the loads that all of them share. It needs at least three cycles, and more than half of all loads",
             "as hysteresis; averaging over cycles is added by this program, to keep the repeated part and to reduce effects of other axes",
             ONE_AXIS_AT_REST,
         ],
@@ -159,7 +159,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
             "hysteresis_mean_width",
             "Hysteresis, mean width",
             "mean |falling − rising| over the load range of the mean loop",
-            "as the mean loop; noise is averaged as for hysteresis, so it hardly increases the mean of a closed loop",
+            "as for the mean loop; noise is averaged as for hysteresis, so it hardly increases the mean width",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -198,7 +198,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "repeatability",
             "Repeatability",
-            "largest difference at equal load between branches of the same direction, of two or more successive, repeated cycles: they turn at the same loads within 5 % of the largest cycle's range, and at equal load the loads of all other axes agree within 5 % of full scale; maximum over the recordings",
+            "largest difference at equal load between branches of the same direction, over two or more successive, repeated cycles; maximum over the recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
             "load-cell makers' glossaries: same load, same direction, same conditions",
             "conditions may differ between cycles, for example the speed",
         ],
@@ -208,8 +208,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "time_lag",
             "Time lag",
-            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever has the smaller residual; by least squares on the delayed reference of all axes, its play operators of several radii, its squares and cubes, \
-             and slow creep. Assumptions: one lag for all loads, hysteresis that does not depend on the rate, creep slower than three times the time in which the load changes by its own size",
+            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever has the smaller residual. Found by least squares on the delayed reference of all axes, its play operators of several radii, its squares and cubes, \
+             and slow creep. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time in which the load changes by its own standard deviation",
             "system identification; no standard defines it",
             "the load must move at rates that differ by a factor of about two: at one rate, lag and hysteresis look alike",
         ],
@@ -219,7 +219,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "as hysteresis of the mean loop (of the largest cycle where there is no mean loop), over the reference delayed like the output, by the same delay or low-pass; gains and crosstalk of the output are fitted again to this reference by least squares over these recordings. Given if the lag explains more than a tenth of the mean width, and two standard errors of the lag change it by at most a tenth of itself or 0.3 % of full scale",
+            "hysteresis of the mean loop (of the largest cycle if there is no mean loop) over the reference with the lag of the output. Gains and crosstalk of the output are fitted again to this reference by least squares over these recordings. Given if the lag explains more than a tenth of the mean width, and if two standard errors of the lag change the hysteresis by at most a tenth, or by 0.3 % of full scale",
             "as hysteresis",
             ONE_AXIS_AT_REST,
         ],
@@ -271,7 +271,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 18] = [
         [
             "crosstalk_from",
             "Crosstalk from Fx",
-            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis; over samples in which all other axes are within 2 % of full scale, if the loaded axis reaches 50 % of its own (both shares can be set)",
+            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. Samples count in which all other axes are within 2 % of full scale, if the loaded axis reaches 50 % of its full scale (both shares can be set)",
             "common practice for multi-axis sensors",
             OTHERS_NEARLY_UNLOADED,
         ],

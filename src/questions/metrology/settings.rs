@@ -11,8 +11,7 @@ use crate::scoring::loops::{LoadExtent, NOISE_FACTOR};
 /// |---|---|---|---|
 /// | `reversal_thresholds` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
 /// | `hold_secs` | 5 s | > 0 | shortest dwell |
-/// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale (or ten times its noise)
-/// |
+/// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale, or ten times its noise |
 /// | `zero_share` | 0.01 | 0 to 1 | at zero each axis is within this share of its full scale from zero |
 /// | `loaded_share` | 0.5 | 0 to 1 | an axis counts as loaded from this share of its full scale |
 /// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone if all others are within this share of their full scales |
@@ -48,7 +47,7 @@ impl Default for MetrologySettings {
     }
 }
 
-/// Rules for loops, dwells and figures, the same for all of them.
+/// Rules for loops, dwells and figures.
 ///
 /// **Shapes** one full scale and one extent per axis.
 ///
@@ -86,7 +85,7 @@ pub enum MetrologyError {
     Count { what: &'static str, given: usize, axes: usize },
     #[error("the {what} of axis {position} is {value}; it must be a number from zero up")]
     PerAxis { what: &'static str, position: usize, value: f64 },
-    #[error("the shortest hold is {value} s; it must be a number above zero")]
+    #[error("the shortest dwell is {value} s; it must be a number above zero")]
     HoldSecs { value: f64 },
     #[error("{what} is {value}; it must be a share of full scale, between 0 and 1")]
     Share { what: &'static str, value: f64 },
@@ -110,10 +109,10 @@ impl MetrologySettings {
             return Err(MetrologyError::HoldSecs { value });
         }
         for (what, value) in [
-            ("how still a hold is", self.still_share),
-            ("how near to zero is zero", self.zero_share),
-            ("from where an axis counts as loaded", self.loaded_share),
-            ("up to where an axis counts as not loaded", self.alone_share),
+            ("the stability tolerance of a dwell", self.still_share),
+            ("the largest load that counts as zero", self.zero_share),
+            ("the smallest load of a loaded axis", self.loaded_share),
+            ("the largest load of an unloaded axis", self.alone_share),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(MetrologyError::Share { what, value });

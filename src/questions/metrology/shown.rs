@@ -100,13 +100,13 @@ fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: S
         percent => Cell::digits(percent, 3),
     };
     match shown.value {
-        table::Value::Number(_) => shown.about(told(cell, value)),
+        table::Value::Number(_) => shown.about(hover_text(cell, value)),
         _ => shown,
     }
 }
 
 /// Returns the hover text of a figure.
-fn told(cell: &metrology::Cell, value: &Value) -> String {
+fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     let mut about = format!("{} {}", significant(value.value, 4), cell.unit);
     if let Some(percent) = value.percent_fs {
         about.push_str(&format!(" = {} % of full scale", significant(percent, 4)));
@@ -147,8 +147,8 @@ pub fn overview(metrology: &Metrology, shown: Shown) -> Table {
     Table::beside(title, tables)
 }
 
-/// Returns two rows per loaded axis, with one column per axis that reads it; or one row with the reason for missing figures.
-/// `None` for a single axis.
+/// Returns two rows per loaded axis, with one column per axis that reads it. If figures are missing, one row gives the
+/// reason. `None` for a single axis.
 pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
     let axes = &metrology.axes;
     let rows = metrology.crosstalk_rows().flat_map(|(from, row)| {
@@ -198,8 +198,8 @@ fn shared_reason(row: &Row) -> Option<&Reason> {
     others.all(|other| other.as_ref().err() == Some(reason)).then_some(reason)
 }
 
-/// Returns one row per quantity and axis, for a file: conventional beside compensated, in the axis' unit and in % of full
-/// scale, with the place of the figure or the reason why it is missing; then the definition of the quantity.
+/// Returns one row per quantity and axis, for a file. A row has the conventional and the compensated figure, in the axis'
+/// unit and in % of full scale, the place of the figure or the reason why it is missing, and the definition of the quantity.
 ///
 /// Full scale and reversal threshold are in the axis' load unit.
 pub fn figure_records(metrology: &Metrology) -> Table {

@@ -26,7 +26,7 @@ use crate::scoring::numbers::significant;
 /// Ratio of the largest load to full scale above which the table has a note.
 pub(crate) const BEYOND: f64 = 1.2;
 
-/// Share of the load's range that the largest cycle must span; below it, the table has a note.
+/// Minimum share of the load's range that the largest cycle spans without a note.
 pub(crate) const SMALL: f64 = 0.6;
 
 /// Returns the table of these runs by given rules.
@@ -45,10 +45,10 @@ pub fn table_by(
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let alone = intervals_alone(&measured);
-    measured.lags(); // by all threads, before any axis asks
+    measured.lags(); // measured here by all threads, before the axes need them
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &alone, axis);
-    // With many samples, the columns of several axes at a time would fill the memory.
+    // With many samples, the columns of several axes would fill the memory, so the axes are measured one after the other.
     let by_axis: Vec<AxisFigures> = match n_samples > MANY_SAMPLES {
         true => (0..axes.len()).map(of_axis).collect(),
         false => (0..axes.len()).into_par_iter().map(of_axis).collect(),

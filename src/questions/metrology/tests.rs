@@ -8,7 +8,7 @@ use crate::recording::simulated::{LAG_SECS, Late, PLAY_NEWTONS};
 use crate::scoring::holds::NoTimeConstant;
 use crate::scoring::loops::LoadExtent;
 
-/// Times at 20 Hz, the load of one axis, and two outputs.
+/// One axis at 20 Hz: its load, and two outputs.
 struct One {
     times: Vec<f64>,
     load: Vec<f64>,
@@ -17,7 +17,7 @@ struct One {
 }
 
 impl One {
-    /// The compensated output is the load itself.
+    /// Makes the compensated output equal to the load.
     fn new(load: Vec<f64>, conventional: Vec<f64>) -> Self {
         Self {
             times: (0..load.len()).map(|k| k as f64 / 20.0).collect(),
@@ -49,7 +49,7 @@ pub(crate) fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> M
     table(runs, axes, full_scale, &MetrologySettings::default()).unwrap()
 }
 
-/// The table with rules from these runs alone.
+/// Returns the table whose rules come from these runs alone.
 fn table(
     runs: &[Run<'_>],
     axes: &[Axis],
@@ -105,7 +105,7 @@ fn assert_near(actual: f64, expected: f64, share: f64) {
     assert!(off < share, "{actual} is not {expected}");
 }
 
-/// Straight lines between the corners, each in this number of steps.
+/// Returns straight lines between the corners, each in this number of steps.
 fn path(corners: &[f64], steps: usize) -> Vec<f64> {
     let legs = corners.windows(2);
     let moving = legs
@@ -113,7 +113,7 @@ fn path(corners: &[f64], steps: usize) -> Vec<f64> {
     moving.chain(corners.last().copied()).collect()
 }
 
-/// Output of a play operator that starts at its lower end.
+/// Returns the output of a play operator that starts at its lower end.
 fn play(load: &[f64], radius: f64) -> Vec<f64> {
     let mut state = load[0] + radius;
     let follow = |&load: &f64| {
@@ -135,7 +135,7 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
         assert_near(cell.conventional.as_ref().unwrap().percent_fs.unwrap(), 6.0, 0.01);
         assert!(value(&cell.compensated) < 1e-12);
     }
-    // The parallelogram's area, 4 r (A − r), over the range 2 A.
+    // The parallelogram's area is 4 r (A − r), over the range 2 A.
     let mean_width = 4.0 * 0.3 * 9.7 / 20.0;
     assert_near(value(&fz(&table, Quantity::MeanWidth).conventional), mean_width, 0.01);
     assert!(value(&fz(&table, Quantity::Repeatability).conventional) < 1e-9);
@@ -153,8 +153,8 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
     }
 }
 
-/// `c x (1 − x)` over 0..1 is c/4 above the line between its ends. Its best-fit line, at c/6, has its largest deviation c/6
-/// at the ends. The falling branch is `2 c x (1 − x)`, so the combined error is c/2.
+/// The rising branch is `c x (1 − x)` over 0..1, which is c/4 above the line between its ends. Its best-fit line, at c/6, has
+/// its largest deviation c/6 at the ends. The falling branch is `2 c x (1 − x)`, so the combined error is c/2.
 #[test]
 fn nonlinearity_of_a_parabola_is_known() {
     let load = path(&[0.0, 1.0, 0.0], 5000);
@@ -172,7 +172,7 @@ fn nonlinearity_of_a_parabola_is_known() {
     assert_eq!(reason(&table, Quantity::Repeatability), Reason::TooFewCycles { axis: Axis::Fz });
 }
 
-/// Three cycles, each 0.05 above the one before: 0.1 between the first and the last.
+/// Each of three cycles is 0.05 above the one before, so the first and the last differ by 0.1.
 #[test]
 fn repeatability_is_the_spread_of_cycles_at_equal_load() {
     let load = path(&[0.0, 8.0, 0.0, 8.0, 0.0, 8.0, 0.0], 400);
@@ -184,7 +184,7 @@ fn repeatability_is_the_spread_of_cycles_at_equal_load() {
     assert!(value(&cell.compensated) < 1e-9);
 }
 
-/// 10 s at zero, a rise, 120 s at 10, a fall, 80 s at zero.
+/// Returns a load of 10 s at zero, a rise, 120 s at 10, a fall, and 80 s at zero.
 fn held() -> Vec<f64> {
     let still = |value: f64, secs: usize| vec![value; 20 * secs];
     [
@@ -197,7 +197,7 @@ fn held() -> Vec<f64> {
     .concat()
 }
 
-/// The load plus 3 % of its first-order low-pass: creep with one time constant.
+/// Returns the load plus 3 % of its first-order low-pass: creep with one time constant.
 fn crept(load: &[f64], tau_secs: f64) -> Vec<f64> {
     let share = -(-1.0 / (20.0 * tau_secs)).exp_m1();
     let mut slow = 0.0;
@@ -208,7 +208,7 @@ fn crept(load: &[f64], tau_secs: f64) -> Vec<f64> {
     load.iter().map(creep).collect()
 }
 
-/// A ramp of duration T to x takes the element to `x (1 − τ/T (1 − exp(−T/τ)))`; in the dwell of 6 τ it approaches x.
+/// A ramp of duration T to x takes the creep element to `x (1 − τ/T (1 − exp(−T/τ)))`. In the dwell of 6 τ it approaches x.
 #[test]
 fn creep_of_a_first_order_element_is_known() {
     let load = held();
@@ -246,9 +246,9 @@ fn rests_are_found_with_their_levels() {
     assert_near(found[1].place.to_secs - found[1].place.from_secs, 120.0, 1e-3);
 }
 
-/// The zero is 0.2 higher from the middle of the dwell on.
+/// The output's zero rises by 0.2 in the middle of the dwell.
 #[test]
-fn zero_return_is_what_the_zero_has_moved_by() {
+fn zero_return_is_the_shift_of_the_zero() {
     let load = held();
     let moved = |(k, x): (usize, &f64)| if k < 1500 { 7.0 + x } else { 7.2 + x };
     let output = load.iter().enumerate().map(moved).collect();
@@ -258,7 +258,7 @@ fn zero_return_is_what_the_zero_has_moved_by() {
     assert_near(cell.conventional.as_ref().unwrap().percent_fs.unwrap(), 2.0, 1e-9);
 }
 
-/// Errors 0.01, 0.02 … 1: the largest is 1, 95 % of them are at most 0.95, and `Σ k² = n (n + 1) (2n + 1) / 6`.
+/// The errors are 0.01, 0.02 … 1: the largest is 1, 95 % of them are at most 0.95, and `Σ k² = n (n + 1) (2n + 1) / 6`.
 #[test]
 fn error_figures_of_known_errors() {
     let load: Vec<f64> = (0..100).map(|k| f64::from(k % 10)).collect();
@@ -275,9 +275,9 @@ fn error_figures_of_known_errors() {
     assert_eq!(largest.place.unwrap().samples, 99..100);
 }
 
-/// Fx alone up to 10 adds 0.02 of itself to Fy; Fy is never loaded alone.
+/// Fx alone, up to 10, adds 0.02 of itself to Fy. Fy is never loaded alone.
 #[test]
-fn crosstalk_is_what_the_others_read_while_one_axis_alone_is_loaded() {
+fn crosstalk_is_the_reading_of_the_other_axes_while_one_axis_is_loaded() {
     let alone = path(&[0.0, 10.0, 0.0], 100);
     let n = alone.len();
     let mut reference: Vec<f64> = alone.iter().flat_map(|x| [*x, 0.0]).collect();
@@ -431,8 +431,8 @@ fn uniform(k: usize) -> f64 {
     (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Two axes, loaded one after the other. The outputs are the loads plus noise (share of full scale); Fy also reads Fx and its
-/// square times `onto`.
+/// Two axes, loaded one after the other. The outputs are the loads plus noise (a share of full scale). Fy also reads Fx and
+/// its square, times `onto`.
 fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     let ramp = path(&[0.0, 10.0, 0.0, -10.0, 0.0], 200);
     let loads = (ramp.iter().map(|x| [*x, 0.0])).chain(ramp.iter().map(|x| [0.0, *x]));
@@ -472,8 +472,8 @@ fn noise_and_offset_are_no_crosstalk() {
     }
 }
 
-/// `0.01 x` is 0.1 at full load. With `0.02 x² / 10` the mean over the outermost tenth is about `0.095 + 0.18`, minus the
-/// effect of the square on the line's offset, a third of 0.2.
+/// `0.01 x` is 0.1 at full load. With `0.02 x² / 10`, the mean over the outermost tenth is about `0.095 + 0.18`, minus a
+/// third of 0.2, the effect of the square on the line's offset.
 #[test]
 fn crosstalk_that_is_not_linear_shows_in_the_largest_deviation() {
     let table = bench(3e-4, [0.01, 0.02]);
@@ -494,7 +494,7 @@ fn repeatability_is_only_of_cycles_that_repeat() {
     let axis = Axis::Fz;
     assert_eq!(reason(&table, Quantity::Repeatability), Reason::NotRepeated { axis });
 
-    // A dwell and the path to the first turn belong to no repeated cycle.
+    // A dwell, and the path to the first turn, belong to no repeated cycle.
     let late = path(&[0.0, 5.0, -5.0, 5.0, -5.0, 5.0, -5.0, 0.0], 100);
     let off = |(k, load): (usize, &f64)| if k < 100 { load + 3.0 } else { *load };
     let output = late.iter().enumerate().map(off).collect();

@@ -48,8 +48,8 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Compares both calibrations by the metrology table and by their RMSE on held-out samples, else on test samples, else on
-    /// training samples.
+    /// Compares both calibrations by the metrology table and by their RMSE: on held-out samples, else on test samples, else
+    /// on training samples.
     pub fn of(quality: &Quality, metrology: &Metrology) -> Self {
         let both = [&quality.conventional, &quality.compensated];
         let sets: [(&str, [Option<&Vec<f64>>; 2]); 3] = [
@@ -61,8 +61,7 @@ impl Verdict {
             sets.into_iter().find_map(|(name, [before, after])| Some((name, before?, after?)));
         let rmse = scored.map(|(name, before, after)| VerdictFigure {
             name: name.to_owned(),
-            about: "root mean squared error; held-out by cross-validation where there is one"
-                .to_owned(),
+            about: "root mean squared error; held-out if there is a cross-validation".to_owned(),
             is_rmse: true,
             of_axes: before
                 .iter()
@@ -73,7 +72,7 @@ impl Verdict {
         let measured = COUNTED.into_iter().filter_map(|quantity| {
             let row_of = |own| metrology.rows.iter().find(|row| row.quantity == own);
             let row = row_of(quantity)?;
-            // Where a lag explains a part of the loop, only the rest is hysteresis.
+            // If a lag explains a part of the loop, only the rest is hysteresis.
             let without_lag =
                 row_of(Quantity::HysteresisWithoutLag).filter(|_| quantity == Quantity::Hysteresis);
             let of_axes = row.cells.iter().enumerate().map(|(at, cell)| {
@@ -103,7 +102,7 @@ mod tests {
     use crate::questions::metrology::figures::Run;
     use crate::questions::metrology::tests::table_of;
 
-    /// The error of the compensated load is halved, except for one sample with a large error.
+    /// Compensation halves the error, except for one sample with a large error.
     #[test]
     fn a_lower_rmse_hides_no_larger_error() {
         let times: Vec<f64> = (0..200).map(|k| f64::from(k) / 10.0).collect();

@@ -11,9 +11,7 @@ use crate::questions::expected_error::limits::Checked;
 use crate::questions::metrology::Metrology;
 use crate::report::figure::Figure;
 
-/// All contents of a report.
-///
-/// [`report`](super::report) makes it.
+/// Contents of a report, which [`report`](super::report) makes.
 #[derive(Clone, Debug)]
 pub struct ReportData {
     /// Time when the report was made.
@@ -34,7 +32,8 @@ pub struct ReportData {
     pub thresholds: Result<ReportCurves, String>,
     /// Description of the recordings that loops and figures are measured on.
     pub measured: String,
-    /// Per axis of the calibration: its loops, as measured and without a lag, or a sentence that says why there are none.
+    /// Loops of each axis of the calibration, as measured and without a lag, or a sentence with the reason why there are
+    /// none.
     pub loops: Vec<Result<Vec<Figure<'static>>, String>>,
     /// Errors over time of the recording with the largest errors.
     pub errors: Option<ReportErrors>,
@@ -59,7 +58,7 @@ pub struct ReportRecording {
     pub n_samples: usize,
     /// Time from the first to the last sample (s).
     pub duration_secs: f64,
-    /// Sample rate: one over the median step (Hz).
+    /// Sample rate (Hz): the inverse of the median time step.
     pub rate_hz: Option<f64>,
     /// Uncompensated RMSE per axis; `None` without a reference.
     pub conventional_rmse: Option<Vec<f64>>,
@@ -70,7 +69,7 @@ pub struct ReportRecording {
 /// Errors over the thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportCurves {
-    /// Figures over F_th and over t_th, for forces and moments.
+    /// RMSE over F_th and over t_th, for forces and moments.
     pub plots: Vec<Figure<'static>>,
     /// Caption of the figures.
     pub about: String,
@@ -87,7 +86,7 @@ pub struct ReportErrors {
     pub figures: Vec<Figure<'static>>,
 }
 
-/// Returns a time to the minute in ISO 8601; 1970 for a time beyond the calendar.
+/// Returns a time to the minute in ISO 8601. A time beyond the calendar is shown as 1970.
 pub fn utc(time: SystemTime) -> String {
     let time = Timestamp::try_from(time).unwrap_or_default();
     time.strftime("%Y-%m-%d %H:%M UTC").to_string()

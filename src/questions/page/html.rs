@@ -96,7 +96,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
     filled_markup(include_str!("report.html"), values)
 }
 
-/// Returns a result as it is shown, or the reason why there is none.
+/// Returns a result as a value of the template, or the reason why there is none.
 fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> Value {
     match found {
         Ok(found) => shown(found),

@@ -1,4 +1,4 @@
-//! A report on a calibration: one HTML file that needs no other file, to read, print and keep.
+//! A report on a calibration: one self-contained HTML file to read, print and keep.
 //!
 //! Guarantees: the markup is well-formed for any file names. There is no script, and nothing is loaded from elsewhere. A
 //! missing result is replaced by its reason.

@@ -33,9 +33,9 @@ use crate::report::figure;
 use crate::report::figure::{Figure, Line, Scale, color};
 use crate::scoring::Series;
 
-/// F_th and t_th of the curves, beside those of the fit.
+/// Number of values of F_th and of t_th in the curves, without those of the fit.
 const CURVE_POINTS: (usize, usize) = (29, 9);
-/// Number of columns of a trace, more than the width of the page in its own units.
+/// Number of columns of a trace; more than the width of the page in its own units.
 const TRACE_COLUMNS: f64 = 1200.0;
 /// Width and height of the loops' drawing, larger than their plots on the page.
 const LOOP_PIXELS: [f64; 2] = [560.0, 400.0];
@@ -60,7 +60,7 @@ pub struct ReportRequest {
 }
 
 impl ReportRequest {
-    /// Returns a report on this fit with no further entries.
+    /// Returns a request for a report on this fit, with all other entries empty.
     pub fn of(request: Request) -> Self {
         Self {
             request,
@@ -75,8 +75,8 @@ impl ReportRequest {
 
 /// Makes the fit, or takes its calibration, and returns a report on it.
 ///
-/// Loops and figures are of the test recordings, or of the training recordings if there are none. The recordings on screen
-/// play no part. A result that cannot be computed is replaced by a sentence with the reason.
+/// Loops and figures are measured on the test recordings, or on the training recordings if there are none, whatever is on
+/// screen. A result that cannot be computed is replaced by a sentence with the reason.
 ///
 /// # Errors
 /// [`AnalysisError`] if there is no calibration to report on, or the work was cancelled.
@@ -157,7 +157,7 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     })
 }
 
-/// Returns the outcome of each limit, if the loops are those of a report's usual recordings.
+/// Returns the outcome of each limit, if the loops come from a report's usual recordings.
 fn checked(
     limits: &Limits,
     calibration: &Calibration,
@@ -236,9 +236,9 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
         rated.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
     };
     let chosen = [
-        (Role::Test, "the test recording with the greatest errors over full scale"),
-        (Role::Train, "the training recording with the greatest errors over full scale"),
-        (Role::Off, "the recording with the greatest errors over full scale"),
+        (Role::Test, "the test recording with the largest errors over full scale"),
+        (Role::Train, "the training recording with the largest errors over full scale"),
+        (Role::Off, "the recording with the largest errors over full scale"),
     ];
     chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
@@ -261,7 +261,7 @@ fn warnings(analysis: &Analysis) -> Vec<String> {
     simulated.into_iter().chain(findings).collect()
 }
 
-/// Returns the errors over each threshold through those of the fit; `Err` holds the reason why there are none.
+/// Returns the errors over each threshold, through the thresholds of the fit. `Err` holds the reason why there are none.
 fn thresholds(
     request: &Request,
     progress: &Progress,
@@ -330,7 +330,7 @@ fn curves(
     };
     if settings.regressor.learner().is_some() {
         about.push_str(
-            " They are errors of the linear regressor, which can be fitted at every threshold.",
+            " They are errors of the linear regressor, because it can be fitted at every threshold.",
         );
     }
     let measure = map.scale.default_measure();
@@ -384,7 +384,7 @@ impl<'a> Looker<'a> {
         }
     }
 
-    /// Returns the loops of an axis. If a lag explains much of their width, also the width by rate and the loops without the
+    /// Returns the loops of an axis. If a lag explains much of their width, adds the width by rate and the loops without the
     /// lag.
     fn loops(&mut self, axis: Axis) -> Result<Result<Vec<Figure<'static>>, String>, AnalysisError> {
         let mut figures = Vec::new();
@@ -436,7 +436,7 @@ fn name(output: Output) -> &'static str {
     }
 }
 
-/// Returns a line in the load's colour. The uncompensated load is dashed, so that it can be told apart without colour.
+/// Returns a line in the load's colour. The uncompensated load is dashed, so that colour is not needed to identify it.
 fn line(output: Output, name: impl Into<String>, pieces: Vec<Vec<[f64; 2]>>) -> Line<'static> {
     let (color, dash) = match output {
         Output::Conventional => (color::CONVENTIONAL, Some(figure::DASHED)),

@@ -8,10 +8,10 @@ use crate::report::{Align, Cell, Column, Table};
 use crate::scoring::numbers::significant;
 use crate::shown::and_more;
 
-/// Maximum number of columns of a matrix; the JSON export holds longer ones.
+/// Maximum number of columns of a matrix. The JSON export holds larger ones.
 const MAX_FEATURES: usize = 400;
 
-/// Returns the sensor's identity, by label.
+/// Returns the sensor's identity as labels and values.
 pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let entered = calibration.identity.entered();
     let mut rows: Vec<(&str, String)> =

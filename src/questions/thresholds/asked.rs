@@ -1,4 +1,4 @@
-//! Questions: the threshold study, and the choice of a feature's values.
+//! Questions for the threshold study, and for the choice of a feature's values.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -18,10 +18,10 @@ use crate::recording::RecordingSet;
 use crate::same::same_where;
 use crate::scoring::mean_hysteresis::MeanHysteresis;
 
-/// Number of F_th, and of t_th, in the map.
+/// Number of values of F_th, and of t_th, in the map.
 const MAP_SIDE: usize = 40;
 
-/// Errors of a look-back at all thresholds, and the past samples that the present thresholds find.
+/// Question for the errors of a look-back at all thresholds, and the past samples that the present thresholds find.
 #[derive(Clone, Debug)]
 pub struct StudyThresholds {
     recordings: Arc<RecordingSet>,
@@ -35,13 +35,13 @@ pub struct StudyThresholds {
 /// A threshold study, complete or in progress.
 #[derive(Clone, Debug)]
 pub struct ThresholdStudy {
-    /// Map of errors, without the rows that are not computed yet; `None` before the map is begun.
+    /// Map of errors, in which rows may be missing; `None` before the first row.
     pub map: Option<Arc<ThresholdMap>>,
     /// Ages of the past samples that the present thresholds find.
     pub past_ages: PastAges,
-    /// The mean hysteresis of the training recordings.
+    /// Mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
-    /// The time lag that the thresholds would describe as hysteresis; measured after the map.
+    /// Time lag that the thresholds would describe as hysteresis. It is measured after the map.
     pub lag: Option<Finding>,
 }
 
@@ -102,7 +102,7 @@ impl Query for StudyThresholds {
                 map: None,
             });
         }
-        let prepared = cache.0.as_mut().expect("was just prepared");
+        let prepared = cache.0.as_mut().expect("the study was just prepared");
         let study = &prepared.study;
         let mut found = ThresholdStudy {
             map: prepared.map.clone(),
@@ -131,7 +131,7 @@ impl Query for StudyThresholds {
             show(ThresholdStudy { map: so_far.clone().map(Arc::new), ..found.clone() });
         });
         let so_far = so_far.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // Other thresholds continue the same map, if it does not depend on them.
+        // New thresholds continue the same map if it does not depend on them.
         found.map = so_far.map(Arc::new).or(found.map);
         prepared.map.clone_from(&found.map);
         map?;
@@ -139,12 +139,12 @@ impl Query for StudyThresholds {
     }
 }
 
-/// Choice of a feature's values by cross-validation.
+/// Question for the best values of a feature by cross-validation.
 #[derive(Clone, Debug)]
 pub struct ChooseBlock {
     /// Feature whose values are chosen.
     pub block: HistoryBlock,
-    /// Error that is minimised; `None` for the default.
+    /// Error to minimise; `None` for the default.
     pub measure: Option<Measure>,
     /// The recordings with their roles.
     pub recordings: Arc<RecordingSet>,
@@ -215,7 +215,7 @@ mod tests {
         let again = study(thresholds).compute(Work {
             cache: &mut cache,
             progress: &Progress::default(),
-            show: &|_| panic!("the map is there, and what the thresholds past_ages takes no time"),
+            show: &|_| panic!("the map is complete, so there is no partial answer"),
         });
         assert!(again.unwrap().map.unwrap().is_complete());
     }

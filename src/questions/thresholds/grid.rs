@@ -1,12 +1,13 @@
-//! Thresholds that are tried, and their order.
+//! Thresholds to try, and their order.
 //!
-//! Guarantees: the values of a [`ThresholdGrid`] are finite, not negative, and rising; there is at least one of each.
+//! Guarantees: the values of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one of each
+//! threshold.
 
 use crate::scoring::numbers::{decimals, round_step};
 
-/// Maximum number of values of one threshold; more cannot be told apart.
+/// Maximum number of values of one threshold. More could not be distinguished in a plot.
 pub const MAX_VALUES: usize = 2000;
-/// Maximum number of pairs of thresholds; the errors of more would fill the memory.
+/// Maximum number of pairs of thresholds. Their errors would fill the memory beyond it.
 const MAX_PAIRS: usize = 250_000;
 /// Approximate number of rows in the first, coarsest level.
 const COARSEST: usize = 5;
@@ -39,7 +40,7 @@ pub enum GridError {
     TooManyPairs { f_ths: usize, t_ths: usize },
 }
 
-/// Returns the values from `start` to `stop` in steps; `stop` is included if a step meets it.
+/// Returns the values from `start` to `stop` in steps. `stop` is included if a step meets it.
 ///
 /// # Errors
 /// [`GridError`] for a step that is not positive, a reversed range, or too many values.
@@ -111,8 +112,8 @@ impl ThresholdGrid {
         Ok(Self { f_ths, t_ths_secs })
     }
 
-    /// Returns a grid for a sensor with this largest distance: `n_f` F_th in even round steps from zero to 1.2 times the
-    /// distance, and `n_t` t_th from half a second to a minute in a constant ratio.
+    /// Returns a grid for a sensor with this largest distance. The `n_f` values of F_th are in even round steps from zero to
+    /// 1.2 times the distance. The `n_t` values of t_th are from half a second to a minute in a constant ratio.
     ///
     /// # Errors
     /// [`GridError`] if a count is zero or too large.
@@ -149,7 +150,7 @@ impl ThresholdGrid {
         *self.t_ths_secs.last().expect("a grid has a t_th")
     }
 
-    /// Returns the positions of the F_th in levels. Each level halves the gaps of the one before, so a map filled in this
+    /// Returns the indices of the F_th in levels. Each level halves the gaps of the level before, so a map filled in this
     /// order shows the whole range from the first level on.
     pub fn coarse_to_fine(&self) -> Vec<Vec<usize>> {
         let n = self.f_ths.len();
@@ -229,7 +230,7 @@ mod tests {
         }
     }
 
-    /// 12 N and a fifth more in 39 steps is 0.369: the next round step is 0.5.
+    /// 12 N plus a fifth, in 39 steps, is 0.369 N per step. The next round step is 0.5 N.
     #[test]
     fn a_grid_covers_the_sensor_in_round_steps() {
         let grid = ThresholdGrid::covering(12.0, 40, 40).unwrap();

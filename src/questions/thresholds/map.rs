@@ -1,6 +1,6 @@
 //! The errors over both thresholds.
 //!
-//! Guarantees: rows may arrive in any order. A missing row is `None`, and all functions work meanwhile.
+//! Guarantees: rows may arrive in any order. A missing row is `None`, and all functions accept it.
 
 use crate::calibration::{CrossValidation, FactoryScores, NoCrossValidation, Scores};
 use crate::features::{Distance, Thresholds};
@@ -13,7 +13,7 @@ use crate::scoring::quantile::quantile;
 /// Share of a map's numbers that lie within the range of its colours.
 const SHADED_SHARE: f64 = 0.95;
 
-/// Samples on which errors are shown.
+/// Set of samples on which errors are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ScoreSet {
     /// Training samples.
@@ -89,7 +89,7 @@ impl ScoreSet {
     }
 }
 
-/// The threshold that varies along a curve, the other being fixed.
+/// Threshold that varies along a curve, while the other is fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
     /// F_th.
@@ -155,28 +155,28 @@ impl ThresholdMap {
     /// Stores the scores of one F_th at every t_th.
     ///
     /// # Panics
-    /// If there is no such F_th, or the number of points is not that of the t_th.
+    /// If the F_th does not exist, or the number of points is not the number of t_th.
     pub fn set_row(&mut self, f_at: usize, points: Vec<PointScores>) {
         assert_eq!(points.len(), self.grid.t_ths_secs().len(), "one per t_th");
         self.rows[f_at] = Some(points);
     }
 
-    /// Returns true if this row is there.
+    /// Returns true if this row is computed.
     pub fn has_row(&self, f_at: usize) -> bool {
         self.rows.get(f_at).is_some_and(Option::is_some)
     }
 
-    /// Returns true if all rows are there.
+    /// Returns true if all rows are computed.
     pub fn is_complete(&self) -> bool {
         self.rows.iter().all(Option::is_some)
     }
 
-    /// Returns the number of rows that are there.
+    /// Returns the number of computed rows.
     pub fn n_rows_done(&self) -> usize {
         self.rows.iter().flatten().count()
     }
 
-    /// Returns the scores of one pair; `None` until its row is there.
+    /// Returns the scores of one pair; `None` until its row is computed.
     pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
@@ -184,7 +184,7 @@ impl ThresholdMap {
     /// Returns the thresholds of one pair.
     ///
     /// # Panics
-    /// If there is no such pair.
+    /// If the pair does not exist.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
         Thresholds { f_th: self.grid.f_ths()[f_at], t_th_secs: self.grid.t_ths_secs()[t_at] }
     }
@@ -202,18 +202,18 @@ impl ThresholdMap {
         )
     }
 
-    /// Returns one number at one pair.
+    /// Returns a measure of the errors at one pair.
     pub fn value(&self, set: ScoreSet, measure: Measure, f_at: usize, t_at: usize) -> Option<f64> {
         let scores = &self.point(f_at, t_at)?.scores;
         measure.of_rmse(&self.scale, set.rmse(scores)?)
     }
 
-    /// Returns one number of the conventional calibration.
+    /// Returns a measure of the errors of the conventional calibration.
     pub fn conventional_value(&self, set: ScoreSet, measure: Measure) -> Option<f64> {
         measure.of_rmse(&self.scale, set.rmse(&self.conventional.scores)?)
     }
 
-    /// Returns the map of one number.
+    /// Returns a measure of the errors at all pairs.
     ///
     /// **Shapes** `n_f_th × n_t_th`, row-major: all t_th of the first F_th come first.
     pub fn values(&self, set: ScoreSet, measure: Measure) -> Vec<Option<f64>> {
@@ -221,8 +221,8 @@ impl ThresholdMap {
         (0..self.rows.len() * n_t).map(|at| self.value(set, measure, at / n_t, at % n_t)).collect()
     }
 
-    /// Returns the range of the numbers that colours distinguish. The few largest lie above it, because pairs that find
-    /// hardly any past sample can be many times worse than all others. Returns `None` without any number.
+    /// Returns the range of errors that colours distinguish; `None` without any error. The few largest errors lie above it,
+    /// because pairs that find hardly any past sample can be many times worse than all others.
     pub fn shades(&self, set: ScoreSet, measure: Measure) -> Option<(f64, f64)> {
         let mut known: Vec<f64> = self.values(set, measure).into_iter().flatten().collect();
         let (least, greatest) = known.iter().collect::<MinMax>().ends()?;
@@ -230,7 +230,7 @@ impl ThresholdMap {
         Some((least, if most > least { most } else { greatest }))
     }
 
-    /// Returns `(threshold, number)` along one threshold through the pair at these positions, rising. Missing pairs are left
+    /// Returns `(threshold, error)` along one threshold through the pair at these indices, ascending. Missing pairs are left
     /// out.
     pub fn curve(
         &self,
@@ -251,7 +251,7 @@ impl ThresholdMap {
         thresholds.filter_map(|(at, threshold)| Some((*threshold, value(at)?))).collect()
     }
 
-    /// Returns the pair with the smallest number, and that number; of equals, the pair with the smallest thresholds.
+    /// Returns the pair with the smallest error, and that error. Of equal pairs, the one with the smallest thresholds counts.
     pub fn minimum(&self, set: ScoreSet, measure: Measure) -> Option<((usize, usize), f64)> {
         let n_t = self.grid.t_ths_secs().len();
         let values = self.values(set, measure).into_iter().enumerate();

@@ -1,7 +1,7 @@
 //! Measures: one number for the errors of several axes.
 //!
-//! Guarantees: every measure is the root of weighted squared errors of the axes, so it applies to squared errors of parts as
-//! well as to an RMSE.
+//! Guarantees: every measure is the root of weighted squared errors of the axes, so it applies to the squared errors of parts
+//! and to an RMSE.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,17 +12,17 @@ use crate::scoring::metrics::Group;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// One axis, by its position, in its unit.
+    /// One axis, by its index, in its unit.
     Axis(usize),
     /// Root mean square over the force axes (N).
     Forces,
     /// Root mean square over the moment axes (N·m).
     Moments,
-    /// Root mean square over all axes, each in percent of its full scale (%); axes without one do not count.
+    /// Root mean square over all axes, each in percent of its full scale (%). Axes without a full scale do not count.
     FullScale,
 }
 
-/// Axes that a measure is taken of.
+/// Axes that a measure combines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasureScale {
     /// Axes in the order of the errors.
@@ -112,7 +112,7 @@ mod tests {
         assert_eq!(of(Measure::Axis(3)), None);
     }
 
-    /// 10 % of 10 N and 35 % of 20 N: √((100 + 1225) / 2); the axis without a full scale does not count.
+    /// The errors are 10 % of 10 N and 35 % of 20 N: √((100 + 1225) / 2). The axis without a full scale does not count.
     #[test]
     fn full_scale_counts_each_axis_in_percent_of_its_own() {
         let value = Measure::FullScale.of_rmse(&scale(), &[1.0, 7.0, 9.0]);

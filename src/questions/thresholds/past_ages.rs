@@ -1,11 +1,11 @@
-//! Effect of a pair of thresholds on the samples: how many find a past sample, and its age.
+//! Ages of the past samples that a pair of thresholds finds.
 
 use serde::Serialize;
 
-/// Ratio of the largest counted age to t_th.
+/// Ratio of the upper end of the last bin to t_th.
 const REACH: usize = 2;
 
-/// Number of samples whose past sample has an age in this bin.
+/// Samples whose past sample has an age in this bin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct AgeBin {
     /// Lower limit of the age (s), not included except in the first bin.
@@ -18,8 +18,10 @@ pub struct AgeBin {
 
 /// Ages of the past samples that one F_th and t_th find.
 ///
-/// Each sample is in one of three classes. Its past sample is found; or its load did differ by F_th, but longer ago than
-/// t_th; or its load never differed by F_th in the recording so far.
+/// Each sample is in one of three classes:
+/// * its past sample is found;
+/// * its load differed by F_th, but longer ago than t_th;
+/// * its load has not yet differed by F_th in the recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct PastAges {
     /// Number of all samples.
@@ -28,14 +30,14 @@ pub struct PastAges {
     pub n_found: u64,
     /// Number of samples whose past sample is older than t_th.
     pub n_cut_off: u64,
-    /// Ages in even bins from zero to twice t_th, so that t_th is a border of bins; empty if t_th is zero.
+    /// Ages in even bins from zero to twice t_th, so that t_th is a border of bins. Empty if t_th is zero.
     pub ages: Vec<AgeBin>,
     /// Number of samples whose past sample is older than the last bin.
     pub n_beyond: u64,
 }
 
 impl PastAges {
-    /// Returns empty counts, with `bins` up to t_th and as many beyond it.
+    /// Returns empty counts, with `bins` bins up to t_th and the same number beyond it.
     pub fn new(t_th_secs: f64, bins: usize) -> Self {
         let edge = |at: usize| t_th_secs * at as f64 / bins as f64;
         let n_bins = if t_th_secs > 0.0 { REACH * bins } else { 0 };
@@ -49,7 +51,8 @@ impl PastAges {
 
     /// Counts the samples of one recording.
     ///
-    /// **Shapes** `past` holds the past sample of each sample without a limit t_th; the sample's own index if there is none.
+    /// **Shapes** `past` holds the past sample of each sample without a limit t_th, or the sample's own index if there is
+    /// none.
     pub fn count(&mut self, times: &[f64], past: &[u32], t_th_secs: f64) {
         self.n_samples += times.len() as u64;
         for (k, &past) in past.iter().enumerate() {
@@ -84,7 +87,7 @@ impl PastAges {
         count as f64 / self.n_samples.max(1) as f64
     }
 
-    /// Returns the age (s) that a share of the found past samples does not exceed, to within a bin; `None` if none is found.
+    /// Returns the age (s) that a share of the found past samples does not exceed, rounded to a bin; `None` if none is found.
     pub fn age_quantile_secs(&self, share: f64) -> Option<f64> {
         let wanted = share * self.n_found as f64;
         let mut counted = 0;
@@ -101,7 +104,7 @@ impl PastAges {
 mod tests {
     use super::*;
 
-    /// Ages: none, 1, 2, 3, then the last sample 7 s after the first; t_th of 2 s in two bins a second wide.
+    /// Ages: none, 1, 2, 3, then the last sample 7 s after the first. t_th is 2 s, in two bins of one second.
     #[test]
     fn every_sample_is_found_cut_off_or_never_differed() {
         let mut past_ages = PastAges::new(2.0, 2);

@@ -20,12 +20,13 @@ pub struct PointScores {
 /// Scores fits that differ only in the thresholds of the first look-back.
 #[derive(Clone, Debug)]
 pub struct Scorer {
-    /// Sums of all training samples, of each part, and of the test recordings, with the look-back at zero.
+    /// Sums of all training samples, of each part, and of the test recordings, with a first look-back that finds no past
+    /// sample.
     train: NormalEquations,
     parts: Vec<NormalEquations>,
-    /// Sums from a cold start on which fits without a part are scored, if these differ.
+    /// Cold-start sums on which fits without a part are scored, if they differ from the part's own.
     cold: Option<Vec<NormalEquations>>,
-    /// Sums of the training recordings, if an automatic ridge leaves out whole recordings rather than the parts.
+    /// Sums of the training recordings, if an automatic ridge leaves out recordings rather than the parts.
     recordings: Option<Vec<NormalEquations>>,
     test: NormalEquations,
     kinds: Vec<ColumnKind>,
@@ -37,8 +38,8 @@ pub struct Scorer {
 }
 
 impl Scorer {
-    /// Takes the sums of the parts and of the test recordings, with a first look-back that finds no past sample, and the
-    /// conventional map whose residuals are the targets.
+    /// Returns a scorer from the sums of the parts and of the test recordings, with a first look-back that finds no past
+    /// sample. The targets are the residuals of the conventional map.
     pub fn new(
         design: &Design,
         conventional: &LinearMap,
@@ -52,7 +53,7 @@ impl Scorer {
         parts.iter().for_each(|part| train.add(part));
         let (kinds, known) = (design.kinds(), conventional.standardised(design));
         let terms = Terms { used: &present, kinds: &kinds, known: &known };
-        // The targets are the residuals of the conventional map, so zero coefficients stand for that map.
+        // The targets are the residuals of the conventional map, so zero coefficients mean that map.
         let none = vec![0.0; train.n_features() * train.n_targets()];
         let left_out = LeftOut::of(&train, &parts, terms).scored_on(cold.as_deref());
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
@@ -82,7 +83,7 @@ impl Scorer {
         &self.conventional
     }
 
-    /// Returns true if fits without a part are scored on other sums than the part's own.
+    /// Returns true if fits without a part are scored on cold-start sums.
     pub fn is_scored_cold(&self) -> bool {
         self.cold.is_some()
     }
@@ -99,9 +100,9 @@ impl Scorer {
 
     /// Returns the scores at every t_th in turn.
     ///
-    /// **Shapes** `aged_parts` holds the contribution of each training piece to its part and recording, `aged_cold` its
-    /// contribution to the sums that the part is scored on, and `aged_test` that of the test recordings. `n_classes` is the
-    /// number of t_th.
+    /// **Shapes** `aged_parts` holds the contribution of each training piece to its part and recording. `aged_cold` holds its
+    /// contribution to the sums that the part is scored on, `aged_test` the contribution of the test recordings. `n_classes`
+    /// is the number of t_th.
     ///
     /// # Errors
     /// [`Cancelled`] if the work was stopped.
@@ -163,7 +164,7 @@ impl Scorer {
         };
         let mut found = fit_targets(train, terms, &terms.of_targets(&strengths));
         if found.rank == self.conventional_rank {
-            // No past sample differs, so the answer is the conventional one to the last bit.
+            // If no past sample differs, the answer is the conventional one, to the bit.
             found.coefficients.fill(0.0);
         }
         point_scores(train, test, &found.coefficients, squares)

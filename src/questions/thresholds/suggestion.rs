@@ -1,4 +1,4 @@
-//! Suggests the thresholds with the lowest held-out error, and the range of thresholds that are as good.
+//! Suggests the thresholds with the lowest held-out error, and the range of equally good thresholds.
 
 use serde::Serialize;
 
@@ -10,26 +10,27 @@ use crate::questions::thresholds::scorer::PointScores;
 use crate::scoring::metrics::percent_change;
 use crate::scoring::numbers::significant;
 
-/// Range of one threshold within which the held-out error is not surely above the lowest (90 % confidence).
+/// Range of one threshold in which the held-out error is not above the lowest with 90 % confidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FlatRange {
     /// Minimum.
     pub from: f64,
     /// Maximum.
     pub to: f64,
-    /// True if `from` is the first value that was tried, so that smaller ones may be as good.
+    /// True if `from` is the smallest value that was tried, so that smaller ones may be as good.
     pub from_is_first_tried: bool,
-    /// True if `to` is the last value that was tried, so that larger ones may be as good.
+    /// True if `to` is the largest value that was tried, so that larger ones may be as good.
     pub to_is_last_tried: bool,
 }
 
-/// The minimum of the cross-validation error over the map.
+/// Minimum of the cross-validation error over the map.
 ///
 /// A neighbour is as good if the minimum is not below its error with 90 % confidence (see [`ErrorBlocks::is_below`]), with
-/// the other threshold fixed. A range is the run of such neighbours around the minimum. The test recordings take no part.
+/// the other threshold fixed. A range is the run of equally good neighbours around the minimum. The test recordings do not
+/// influence it.
 ///
-/// The minimum of a map is too optimistic, because it is chosen among many pairs. The ranges show how little depends on the
-/// choice.
+/// The minimum of a map is too optimistic, because it is chosen among many pairs. The ranges show that the choice hardly
+/// matters within them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     /// Thresholds at the minimum.
@@ -60,11 +61,11 @@ pub enum NoSuggestion {
     /// There is no cross-validation.
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
-    /// The measure has no axis.
+    /// No axis counts for the measure.
     #[error("the sensor has no axis of this measure; choose another one")]
     NoAxis,
     /// The map is still empty.
-    #[error("no row of the map has been computed yet; wait for the first")]
+    #[error("no row of the map has been computed yet; wait for the first row")]
     NotYet,
 }
 
@@ -72,7 +73,7 @@ impl ThresholdMap {
     /// Returns the thresholds to use; see [`Suggestion`].
     ///
     /// # Errors
-    /// [`NoSuggestion`] if the map holds nothing to choose by.
+    /// [`NoSuggestion`] if the map has no errors to choose by.
     pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
@@ -185,7 +186,7 @@ mod tests {
         map
     }
 
-    /// Forty rows of about 2 N, one of which finds hardly any past sample.
+    /// One of forty rows of about 2 N finds hardly any past sample.
     #[test]
     fn one_bad_pair_does_not_take_all_colours() {
         let mut rows: Vec<[f64; 4]> = (0..40).map(|at| [4.0 + 0.01 * f64::from(at); 4]).collect();
@@ -194,16 +195,16 @@ mod tests {
         let (low, high) = of(&rows).unwrap();
         assert_eq!(low, 2.0);
         assert!((2.05..2.1).contains(&high), "{high}");
-        // If all other pairs are equal, the different one must be visible.
+        // If all other pairs are equal, the different pair must be visible.
         let mut rows = vec![[4.0; 4]; 40];
         rows[39] = [900.0; 4];
         assert_eq!(of(&rows), Some((2.0, 30.0)));
     }
 
     /// Row 3 is best. Row 2 alternates between better and worse: mean +0.05, far below its standard error. Row 4 is worse by
-    /// 0.1 on every part, without spread. Row 5 would be as good, but is beyond row 4. Row 1 is much worse.
+    /// 0.1 on every part, without spread. Row 5 would be as good, but lies beyond row 4. Row 1 is much worse.
     #[test]
-    fn the_range_holds_neighbours_whose_excess_may_be_luck() {
+    fn the_range_holds_neighbours_that_are_not_significantly_worse() {
         let map = map(&[
             [9.0, 9.0, 9.0, 9.1],
             [4.0, 4.1, 4.2, 4.0],

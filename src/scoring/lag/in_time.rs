@@ -38,6 +38,7 @@ pub struct Widths {
     pub largest: [f64; 2],
     /// Mean width.
     pub mean: [f64; 2],
+    /// Area.
     pub area: [f64; 2],
     /// Change of the largest width without the lag, if the lag is wrong by two standard errors.
     pub uncertainty: f64,

@@ -1,4 +1,4 @@
-//! Maps of the errors over both thresholds as files, one source file for each format. All lists of formats are made from
+//! Files of maps of the errors over both thresholds, one source file for each format. All lists of formats are made from
 //! [`MAP_FORMATS`].
 
 mod csv;
@@ -15,7 +15,7 @@ use crate::export::FileFormat;
 /// All formats of maps.
 pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[csv::FORMAT, svg::FORMAT];
 
-/// Returns the format of a file's ending; the first format for an unknown ending.
+/// Returns the format of a file's ending, or the first format for an unknown ending.
 pub fn map_format(path: &Path) -> &'static FileFormat<MapWriter> {
     FileFormat::for_path(MAP_FORMATS, path).unwrap_or(&MAP_FORMATS[0])
 }

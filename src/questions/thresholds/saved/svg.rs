@@ -10,8 +10,8 @@ use crate::questions::thresholds::{Along, Measure, ScoreSet, Suggestion, Thresho
 use crate::report::figure;
 use crate::report::figure::{Figure, HeatMap, Line, Scale, color};
 
-/// The map of the held-out errors with the proposed pair, and beside it, as `<name>_f_th.svg` and `<name>_t_th.svg`, the
-/// curves through that pair.
+/// Map of the held-out errors with the proposed pair, and the curves through that pair as `<name>_f_th.svg` and
+/// `<name>_t_th.svg`.
 pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
@@ -64,7 +64,7 @@ impl ShownFTh {
         Self { factor, unit }
     }
 
-    /// Returns the shown F_th, rounded to remove digits that the factor adds.
+    /// Returns the shown F_th, without the rounding errors of the factor.
     pub fn number(self, f_th: f64) -> f64 {
         match self.factor {
             1.0 => f_th,

@@ -1,5 +1,5 @@
 //! Chooses the values of a feature block by cross-validation: one pass over the columns of all candidates, then any selection
-//! from the sums.
+//! of candidates from the sums.
 
 use std::ops::RangeInclusive;
 
@@ -20,10 +20,10 @@ use crate::recording::Role;
 use crate::recording::in_role;
 use crate::scoring::left_out::LeftOut;
 
-/// Shortest time that is tried, in steps of the recordings.
+/// Shortest time to try, in steps of the recordings.
 const SHORTEST_TIME: f64 = 0.25;
 
-/// Returns true for a block whose values must be searched: one with a [`search`](Block::search).
+/// Block whose values can be searched: one with a [`search`](Block::search).
 pub type HistoryBlock = &'static dyn Block;
 
 fn by_option<S: Serializer>(block: &HistoryBlock, serializer: S) -> Result<S::Ok, S::Error> {
@@ -36,7 +36,7 @@ pub struct BlockSuggestion {
     /// The block.
     #[serde(serialize_with = "by_option")]
     pub block: HistoryBlock,
-    /// Chosen values, rising; empty if no list is better than none on held-out parts with 90 % confidence.
+    /// Chosen values, ascending. Empty if no list is better than none on held-out parts with 90 % confidence.
     pub values: Vec<f64>,
     /// Cross-validation error with the list.
     pub left_out: f64,
@@ -46,7 +46,7 @@ pub struct BlockSuggestion {
     pub n_tried: usize,
 }
 
-/// Scores any selection of the candidates.
+/// Scores selections of the candidates.
 struct Bench {
     sums: Sums,
     kinds: Vec<ColumnKind>,
@@ -65,7 +65,7 @@ struct Bench {
 #[derive(Clone)]
 struct Tried {
     chosen: Vec<usize>,
-    /// Sums of squared errors of each held-out part, with all axes weighted together.
+    /// Sums of squared errors of each held-out part, over all axes with their weights.
     squares: Vec<f64>,
 }
 
@@ -78,8 +78,8 @@ impl Tried {
 impl Study {
     /// Chooses the list of values with the lowest held-out error for a block, with all other settings unchanged.
     ///
-    /// Lists are formed from the block's candidates as its [`Lists`] define, and compared by [`ErrorBlocks`]. A block without
-    /// a search has no candidates.
+    /// The block's [`Lists`] define the lists of candidates, and [`ErrorBlocks`] compares them. A block without a search has
+    /// no candidates.
     ///
     /// # Errors
     /// [`AnalysisError`] if nothing can be left out, no axis counts, or the work was stopped.
@@ -116,7 +116,7 @@ impl Study {
     /// Returns the candidate values of a block for these recordings, thinned to the number of columns that fit.
     ///
     /// Times reach from a quarter of the shortest step (gauges are interpolated between samples) to the longest recording.
-    /// The states of radii are known in nine of ten samples of every group.
+    /// Radii are limited to those whose states are known in nine of ten samples of every group.
     pub(crate) fn candidates(&self, block: HistoryBlock, search: Search) -> Vec<f64> {
         let mut candidates = search.candidates.to_vec();
         if block.setting().unit == Unit::SECONDS {
@@ -135,7 +135,7 @@ impl Study {
             let features = with_values(&self.blank.features, block, candidates);
             features.check_columns(n_gauges).is_ok()
         };
-        // Every second candidate is dropped, so that the range stays.
+        // Every second candidate is dropped, so that their range stays.
         while candidates.len() > 1 && !fits(&candidates) {
             candidates = candidates.into_iter().step_by(2).collect();
         }
@@ -219,8 +219,8 @@ impl Bench {
         tried.collect()
     }
 
-    /// Tries all lists. Returns the shortest one that is nearly as good as the best, or none if no list is surely better than
-    /// none.
+    /// Tries all lists. Returns the shortest list that is nearly as good as the best. Returns none if no list is better than
+    /// none with 90 % confidence.
     fn shortest_good_list(
         &self,
         lists: Vec<Vec<usize>>,
@@ -270,7 +270,7 @@ impl Bench {
     }
 }
 
-/// Returns every list of evenly spaced positions with one of these lengths.
+/// Returns every list of evenly spaced indices with one of these lengths.
 fn even_lists(n: usize, lengths: RangeInclusive<usize>) -> Vec<Vec<usize>> {
     let mut lists = Vec::new();
     for length in lengths {

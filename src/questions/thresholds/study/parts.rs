@@ -1,4 +1,4 @@
-//! Which recordings take part in a study of thresholds.
+//! Recordings that are used in a study of thresholds.
 
 use crate::calibration::{NoCrossValidation, RidgeChoice};
 use crate::features::ColumnKind;
@@ -6,12 +6,12 @@ use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, Role};
 use crate::scoring::left_out::too_short;
 
-/// Returns true if a recording takes part in fits or scores.
+/// Returns true if a recording is used in fits or scores.
 pub(crate) fn takes_part(entry: &Entry) -> bool {
     entry.role != Role::Off && entry.recording.has_reference()
 }
 
-/// Checks that enough samples remain without each part. An automatic ridge may choose not to shrink.
+/// Checks that enough samples remain without each part. (An automatic ridge may be zero.)
 pub(crate) fn check_parts(
     part_samples: &[u64],
     kinds: impl Iterator<Item = ColumnKind>,

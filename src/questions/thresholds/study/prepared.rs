@@ -22,7 +22,7 @@ pub(crate) const AGE_BINS: usize = 30;
 pub struct Study {
     pub(crate) data: Arc<Dataset>,
     pub(crate) paths: Paths,
-    /// Settings as a calibration without a map: axes, full scales and gauge scales.
+    /// Calibration without a compensated map: axes, full scales and gauge scales.
     pub(crate) blank: Calibration,
     pub(crate) settings: FitSettings,
 }
@@ -74,7 +74,7 @@ impl Study {
         self.blank.features.distance
     }
 
-    /// Returns the largest full scale among the axes that F_th is measured over, in the unit of F_th.
+    /// Returns the largest full scale of the axes that count for F_th, in the unit of F_th.
     pub fn largest_distance(&self) -> f64 {
         let weights = self.blank.distance_weights();
         let scaled = weights.iter().zip(&self.blank.full_scale);

@@ -21,7 +21,7 @@ use crate::recording::RecordingSet;
 use crate::recording::Role;
 use crate::recording::{Recording, simulated};
 
-/// Every `step`-th recording of the built-in sensor; those of path 6 are test recordings.
+/// Returns every `step`-th recording of the built-in sensor. Recordings of path 6 are test recordings.
 fn some(step: usize) -> Arc<RecordingSet> {
     let mut set = RecordingSet::default();
     for entry in simulated::recordings(5).entries().iter().step_by(step) {
@@ -50,7 +50,7 @@ fn map_of(
     study.threshold_map(&grid, &progress, &|_| {}).unwrap()
 }
 
-/// Scores of a separate fit at these thresholds.
+/// Returns the scores of a separate fit at these thresholds.
 fn fresh(recordings: &Arc<RecordingSet>, settings: &FitSettings, at: Thresholds) -> [Scores; 2] {
     let mut settings = settings.clone();
     match settings.features.look_backs.first_mut() {
@@ -69,7 +69,7 @@ fn assert_equal(actual: &Scores, expected: &Scores, what: &str) {
         let (actual, expected) = (set.rmse(actual), set.rmse(expected));
         assert_eq!(actual.is_some(), expected.is_some(), "{what}, {set:?}");
         for (actual, expected) in actual.into_iter().flatten().zip(expected.into_iter().flatten()) {
-            // Where the weight hangs in the middle, moments are zero except for rounding.
+            // If the weight hangs in the middle, moments are zero except for rounding.
             let error = (actual - expected).abs();
             assert!(error <= 1e-9 * expected + 1e-14, "{what}, {set:?}: {actual} {expected}");
         }
@@ -159,9 +159,9 @@ fn without_a_look_back_one_is_added() {
     assert_equal(&map.point(0, 0).unwrap().scores, &added[1], "added");
 }
 
-/// Thresholds without any past sample: the errors equal the conventional errors exactly.
+/// At thresholds without any past sample, the errors equal the conventional errors exactly.
 #[test]
-fn where_the_past_never_differs_the_errors_are_exactly_conventional() {
+fn without_past_samples_the_errors_are_exactly_conventional() {
     let map = map_of(&some(30), &settings(|_| {}), &[0.0, 3.0, 1e6], &[0.0, 15.0]);
     for (f_at, t_at) in [(0, 0), (0, 1), (1, 0), (2, 0), (2, 1)] {
         assert_eq!(map.point(f_at, t_at), Some(&map.conventional), "{f_at} {t_at}");
@@ -308,7 +308,7 @@ fn a_suggested_list_keeps_what_it_promises() {
     }
 }
 
-/// The paper's rule and cross-validation, on the simulated sensor with a mean hysteresis of 2.64 N.
+/// Applies the paper's rule and cross-validation to the simulated sensor, whose mean hysteresis is 2.64 N.
 #[test]
 fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));

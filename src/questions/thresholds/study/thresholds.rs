@@ -1,4 +1,4 @@
-//! The map over F_th and t_th: one search and one pass per F_th, all t_th from it.
+//! Computes the map over F_th and t_th: one search and one pass per F_th give the errors at all t_th.
 
 use rayon::prelude::*;
 
@@ -14,7 +14,7 @@ use crate::questions::thresholds::study::parts::{check_parts, takes_part};
 use crate::questions::thresholds::study::prepared::Study;
 use crate::recording::Role;
 
-/// Maximum memory (bytes) for the sums of two F_th, which are worked on at once.
+/// Maximum memory (bytes) for the sums of two F_th, which are computed at the same time.
 const MAX_BYTES: usize = 2 << 30;
 const AT_ONCE: usize = 2;
 
@@ -37,7 +37,7 @@ struct Rows<'a> {
     study: &'a Study,
     grid: &'a ThresholdGrid,
     design: Design,
-    /// Past samples of the further look-backs of each recording.
+    /// Past samples of the other look-backs of each recording.
     further: Vec<Vec<Vec<u32>>>,
     scorer: Scorer,
 }
@@ -47,7 +47,7 @@ impl Study {
     /// settings have no look-back, one is added.
     ///
     /// Rows are passed on as they are finished, coarse to fine, from several threads. An automatic ridge is chosen anew at
-    /// every pair, as a fit there would. `progress` counts rows.
+    /// every pair, as a fit at that pair would. `progress` counts rows.
     ///
     /// # Errors
     /// [`AnalysisError`] if the training recordings are too short to leave a part out, the map would not fit in memory, or
@@ -202,7 +202,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Returns the past samples of all look-backs but the first, for each recording.
+/// Returns the past samples of all look-backs except the first, for each recording.
 fn further_past(
     study: &Study,
     features: &FeatureSettings,
