@@ -44,7 +44,7 @@ mod tests {
 
     use super::*;
 
-    /// If this fails, run `.ci/licences.py`.
+    /// If this test fails, run `.ci/licences.py`.
     #[test]
     fn the_licences_are_those_of_the_crates_that_are_locked() {
         let lock = include_str!("../Cargo.lock");

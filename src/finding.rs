@@ -255,7 +255,7 @@ impl Serialize for Finding {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
 #[cfg_attr(test, derive(strum::EnumIter))]
 #[strum(serialize_all = "snake_case")]
-#[expect(missing_docs, reason = "what each means is worded below")]
+#[expect(missing_docs, reason = "the meaning of each is worded below")]
 pub enum Id {
     RowsSkipped,
     PartsIgnored,
@@ -603,7 +603,7 @@ mod tests {
 
     use super::*;
 
-    /// Words that belong to one face only.
+    /// Words that belong to only one of command line and window.
     const OF_THE_COMMAND_LINE: [&str; 2] = ["--", "column map"];
     const OF_THE_WINDOW: [&str; 6] =
         ["click", "press ", "window", "Settings", "File >", "Hanging mass"];

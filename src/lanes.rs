@@ -1,6 +1,6 @@
-//! Rows of a few numbers: a loop whose length is not known spends more on its preparations than on six numbers.
+//! Rows of a few numbers. A loop of unknown length spends more time on its preparations than on six numbers.
 
-/// Number of rows computed at once; longer rows have no code of their own.
+/// Number of rows computed at once. Longer rows have no specialised code.
 const LANES: usize = 8;
 
 /// Writes the result of `value` for the numbers at the same index in each of `from`.

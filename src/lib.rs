@@ -17,7 +17,7 @@
 //! | [`cli`] | the command line | [`cli::Job`] |
 //! | `ui` | the window (feature `gui`), one file for each pane: panes ask questions, draw answers and send edits | `ui::Shell` |
 //!
-//! [`finding`] holds the findings that the program reports beside numbers, [`progress`] watches and cancels slow work, and
+//! [`finding`] holds the findings that the program reports beside numbers, [`progress`] reports and cancels slow work, and
 //! [`min_max`] computes ranges of numbers.
 //!
 //! Other programs can read recordings, fit and score a calibration, write it, read it again, and run it sample by sample. All
@@ -64,7 +64,7 @@
 //! # }
 //! ```
 
-// Without the window, some items have no user.
+// Without the window, some items are unused.
 #![cfg_attr(not(feature = "gui"), allow(dead_code, unused_imports))]
 
 mod about;

@@ -1,6 +1,6 @@
-//! The program's log: written to standard error as `RUST_LOG` asks; errors of file dialogs are kept for the window.
+//! The program's log: written to standard error according to `RUST_LOG`. Errors of file dialogs are kept for the window.
 //!
-//! A file dialog that fails looks like one that was cancelled. Its library says so in the log alone.
+//! A file dialog that fails looks like one that was cancelled. Its library reports the failure only in the log.
 
 use std::sync::Mutex;
 

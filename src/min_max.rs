@@ -13,19 +13,19 @@ impl MinMax {
     /// Range of an empty list.
     pub const NONE: Self = Self { min: f64::INFINITY, max: f64::NEG_INFINITY };
 
-    /// Returns it with one more number.
+    /// Returns the range with one more number.
     #[inline]
     pub fn with(self, value: f64) -> Self {
         Self { min: self.min.min(value), max: self.max.max(value) }
     }
 
-    /// Returns that of the numbers of both.
+    /// Returns the range of the numbers in either range.
     #[inline]
     pub fn joined(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Returns the part that all of these have; its `min` is above its `max` where there is none.
+    /// Returns the part that all ranges have in common. Its `min` is above its `max` if there is none.
     pub fn common(all: impl Iterator<Item = Self>) -> Self {
         let part = |a: Self, b: Self| Self { min: a.min.max(b.min), max: a.max.min(b.max) };
         all.reduce(part).unwrap_or(Self::NONE)

@@ -32,7 +32,7 @@ pub fn caught<A>(work: impl FnOnce() -> A) -> Result<A, Panicked> {
         .map_err(|payload| Panicked { message: panic_message(&*payload) })
 }
 
-/// As [`caught`], for crates that panic on damaged files. The message is not also written to standard error.
+/// Does the work like [`caught`], for crates that panic on damaged files. The message is not also written to standard error.
 ///
 /// # Errors
 /// [`Panicked`] with the message of the panic.

@@ -9,7 +9,7 @@ pub(crate) struct Random {
 }
 
 impl Random {
-    /// Returns the stream for a seed and a list of keys. Other keys give unrelated streams.
+    /// Returns the stream for a seed and a list of keys. Different keys give unrelated streams.
     pub(crate) fn new(seed: u64, keys: &[u64]) -> Self {
         let mut stream = Self { state: seed, spare_normal: None };
         for key in keys {

@@ -14,7 +14,7 @@ const LISTED_NAMES: usize = 8;
 /// Maximum number of characters of a file's text in a message.
 const SHOWN_CHARS: usize = 40;
 
-/// Returns the name of a file without its folder; the whole path where it has none.
+/// Returns the name of a file without its folder, or the whole path if it has no name.
 pub(crate) fn file_name(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy()
 }

@@ -67,17 +67,18 @@ mod tests {
         let path = folder.path().join("a");
         fs::write(&path, "12345").unwrap();
         assert_eq!(read_small(&path, "a map", 5).unwrap(), b"12345");
-        let told = |path: &Path, limit| read_small(path, "a map", limit).unwrap_err().to_string();
-        assert!(told(&path, 4).contains("too many for a map"));
-        assert!(told(folder.path(), 5).contains("folder"));
+        let message =
+            |path: &Path, limit| read_small(path, "a map", limit).unwrap_err().to_string();
+        assert!(message(&path, 4).contains("too many for a map"));
+        assert!(message(folder.path(), 5).contains("folder"));
     }
 
     #[cfg(target_os = "linux")]
     #[test]
     fn what_never_ends_is_not_read() {
-        let told = read_small(Path::new("/dev/zero"), "a map", 5).unwrap_err();
-        assert!(told.to_string().contains("device"), "{told}");
-        // Files in /proc claim to be empty.
+        let error = read_small(Path::new("/dev/zero"), "a map", 5).unwrap_err();
+        assert!(error.to_string().contains("device"), "{error}");
+        // Files in /proc report a length of zero.
         assert!(read_small(Path::new("/proc/self/status"), "a map", 5).is_err());
     }
 }

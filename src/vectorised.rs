@@ -13,8 +13,8 @@ impl<F: FnMut()> pulp::WithSimd for Work<F> {
 
 /// Runs `work` with the instructions of this processor. The closure must be `#[inline(always)]`.
 ///
-/// Called by reference, a closure is inlined. Called by value, as [`pulp::Arch::dispatch`] does, a closure that moves
-/// nothing out is reached through a function of its own, without these instructions: each `mul_add` is then a call.
+/// The closure is called by reference, so that it is inlined. If it were called by value, as [`pulp::Arch::dispatch`] does,
+/// it would be a separate function without these instructions, in which each `mul_add` is a call.
 #[inline(always)]
 pub(crate) fn vectorised(work: impl FnMut()) {
     pulp::Arch::new().dispatch(Work(work));

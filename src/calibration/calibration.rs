@@ -129,7 +129,7 @@ pub struct BlockRidge {
     pub strengths: Vec<Option<f64>>,
 }
 
-/// A fit that could go through every sample it was made of.
+/// A fit with no more samples than coefficients, which could pass through every sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Undetermined {
     /// Number of training samples.
@@ -221,7 +221,7 @@ pub struct Calibration {
     pub tare: Option<Tare>,
 }
 
-/// Value that no gauge and no load reaches, in the range of single precision.
+/// Value beyond every gauge reading and every load, in the range of single precision.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
 
 /// Returns the default minimum time between kept samples (s): about a third of the step of the recordings. Jitter then
@@ -366,14 +366,14 @@ impl Calibration {
         }
     }
 
-    /// Returns the numbers of samples and coefficients if there are no more samples than coefficients.
+    /// Returns the numbers of samples and coefficients of an undetermined fit; `None` for a determined one.
     pub fn undetermined(&self) -> Option<Undetermined> {
         let (samples, coefficients) = (self.quality.n_train, self.design().n_columns());
         (samples > 0 && samples <= coefficients as u64)
             .then_some(Undetermined { samples, coefficients })
     }
 
-    /// Returns the reason why there are no cross-validation scores, or `None` if there are, or the calibration was not
+    /// Returns the reason why there are no cross-validation scores. `None` if there are scores, or if the calibration was not
     /// fitted here.
     pub fn no_cross_validation(&self) -> Option<NoCrossValidation> {
         let is_known = self.quality.compensated.cv_rmse.is_some() || self.quality.n_train == 0;

@@ -185,8 +185,8 @@ impl Blocks {
         })
     }
 
-    /// Chooses among `n` fits: the conventional calibration, then all others from the smallest to the largest.
-    /// `squares(at)` are the summed squared errors of each block, weighted over axes.
+    /// Chooses among `n` fits: the conventional calibration, then all others from the smallest to the largest. `squares(at)`
+    /// returns the summed squared errors of each block, weighted over axes.
     ///
     /// The smallest is the first fit whose error is within the share `within` of the lowest, with 90 % confidence.
     pub fn choose<'a>(
@@ -396,7 +396,7 @@ mod tests {
         assert_eq!(simplest_good(2, 3, |at, _| broken[at]), 0);
     }
 
-    /// Squared rest of a target of 1 when a share of `learned` is subtracted, part by part.
+    /// A target of 1 is reduced by a share of `learned` in each part; the squares are those of the remainder.
     #[test]
     fn a_second_stage_is_added_with_its_best_share_or_not_at_all() {
         let share = |learned: [f64; 4]| {

@@ -23,8 +23,8 @@ pub struct Conventional {
 }
 
 impl Conventional {
-    /// Fits the training recordings, then fits the residuals once more to remove rounding errors. The result is not
-    /// valid after cancellation.
+    /// Fits the training recordings, then fits the residuals once more to remove rounding errors. After cancellation, the
+    /// result is not valid.
     ///
     /// # Panics
     /// If there is no training recording, or their columns differ.

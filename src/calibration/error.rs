@@ -1,16 +1,16 @@
-//! Why a calibration cannot be used.
+//! Reasons why a calibration cannot be used.
 
 use crate::calibration::learned::LearnedError;
 use crate::calibration::length::WrongLength;
 use crate::calibration::linear_map::LARGEST;
 use crate::features::FeatureError;
 
-/// What the field `format` of a calibration file says.
+/// Value of the field `format` of a calibration file.
 pub const FORMAT: &str = "loopscope calibration";
 /// Version of the file that this program writes and reads.
 pub const VERSION: u32 = 2;
 
-/// Why a calibration cannot be used.
+/// Reason why a calibration cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
     #[error("this is not a calibration: its \"format\" is not \"{FORMAT}\"")]
@@ -26,7 +26,7 @@ pub enum CalibrationError {
     #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
     Unit { axis: &'static str, expected: &'static str, actual: String },
     #[error(
-        "{field} holds {value:?}, which is no number from {least:?} up to {LARGEST:?}; mend the file, or fit in other units"
+        "{field} holds {value:?}, which is not a number from {least:?} to {LARGEST:?}; correct the file, or fit in other units"
     )]
     Number { field: String, value: f64, least: f64 },
     #[error("the decimation is 0; it must be 1 (every sample) or more")]

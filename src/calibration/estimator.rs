@@ -32,8 +32,8 @@ pub struct Estimator<'a> {
     strays: u32,
     /// Offset that taring subtracts from each gauge.
     gauge_zero: Vec<f64>,
-    /// Offset that was subtracted from each gauge before this estimator.
-    came_less: Vec<f64>,
+    /// Offset that was subtracted from each gauge before the estimator received it.
+    subtracted_before: Vec<f64>,
     gauges: Vec<f64>,
     raw: Vec<f64>,
     inputs: Vec<f64>,
@@ -86,7 +86,7 @@ impl<'a> Estimator<'a> {
             since_secs: 0.0,
             strays: 0,
             gauge_zero: vec![0.0; calibration.gauges.len()],
-            came_less: vec![0.0; calibration.gauges.len()],
+            subtracted_before: vec![0.0; calibration.gauges.len()],
             gauges: vec![0.0; calibration.gauges.len()],
             raw: vec![0.0; design.n_columns()],
             inputs: Vec::new(),
@@ -117,9 +117,9 @@ impl<'a> Estimator<'a> {
 
     /// Sets the offsets that were already subtracted from the gauges of later samples. They are needed only to detect
     /// clipping if the calibration was fitted to gauges that were not tared.
-    pub(crate) fn come_less(&mut self, offsets: impl Iterator<Item = f64>) {
-        self.came_less.clear();
-        self.came_less.extend(offsets);
+    pub(crate) fn set_subtracted_before(&mut self, offsets: impl Iterator<Item = f64>) {
+        self.subtracted_before.clear();
+        self.subtracted_before.extend(offsets);
     }
 
     /// Processes the next sample and returns its status and compensated load.
@@ -198,7 +198,7 @@ impl<'a> Estimator<'a> {
     /// gauges.
     fn has_gauge_beyond(&self, gauges: &[f64]) -> bool {
         let is_tared = self.calibration.tare.is_some();
-        let as_measured = gauges.iter().zip(&self.came_less);
+        let as_measured = gauges.iter().zip(&self.subtracted_before);
         let as_measured = as_measured.map(|(gauge, less)| gauge + less);
         if is_tared {
             self.calibration.has_gauge_beyond(self.gauges.iter().copied())

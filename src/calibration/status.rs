@@ -68,7 +68,7 @@ impl BitOrAssign for Status {
     }
 }
 
-/// Texts joined by `+`. After a gap or restart, `filling` is omitted, because the history is then always short.
+/// Writes the texts joined by `+`. After a gap or restart, `filling` is omitted, because the history is then always short.
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let begins = self.has(Self(Self::AFTER_GAP.0 | Self::RESTARTED.0));

@@ -192,7 +192,6 @@ struct Block {
     rows: Vec<f64>,
     /// Samples of the rows.
     kept: Vec<usize>,
-    /// The class of each row.
     classes: Vec<usize>,
 }
 
@@ -220,7 +219,7 @@ pub fn recording_sums(
     pass.sums(pieces, empty, |_, _| Some(0))
 }
 
-/// Returns past samples that lie in the same piece; where one lies before it, the sample itself.
+/// Returns the past samples within each piece. If a past sample lies before its piece, the sample itself takes its place.
 fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     let of_piece = |piece: &Piece| {
         let start = piece.samples.start as u32;
@@ -230,7 +229,7 @@ fn cold_past(past: &[u32], pieces: &[Piece]) -> Vec<u32> {
     pieces.iter().flat_map(of_piece).collect()
 }
 
-/// The samples of a recording, as rows are made of them.
+/// Access to the rows of a recording.
 #[derive(Clone, Copy)]
 pub(crate) struct RowsOf<'a> {
     times: &'a [f64],
@@ -316,7 +315,7 @@ mod tests {
     use crate::features::{Blocks, Creep, FeatureSettings, FixedLag, LoadPath, Play, Thresholds};
     use crate::recording::simulated;
 
-    /// The sums of cold pieces equal those of recordings that were cut at the same samples.
+    /// The sums of cold pieces equal those of recordings that are cut at the same samples.
     #[test]
     fn cold_pieces_are_recordings_of_their_own() {
         let set = simulated::recordings(3);

@@ -64,7 +64,7 @@ impl Work for CheckJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        // One file that cannot be used says nothing about the others.
+        // A file that cannot be used does not stop the check of the others.
         let mut recordings = self.recordings.clone();
         recordings.read.keep_going = true;
         let set = recordings.read(run, &self.model.rated())?;

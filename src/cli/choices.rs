@@ -580,8 +580,8 @@ mod tests {
                 }
                 None => listed(setting.default, ","),
             };
-            let said = format!("[--{} {values}]", setting.option);
-            assert!(readme.contains(&said), "README.md does not say {said}");
+            let option = format!("[--{} {values}]", setting.option);
+            assert!(readme.contains(&option), "README.md does not contain {option}");
         }
     }
 }

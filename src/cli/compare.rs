@@ -69,7 +69,7 @@ struct Row<'a> {
     seconds: Option<f64>,
     #[serde(skip)]
     model: &'a Model,
-    /// Features and amount of data in words.
+    /// Features, and amount of data, in words.
     #[serde(skip)]
     words: [String; 2],
 }

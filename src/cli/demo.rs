@@ -44,7 +44,7 @@ enum Shown {
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope demo recordings", "writes simulated recordings to try the other jobs on"),
-    ("loopscope demo both --show both", "writes a sensor with a time lag and hysteresis; metrology both/*.csv tells them apart"),
+    ("loopscope demo both --show both", "writes a sensor with a time lag and hysteresis; metrology both/*.csv distinguishes them"),
 ]))]
 pub struct DemoJob {
     /// Folder to write to. It is made if it does not exist.

@@ -89,7 +89,7 @@ fn in_words(error: &(dyn Error + 'static)) -> String {
     known.iter().find_map(|of| of(error)).unwrap_or_else(|| error.to_string())
 }
 
-/// Takes an I/O error without a file name for one of standard output. Errors of files name their file.
+/// Treats an I/O error without a file name as an error of standard output, because errors of files name their file.
 impl<E: Error + 'static> From<E> for JobError {
     fn from(error: E) -> Self {
         match (Box::new(error) as Box<dyn Error>).downcast() {

@@ -268,13 +268,11 @@ struct FitReport<'a> {
     features: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     factory: Option<FactoryScores>,
-    /// Reason why there is no expected error.
     expected_error: Option<&'a ExpectedError>,
     #[serde(skip_serializing_if = "Option::is_none")]
     no_expected_error: Option<&'a String>,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     limits: &'a [Checked],
-    /// Findings about the recordings and the fit.
     findings: Vec<&'a Finding>,
 }
 

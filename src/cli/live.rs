@@ -19,7 +19,7 @@ use crate::recording::{Axis, Tare, TareError};
 /// Status of rows that are averaged for a tare.
 const TARING: &str = "taring";
 /// Maximum number of invalid lines that are reported one by one.
-const TOLD_ONE_BY_ONE: u64 = 5;
+const REPORTED_ONE_BY_ONE: u64 = 5;
 
 /// Computes the loads of standard input until it ends.
 ///
@@ -177,7 +177,7 @@ impl Taring {
     }
 }
 
-/// Zero and remaining work that outlive a replaced file.
+/// Tare and count that outlive a replaced file.
 #[derive(Debug, Default)]
 struct Zero {
     /// Mean gauges of the unloaded sensor.
@@ -255,7 +255,7 @@ impl Answering<'_, '_> {
         };
         self.zero.n_broken += 1;
         let why = &rejected.why;
-        if self.zero.n_broken <= TOLD_ONE_BY_ONE {
+        if self.zero.n_broken <= REPORTED_ONE_BY_ONE {
             self.say.warning(format_args!("line not usable as a row: {line}: {why}"));
         }
         let status = Status::REJECTED_VALUE.to_string();
@@ -317,7 +317,7 @@ impl Tap<'_> {
                     },
                     None => {
                         let n = zero.n_broken;
-                        if n > TOLD_ONE_BY_ONE {
+                        if n > REPORTED_ONE_BY_ONE {
                             self.say.warning(format_args!("{n} lines were not usable as rows"));
                         }
                         return Ok(());
@@ -368,7 +368,7 @@ impl Tap<'_> {
                 None => return Ok(Some(head.end(source).map_err(unread)?)),
                 Some(Grown::Nothing) => {}
                 Some(Grown::Replaced) => head = LiveHead::default(),
-                // Before the first row there are no gauges for a tare, and no history.
+                // Before the first row, there are no gauges for a tare, and there is no history.
                 Some(Grown::Line(line)) if Request::of(&line).is_some() => {}
                 Some(Grown::Line(line)) => {
                     if let Some(begun) = head.push(line, source).map_err(unread)? {

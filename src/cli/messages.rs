@@ -52,13 +52,13 @@ impl Messages {
         self.state().warnings.clone()
     }
 
-    /// Prints that a file is skipped, and keeps why.
+    /// Prints that a file is skipped, and keeps the reason.
     pub fn left_out(&self, error: &dyn Display) {
         self.error(&format_args!("left out: {error}"));
         self.state().left_out.push(error.to_string());
     }
 
-    /// Returns why each file that was left out was.
+    /// Returns the reason for each skipped file.
     pub fn files_left_out(&self) -> Vec<String> {
         self.state().left_out.clone()
     }

@@ -69,7 +69,7 @@ struct Subject {
     recordings: Vec<Arc<Recording>>,
     /// Ranges of the loads that the calibration is measured on and was fitted to.
     extents: Vec<LoadExtent>,
-    /// Description of where the calibration comes from.
+    /// Description of the calibration's origin.
     origin: String,
 }
 

@@ -26,7 +26,7 @@ const LISTED_FAULTY: usize = 8;
 /// Arguments of all jobs that read recordings.
 #[derive(Clone, Debug, Args)]
 pub struct ReadArgs {
-    /// Column map (JSON) with the role of each column, for files whose headers do not tell; `inspect --write-map` writes one.
+    /// Column map (JSON) with the role of each column, for files whose headers do not give it; `inspect --write-map` writes one.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     pub columns: Option<PathBuf>,
     /// Tare each recording by the gauges' mean over an interval: FROM:TO in seconds from its start, or "auto" for the first
@@ -48,8 +48,8 @@ pub struct ReadArgs {
     pub keep_going: bool,
 }
 
-/// Moves the recordings with the most frequent gauges and axes to the front. The first recording decides which others can be
-/// used, so the majority decides.
+/// Moves the recordings with the most frequent gauges and axes to the front, because the first recording decides which others
+/// can be used. Their order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
         let [a, b] = [a, b].map(|own| &own.recording);
@@ -62,7 +62,7 @@ fn usual_columns_first(all: &mut [Entry]) {
             None => kinds.push((own, 1)),
         }
     }
-    // The first of several that are as frequent.
+    // Of several equally frequent kinds, the first counts.
     let Some((usual, _)) = kinds.into_iter().rev().max_by_key(|(_, n)| *n) else { return };
     let usual = usual.clone();
     all.sort_by_key(|own| !has_columns_of(own, &usual));
@@ -115,7 +115,7 @@ impl ReadArgs {
         }
     }
 
-    /// Returns `None` for a file that failed, if the user asked to skip such files.
+    /// Returns `None` for a file that failed, if the user asked to skip failed files.
     pub fn or_left_out<T: Default>(
         &self,
         run: &Run,

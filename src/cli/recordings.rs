@@ -147,7 +147,7 @@ impl SensorArgs {
 /// Settings of loops and metrology figures.
 #[derive(Debug, Args)]
 pub struct MeasuringArgs {
-    /// Reversal threshold of each axis in N and N·m, in axis order: how far the load must turn back to count as a reversal
+    /// Reversal threshold of each axis in N and N·m, in axis order: the load must turn back by more to count as a reversal
     /// [default: ten times the noise, and at least 5 % of the range].
     #[arg(
         long,

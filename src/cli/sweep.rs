@@ -420,7 +420,7 @@ fn print_hysteresis(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
 fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()> {
     let ages = match [0.5, 0.95].map(|share| past_ages.age_quantile_secs(share)) {
         [Some(half), Some(most)] => format!(
-            "; half of them at most {} s old, 95 % at most {} s",
+            " (half of these at most {} s old, 95 % at most {} s)",
             significant(half, 3),
             significant(most, 3)
         ),
@@ -428,7 +428,7 @@ fn print_past_ages(past_ages: &PastAges, out: &mut impl Write) -> io::Result<()>
     };
     writeln!(
         out,
-        "At these thresholds {:.1} % of the training samples find their past, {:.1} % have one that t_th cuts off{ages}",
+        "At these thresholds, {:.1} % of the training samples find a past sample{ages}; for {:.1} % it is older than t_th",
         100.0 * past_ages.share_found(),
         100.0 * past_ages.share_beyond_t_th(),
     )
@@ -457,7 +457,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_and_lists_are_told_apart() {
+    fn ranges_and_lists_are_distinguished() {
         let parsed = |text: &str| text.parse::<Values>();
         assert_eq!(parsed("0:14:0.5"), Ok(Values::Even(0.0, 14.0, 0.5)));
         assert_eq!(parsed("1, 2,5"), Ok(Values::Listed(vec![1.0, 2.0, 5.0])));

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_one_name_are_told_apart_by_their_folders_or_their_content() {
+    fn files_of_one_name_are_distinguished_by_folder_or_content() {
         let folder = folder(&["run.csv", "day1/run.csv", "day2/run.csv", "flat/run.csv"]);
         let mut both = ["/old/day1/run.csv", "/old/day2/run.csv"].map(lost);
         let expected = [0, 1].map(|of| (of, format!("day{}/run.csv", of + 1)));

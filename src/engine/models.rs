@@ -99,7 +99,7 @@ pub struct Models {
     pub remarks: Vec<String>,
     n_rows: u64,
     n_runs: u64,
-    /// Run of which the first answer was taken, and its number of candidates taken.
+    /// Run whose first answer was taken, and the number of its candidates that were taken.
     taken: (u64, usize),
 }
 

@@ -863,7 +863,7 @@ fn nameless_map(found: &ColumnMap) -> ColumnMap {
 }
 
 #[test]
-fn a_file_whose_columns_must_be_said_is_imported_and_its_map_remembered() {
+fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
     let folder = tempfile::tempdir().unwrap();
     let [x, y] = ["x", "y"].map(|name| write_recording(folder.path(), name, false));
     let mut engine = engine_with_files();
@@ -1578,8 +1578,8 @@ fn a_trained_calibration_of_other_recordings_is_not_used_and_the_reason_is_repor
     let data = fs::read_to_string(at("b.csv")).unwrap();
     let check = |reason: &str| {
         let engine = opened_again(&at("s.json"));
-        let mut said = engine.notices.iter().map(|notice| &notice.text);
-        assert!(said.any(|text| text.contains(reason)), "{reason}: {:?}", engine.notices);
+        let mut texts = engine.notices.iter().map(|notice| &notice.text);
+        assert!(texts.any(|text| text.contains(reason)), "{reason}: {:?}", engine.notices);
         assert!(engine.fitting().is_none());
         assert_eq!(engine.project().recordings.entries().len(), 2);
     };

@@ -199,7 +199,7 @@ mod tests {
         let own = with_f_th(&project, 1.5);
         edit(&mut project, &mut history, own, None);
         edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
-        // The same while a slider is dragged.
+        // Edits of one gesture do the same.
         let own = with_f_th(&project, 2.5);
         edit(&mut project, &mut history, own, Some(1));
         open(&mut project, &mut history, "b", "S1");

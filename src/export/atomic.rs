@@ -21,7 +21,7 @@ const TEMPORARY: (&str, &str) = (".loopscope-", ".part");
 /// Maximum number of characters taken from a name, so that the temporary name is a valid file name.
 const NAME_CHARS: usize = 50;
 
-/// A file could not be written; an existing file is unchanged.
+/// Error of writing a file. An existing file is unchanged.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot write {}: {source}", .path.display())]
 pub struct WriteError {
@@ -295,7 +295,7 @@ fn clean_up(folder: &Path, prefix: &str) {
 /// Creates a new file that no other program takes for a leftover.
 fn new_file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    // The permissions are those of any new file. The default of temporary files would be the owner alone.
+    // The permissions are those of any new file. Temporary files would be readable by their owner only.
     options.write(true).create_new(true);
     loop {
         let file = options.open(path)?;
@@ -414,9 +414,10 @@ mod tests {
         }
     }
 
-    /// The second fails when the first is written already; the third, once all are, cannot have its name.
+    /// The second file fails when the first is already written. The third cannot take its name, although all files are
+    /// written.
     #[test]
-    fn files_that_are_written_together_are_all_there_or_none_is() {
+    fn files_written_together_are_all_there_or_none_is() {
         let directory = tempfile::tempdir().unwrap();
         let at = |name: &str| directory.path().join(name);
         fs::write(at("a.txt"), "old").unwrap();
@@ -449,9 +450,9 @@ mod tests {
         assert!(error.to_string().contains("a.txt"));
     }
 
-    /// Two that were left, one of a program that still writes and one of another file.
+    /// Of four temporary files, one belongs to a program that still writes, and one to another file. The other two are removed.
     #[test]
-    fn what_a_dead_program_left_goes_and_what_a_living_one_writes_stays() {
+    fn files_of_ended_programs_are_removed_and_those_of_running_programs_stay() {
         let directory = tempfile::tempdir().unwrap();
         let at = |name: &str| directory.path().join(name);
         for name in ["a.txt-1", "a.txt-2", "a.txt-3", "b.txt-4"] {
@@ -490,7 +491,7 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"x");
     }
 
-    /// The file system is full, or the reader is gone: the system's own words, and the name that was asked for.
+    /// The file system is full. The error has the system's own words and the requested name.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_failure_names_the_file_and_not_the_temporary() {
@@ -499,9 +500,9 @@ mod tests {
         let error = write_atomically(&path, |_| {
             File::options().write(true).open("/dev/full")?.write_all(b"x")
         });
-        let told = error.unwrap_err().to_string();
-        assert!(told.contains("a.txt") && told.contains("No space"), "{told}");
-        assert!(!told.contains(".part"), "{told}");
+        let message = error.unwrap_err().to_string();
+        assert!(message.contains("a.txt") && message.contains("No space"), "{message}");
+        assert!(!message.contains(".part"), "{message}");
     }
 
     #[cfg(unix)]

@@ -169,15 +169,15 @@ mod tests {
         assert_eq!(read_calibration(&path).unwrap(), calibration);
     }
 
-    /// Of two axes the first has a rated load.
+    /// Only the first of two axes has a rated load.
     #[test]
-    fn every_target_says_which_full_scales_are_rated_loads() {
+    fn every_target_marks_full_scales_that_are_rated_loads() {
         for name in ["c.h", "c.rs", "c.py", "c.csv", "c.yaml"] {
             let (_directory, path) = written(&calibration(), name);
             let text = fs::read_to_string(path).unwrap();
             let full_scale = "Fz 12.000 N (rated), Mx 0.25000 N·m";
-            let is_told = text.contains(full_scale) && !text.contains("N·m (rated)");
-            assert!(is_told, "{name}: {text}");
+            let is_right = text.contains(full_scale) && !text.contains("N·m (rated)");
+            assert!(is_right, "{name}: {text}");
         }
         let (_directory, path) = written(&calibration(), "c.yaml");
         let yaml = fs::read_to_string(path).unwrap();
@@ -205,7 +205,7 @@ mod tests {
         assert_eq!(value, calibration.compensated.unwrap().matrix[0][2]);
     }
 
-    /// Columns are told apart by their kind, not by their names.
+    /// Columns are distinguished by their kind, not by their names.
     #[test]
     fn gauges_may_be_called_like_other_columns() {
         let features = FeatureSettings {
@@ -259,7 +259,7 @@ mod tests {
 
     /// Gauges of 1e-200 have the inverse scale 1e200; a coefficient of 1e308 makes the load of any gauge infinite.
     #[test]
-    fn numbers_that_no_sensor_has_are_refused() {
+    fn numbers_that_are_too_large_are_refused() {
         let refused = |change: fn(&mut Calibration)| {
             let mut calibration = calibration();
             change(&mut calibration);
@@ -275,8 +275,8 @@ mod tests {
         for value in [1e308, -1e200, f64::INFINITY, f64::NAN] {
             let mut calibration = calibration();
             calibration.conventional.matrix[1][0] = value;
-            let told = calibration.validate().unwrap_err().to_string();
-            assert!(told.contains("conventional.matrix, row Mx"), "{told}");
+            let message = calibration.validate().unwrap_err().to_string();
+            assert!(message.contains("conventional.matrix, row Mx"), "{message}");
         }
         assert!(refused(|c| c.gauge_scale.inverse_scale[0] = 1e200).contains("inverse_scale"));
         assert!(refused(|c| c.gauge_scale.shift[1] = -1e200).contains("-1e200"));

@@ -77,7 +77,7 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     let rated = (0..calibration.axes.len()).map(|at| calibration.rated.get(at) == Some(&true));
     let rated = rated.collect();
     let rated_about = "1 if the full scale is the rated load that the user entered";
-    let step_about = "look-backs and lags keep no samples closer to each other than this (s)";
+    let step_about = "minimum time between the samples that look-backs and lags keep (s)";
     let symbols = calibration.axes.iter().map(ToString::to_string);
     let mut fields = vec![
         own("gauges", "", Texts(calibration.gauges.clone())),
@@ -115,7 +115,8 @@ fn of_features(calibration: &Calibration) -> Vec<Field> {
         let look_backs = features.look_backs.iter();
         look_backs.map(number).collect()
     };
-    let weights = "d of the look-back: the norm of the conventional load's differences times these";
+    let weights =
+        "weights of the look-back: d is the norm of the conventional load's difference times these";
     let mut fields = vec![
         field(
             "blocks",

@@ -42,7 +42,7 @@ mod tests {
 
     /// The value for "abc" is the example of FIPS 180-4.
     #[test]
-    fn it_is_that_of_the_standard() {
+    fn the_hash_is_that_of_the_standard() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("abc");
         std::fs::write(&path, "abc").unwrap();

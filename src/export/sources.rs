@@ -61,7 +61,7 @@ mod tests {
 
     /// The hash of "abc" is the first example of FIPS 180-2.
     #[test]
-    fn a_file_is_known_by_what_it_holds_and_a_lost_one_by_its_name_alone() {
+    fn a_file_is_identified_by_its_content_and_a_lost_file_by_its_name() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("abc.csv");
         std::fs::write(&path, "abc").unwrap();

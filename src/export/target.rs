@@ -1,7 +1,7 @@
 //! Format of calibration files.
 //!
 //! Guarantees: a calibration that a format cannot hold is refused before a byte is written. A file that holds only a part
-//! says so inside.
+//! lists the omitted parts.
 
 use std::error::Error;
 use std::io;

@@ -96,7 +96,7 @@ mod tests {
         fs::write(at("a.h"), "").unwrap();
         assert!(check(&[], &twice, true).unwrap_err().contains("same file"));
         assert_eq!(check(&[], &[at("b.h"), at("sub/b.h")], false), Ok(()));
-        assert!(!at("b.h").exists(), "it is only looked at");
+        assert!(!at("b.h").exists(), "the check does not change the file");
     }
 
     #[test]

@@ -233,7 +233,7 @@ mod tests {
             Choice { value: 1, label: "none", explanation: "" },
             Choice { value: 2, label: "two", explanation: "" },
         ];
-        for (range, inside, outside, said) in [
+        for (range, inside, outside, words) in [
             (Range::Positive, 1e-9, 0.0, "a number above zero"),
             (Range::Past, 0.004, -0.004, "a number above zero, because future samples are unknown"),
             (Range::NotNegative, 0.0, -1e-9, "zero or a number above zero"),
@@ -244,7 +244,7 @@ mod tests {
         ] {
             assert!(range.contains(inside) && !range.contains(outside));
             assert!(!range.contains(f64::NAN) && !range.contains(f64::INFINITY));
-            assert_eq!(range.to_string(), said);
+            assert_eq!(range.to_string(), words);
         }
     }
 }

@@ -89,7 +89,7 @@ pub enum Stored<'a> {
 
 fn position(block: &dyn Block) -> usize {
     let own = BLOCKS.iter().position(|own| *own == block);
-    own.expect("a block that is used stands in the list of blocks")
+    own.expect("a block in use is in the list of blocks")
 }
 
 /// Features that are appended to the present gauges: look-backs and other blocks.

@@ -9,7 +9,7 @@ use crate::shown::{listed, shown};
 
 /// Reason why a file cannot be read as numbers.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum FileError {
     #[error("this is a folder; name the recordings in it ({}), or several by a pattern such as {}", listed(files), pattern.display())]
     Folder { files: Vec<String>, pattern: PathBuf },

@@ -258,7 +258,7 @@ fn recording(
         .expect("rows are finite and of one width, and the times of a recording never go back")
         .with_gauge_units(plan.gauge_units.clone())
         .with_auxiliary(names, units, auxiliary)
-        .expect("what is missing was held, so that each row has a number for each channel")
+        .expect("missing values were held, so each row has a number for each channel")
 }
 
 /// Cuts `values` before each index in `starts`; the first value has the index `offset`. Only the shorter side of a cut
@@ -320,7 +320,7 @@ mod tests {
         assert!(findings.is_empty(), "{findings:?}");
     }
 
-    /// The same three samples with and without the date. Without it, days are counted from the first one.
+    /// Reads the same three samples with and without the date. Without it, days are counted from the first one.
     #[test]
     fn a_time_of_day_goes_on_past_midnight() {
         let rows = ["23:59:59.5,1", "0:00:00,2", "00:00:00.5,4"];

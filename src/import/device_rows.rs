@@ -120,7 +120,7 @@ fn delimiter(line: &str) -> Option<Delimiter> {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
         let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
-        // For a single number the delimiter is a comma, so that no comma is read as a decimal point.
+        // For a single number, the delimiter is a comma, so that no comma is read as a decimal point.
         let is_cut = *own == Comma || cells(line, *own).nth(1).is_some();
         is_cut && cells(line, *own).all(|cell| layout.number(cell).is_some())
     })

@@ -99,7 +99,7 @@ pub enum TableError {
 
 /// Reason why a file gives no recording. Lines are counted from 1.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
+#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum ReadError {
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: FileError },
@@ -188,7 +188,7 @@ impl ReadError {
         )
     }
 
-    /// Returns the error with the path that the user knows, for an error about a temporary copy.
+    /// Replaces the path of an error about a temporary copy by the path that the user knows.
     pub(super) fn known_as(mut self, known: &Path) -> Self {
         match &mut self {
             Self::File { path, .. }

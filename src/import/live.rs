@@ -339,7 +339,7 @@ impl LiveTable {
         Ok(Some((table, rows)))
     }
 
-    /// Reads the first lines as if they were a file.
+    /// Reads the first lines like a file.
     fn of_first(
         lines: &[String],
         map: Option<&ColumnMap>,
@@ -589,7 +589,7 @@ mod tests {
         }
     }
 
-    /// 0, 50, 100 … as `millis()` counts, and the same times in other units, with a calibration at 20 Hz.
+    /// Times are 0, 50, 100 … as `millis()` counts, and the same times in other units. The calibration is at 20 Hz.
     #[test]
     fn a_clock_without_a_unit_gets_the_one_whose_step_is_nearest_to_the_calibration() {
         let lines = |step: f64| -> Vec<String> {
@@ -737,7 +737,7 @@ mod tests {
         assert_eq!(next(), Some(Grown::Replaced));
         std::fs::write(&path, "head\n1\n").unwrap();
         assert_eq!([next(), next()], [line("head"), line("1")]);
-        // Rewritten, and at once longer than before.
+        // The file is rewritten, and is longer than before at once.
         std::fs::write(&path, "other head\n7\n8\n").unwrap();
         assert_eq!(next(), Some(Grown::Replaced));
         assert_eq!([next(), next(), next()], ["other head", "7", "8"].map(line));

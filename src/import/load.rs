@@ -216,7 +216,7 @@ pub(super) fn by_names(path: &Path, opened: &Opened) -> Result<(ColumnMap, Vec<C
     Ok((map, guess.notes))
 }
 
-/// Returns the remarks that the file itself gives reason for.
+/// Returns the remarks that the file itself requires.
 fn about(opened: &Opened) -> Vec<Cause> {
     let Some(columns) = opened.columns() else {
         return Vec::new();

@@ -79,7 +79,7 @@ fn missing_auxiliary_values_are_reported_and_known_to_the_recording() {
     let folder = Folder::with(&[("run.csv", &text)]);
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
     let (recording, findings) = single(loaded);
-    // The slow one goes on after five of its steps.
+    // The slow thermometer continues after five of its steps.
     let (column, name, longest_secs) = (Some(4), "temperature".to_owned(), Some(0.61));
     assert_eq!(findings, [Cause::HeldAuxiliary { column, name, n_rows: 61, longest_secs }]);
     let is_held = |recording: &Recording, t: f64| recording.auxiliary().is_held_at(t);
@@ -587,7 +587,7 @@ fn read_by_names(content: &str) -> Result<Loaded, ReadError> {
     read(&folder.path("run.csv"), None, &[], &Progress::default())
 }
 
-/// The second column changes late, and the third increases for long before it decreases. Ten rows alone would mislead.
+/// The second column changes late, and the third increases for long before it decreases. Ten rows alone would be misleading.
 #[test]
 fn roles_are_guessed_from_rows_all_over_the_file() {
     use crate::import::map::ColumnRole;
@@ -618,7 +618,8 @@ fn read_text(text: &str) -> Result<Loaded, ReadError> {
     read(&path, None, &[], &Progress::default())
 }
 
-/// Numbers from a thousand on occur late, not in the first lines: US, German and Swiss, with and without decimals.
+/// Numbers of a thousand or more occur late, not in the first lines. The formats are US, German and Swiss, with and without
+/// decimals.
 #[test]
 fn separators_of_thousands_are_found_late_in_the_file() {
     for (head, small, large, delimiter) in [

@@ -18,7 +18,7 @@ fn single(text: &str) -> (Recording, Vec<Finding>) {
     (recording.clone(), loaded.warnings)
 }
 
-/// As a 64-bit float, a present-day stamp in seconds has only seven digits behind the point.
+/// As a 64-bit float, a present-day stamp in seconds has only seven decimals.
 #[test]
 fn stamps_of_a_date_keep_their_digits() {
     let stamp = |k: i64, step_ns: i64| 1_763_000_000_123_456_789 + k * step_ns;

@@ -49,7 +49,7 @@ pub(super) struct Rows {
     pub held: Vec<HeldRows>,
 }
 
-/// Successive rows in which an auxiliary channel has no value of its own for longer than a gap.
+/// Successive rows in which an auxiliary channel has had no value for longer than a gap.
 #[derive(Clone, Debug)]
 pub(super) struct HeldRows {
     pub channel: usize,
@@ -186,7 +186,7 @@ impl Rows {
             }
         };
         if first / per_second >= SET_SECS {
-            // Whole seconds, so that two clocks differ by a number without decimals.
+            // Whole seconds are used, so that two clocks differ by a number without decimals.
             plan.since = ((first / per_second).floor() * per_second) as i64;
         }
     }

@@ -281,7 +281,7 @@ impl Findings {
 mod tests {
     use super::*;
 
-    /// Compares kind and facts.
+    /// Compares cause and finding by kind and facts.
     impl PartialEq<Cause> for Finding {
         fn eq(&self, cause: &Cause) -> bool {
             self.id == cause.id() && self.seen == cause.to_string()

@@ -169,8 +169,8 @@ mod tests {
         let channels = &with.calibration.features.auxiliary;
         assert_eq!((channels.len(), &*channels[0].name), (1, "T"));
         assert!((channels[0].min - 17.0).abs() < 0.1 && channels[0].max > 40.0);
-        let said: Vec<String> = with.findings.iter().map(|own| own.text(Face::Page)).collect();
-        assert!(said.iter().any(|text| text.contains("channel U left out")), "{said:?}");
+        let texts: Vec<String> = with.findings.iter().map(|own| own.text(Face::Page)).collect();
+        assert!(texts.iter().any(|text| text.contains("channel U left out")), "{texts:?}");
     }
 
     /// At 30 °C the load is `(3 + 0.02 · 10) s₁ − 2 s₂ + 0.4 · 10`.
@@ -197,10 +197,10 @@ mod tests {
         assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-7));
         assert!(entered.findings.len() == mean.findings.len());
         let far = with(Some(-20.0));
-        let said: Vec<String> = far.findings.iter().map(|own| own.text(Face::Page)).collect();
+        let texts: Vec<String> = far.findings.iter().map(|own| own.text(Face::Page)).collect();
         assert!(
-            said.iter().any(|text| text.contains("T: the reference value is -20 °C")),
-            "{said:?}"
+            texts.iter().any(|text| text.contains("T: the reference value is -20 °C")),
+            "{texts:?}"
         );
     }
 
@@ -237,20 +237,20 @@ mod tests {
         let quality = &analysis.calibration.quality;
         assert_eq!(quality.compensated, quality.conventional);
         assert!(analysis.calibration.features.auxiliary.is_empty());
-        let said: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
-        let about = said.iter().find(|text| text.contains("channel T left out")).unwrap();
+        let texts: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
+        let about = texts.iter().find(|text| text.contains("channel T left out")).unwrap();
         assert!(about.contains("at least 1 °C"), "{about}");
     }
 
     #[test]
-    fn a_channel_that_one_recording_lacks_is_not_used_and_said() {
+    fn a_channel_that_one_recording_lacks_is_reported_and_not_used() {
         let mut recordings = drifting(30.0);
         let bare = &recordings[1];
         let only = ["U".to_owned()];
         recordings[1] = bare.with_auxiliary_of(&only).unwrap();
         let analysis = fitted(&set(recordings), |_| {});
-        let said: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
-        assert!(said.iter().any(|text| text.contains("r2 has no T in °C")), "{said:?}");
+        let texts: Vec<String> = analysis.findings.iter().map(|own| own.text(Face::Page)).collect();
+        assert!(texts.iter().any(|text| text.contains("r2 has no T in °C")), "{texts:?}");
         assert!(analysis.calibration.features.auxiliary.is_empty());
     }
 

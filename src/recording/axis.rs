@@ -28,7 +28,7 @@ impl Axis {
     /// All axes in column order.
     pub const ALL: [Self; 6] = [Self::Fx, Self::Fy, Self::Fz, Self::Mx, Self::My, Self::Mz];
 
-    /// The axis' symbol, `Fx` to `Mz`.
+    /// Returns the symbol of the axis, `Fx` to `Mz`.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Fx => "Fx",

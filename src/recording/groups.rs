@@ -68,7 +68,7 @@ const ROLES: [&str; 3] = ["train", "training", "test"];
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
-#[expect(missing_docs, reason = "the words of names and paths say themselves")]
+#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum GroupedBy {
     /// Each recording is its own group.
     #[default]
@@ -657,15 +657,18 @@ mod tests {
     fn groups_found_but_not_used_are_reported() {
         let unused = |names: &[(&str, &str)]| set_of(names).groups().unused;
         let few = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path2 b")];
-        let told = |n, lone| UnusedGroups { by: GroupedBy::Path, n, lone };
-        assert_eq!(unused(&few), Some(told(2, None)));
-        assert_eq!(unused(&few[..2]), Some(told(1, None)));
+        let not_used = |n, lone| UnusedGroups { by: GroupedBy::Path, n, lone };
+        assert_eq!(unused(&few), Some(not_used(2, None)));
+        assert_eq!(unused(&few[..2]), Some(not_used(1, None)));
         assert_eq!(unused(&[("/a", "a"), ("/b", "b"), ("/c", "c")]), None);
         let names = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2"), ("/a", "path3")];
         let set = with_loads(&names, |at| vec![0.0, if at == 2 { 9.0 } else { 1.0 }]);
         let lone = LoneGroup { group: "path 2".to_owned(), axis: Axis::Fz };
         let groups = set.groups();
-        assert_eq!((groups.by, groups.unused), (GroupedBy::Recording, Some(told(3, Some(lone)))));
+        assert_eq!(
+            (groups.by, groups.unused),
+            (GroupedBy::Recording, Some(not_used(3, Some(lone))))
+        );
     }
 
     #[test]
@@ -684,9 +687,9 @@ mod tests {
         assert_eq!(groups(&one_file), (GroupedBy::Recording, vec![0, 1, 2], None));
     }
 
-    /// Presses of five heights and shapes, at different speeds and with noise; and presses of random heights.
+    /// Recordings of presses at five heights and shapes, with different speeds and noise; then presses of random heights.
     #[test]
-    fn recordings_of_equal_loads_are_one_group_whatever_their_names() {
+    fn recordings_of_equal_loads_are_one_group_with_any_names() {
         let groups = |height: &dyn Fn(usize) -> f64| {
             let mut set = RecordingSet::default();
             for at in 0..40 {

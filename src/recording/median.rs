@@ -14,6 +14,7 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// Returns the standard deviation of white noise in a smooth signal.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
     let bends = values.windows(3).map(|own| (own[0] - 2.0 * own[1] + own[2]).abs());
-    // The median of a normal distribution's size is 0.6745; a bend has six times the variance of a sample.
+    // The median magnitude of a normal distribution is 0.6745 of its deviation. A bend has six times the variance of a
+    // sample.
     median(bends).unwrap_or(0.0) / (0.6745 * 6.0_f64.sqrt())
 }

@@ -1,4 +1,4 @@
-//! Load programmes: whether two recordings go through the same loads.
+//! Load programmes: compares the loads that two recordings go through.
 
 use crate::recording::recording::Recording;
 

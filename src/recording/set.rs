@@ -114,7 +114,7 @@ fn names(names: &[String]) -> String {
     }
 }
 
-/// The recordings that are loaded, in the order of loading.
+/// Loaded recordings, in the order of loading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordingSet {
     layout: Layout,
@@ -122,7 +122,7 @@ pub struct RecordingSet {
 }
 
 impl RecordingSet {
-    /// The columns that all recordings share.
+    /// Returns the columns that all recordings share.
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
@@ -134,7 +134,7 @@ impl RecordingSet {
         unit.filter(|unit| !unit.is_empty()).map_or("raw", String::as_str)
     }
 
-    /// The recordings in the order of loading.
+    /// Returns the recordings in the order of loading.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }

@@ -32,7 +32,7 @@ impl Advice for TareError {
     }
 }
 
-/// Why a recording cannot be tared.
+/// Reason why a recording cannot be tared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
     #[error(
@@ -190,7 +190,7 @@ mod tests {
     use super::*;
     use crate::recording::recording::Source;
 
-    /// 100 Hz, gauges at 5 and −2 with a small ripple, quiet only from 1 s to 3 s.
+    /// Returns a recording at 100 Hz with gauges at 5 and −2 and a small ripple. It is quiet only from 1 s to 3 s.
     fn run() -> Recording {
         let times: Vec<f64> = (0..600).map(|k| f64::from(k) / 100.0).collect();
         let load = |t: f64| {

@@ -448,7 +448,7 @@ impl Table {
 mod tests {
     use super::*;
 
-    /// Errors of two axes, the second of which was never loaded.
+    /// Returns the errors of two axes, the second of which was never loaded.
     fn table() -> Table {
         let both = [Trace::Conventional, Trace::Compensated].map(|trace| Column::of(trace, "N"));
         Table {

@@ -32,7 +32,7 @@ impl Trace {
         }
     }
 
-    /// Returns what the load is computed from.
+    /// Returns a description of the inputs of the load.
     pub fn explanation(self) -> &'static str {
         match self {
             Self::Calculated => "The load that was applied (\"Calc.\" in the paper)",

@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_without_a_cycle_are_left_out_of_the_mean_and_few_reversals_are_told() {
+    fn axes_without_a_cycle_are_left_out_of_the_mean_and_few_reversals_are_reported() {
         let found = of(1, [0.5, 2.0]);
         assert!((found.value.unwrap() / 0.09 - 1.0).abs() < 0.01, "{found:?}");
         assert_eq!(found.axes[1].mean_width, None);

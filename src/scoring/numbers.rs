@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_is_told_in_few_digits() {
+    fn a_length_is_shown_in_few_digits() {
         assert_eq!([999, 1500, 2_500_000].map(file_size), ["999 B", "1.5 kB", "2.5 MB"]);
     }
 }

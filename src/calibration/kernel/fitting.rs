@@ -21,8 +21,8 @@ const JITTER: f64 = 1e-6;
 /// Candidates for the length scale, in units of a sample's typical distance from the mean. Typical samples are √2 of
 /// these units apart.
 const LENGTH_SCALES: [f64; 5] = [0.5, 1.0, 2.0, 4.0, 8.0];
-/// Candidates for the power of a column's standard deviation by which the column is divided. With 1, all columns vary
-/// alike. With 0.5, a column that varies little counts less, because much of it may be noise. The last is the default.
+/// Candidates for the power of a column's standard deviation by which the column is divided. With 1, all columns vary alike.
+/// With 0.5, a column that varies little counts less, because much of it may be noise. The last candidate is the default.
 const POWERS: [f64; 2] = [0.5, 1.0];
 /// Candidates for the ridge: ratio of the noise variance to the variance of the function.
 const STRENGTHS: [f64; 9] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
@@ -120,7 +120,7 @@ impl Kernel {
         progress.add_total(2 * tries as u64 * rows.n_runs() as u64);
         let measured = Standardised::measure(rows, progress)?;
         let step = samples.div_ceil(TUNING_SAMPLES);
-        // For each power its best length scale.
+        // The best length scale of each power.
         let mut found = Vec::new();
         for power in powers {
             let standardised = measured.divided_by(*power);
@@ -642,7 +642,7 @@ mod tests {
         (load[0], deviation[0])
     }
 
-    /// A function with a second input beside its own.
+    /// A function of one input, with a second input that does not affect it.
     struct Beside {
         function: Function,
         second: fn(f64) -> f64,
@@ -669,7 +669,7 @@ mod tests {
         }
     }
 
-    /// The second input is as good as random, and varies by a thirtieth of the first.
+    /// The second input is nearly random, and varies by a thirtieth of the first.
     #[test]
     fn a_small_column_counts_less_where_it_is_noise_and_alike_where_it_is_the_target() {
         let second = |x: f64| 0.05 * (12_345.6 * x).sin();

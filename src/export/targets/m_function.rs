@@ -13,7 +13,7 @@ pub(super) static M_FUNCTION: Target = Target {
 
 pub(super) static MATLAB: Language = Language {
     template: include_str!("../templates/calibration.m"),
-    // The meaning of other characters than ASCII depends on the machine that reads the file.
+    // The meaning of non-ASCII characters depends on the machine that reads the file.
     comment: ascii,
     breaks: (", ...\n    ", ";\n    "),
     is_taken,
@@ -56,7 +56,7 @@ const KEYWORDS: [&str; 32] = [
     "end_try_catch",
 ];
 
-/// The code contains the function's name once, in its definition; a second occurrence is a function of MATLAB.
+/// Returns true if the code must not use this name. The code contains the name of its own function once, in the definition; a second occurrence is a function of MATLAB.
 fn is_taken(name: &str, code: &str) -> bool {
     let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let lines = code.lines().filter_map(|line| line.split('%').next());

@@ -87,8 +87,8 @@ fn reference_at(recording: &Recording, k: usize) -> (&[Axis], &[f64]) {
     (axes, &recording.loads()[k * axes.len()..][..axes.len()])
 }
 
-/// Writes the loads of the recordings of one file, one after another, as comma-separated text: time, Reference if there is a
-/// one, Uncompensated and Compensated per axis, and the status of each sample if requested. Exported code on a robot computes the
+/// Writes the loads of the recordings of one file, one after another, as comma-separated text: time, Reference if there is one,
+/// Uncompensated and Compensated per axis, and the status of each sample if requested. Exported code on a robot computes the
 /// same loads.
 ///
 /// # Errors
@@ -105,7 +105,9 @@ pub fn write_loads_csv(
     let mut loads = LoadRows::new(calibration, axes.collect(), with_status, out)?;
     for recording in recordings {
         let recording = &*calibration.prepared(recording).map_err(io::Error::other)?;
-        estimator.come_less((0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)));
+        estimator.set_subtracted_before(
+            (0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)),
+        );
         for (k, time) in recording.times().iter().enumerate() {
             let sample = LiveSample {
                 time: *time,

@@ -221,7 +221,7 @@ mod tests {
         }
     }
 
-    /// A step of two standard deviations: at once for τ = 0, otherwise as `2 (1 − e^(−t/τ))`, in one long step or many
+    /// A step of two standard deviations appears at once for τ = 0, otherwise as `2 (1 − e^(−t/τ))`, in one long step or many
     /// short steps.
     #[test]
     fn a_channel_enters_at_once_and_through_its_low_pass() {

@@ -112,7 +112,7 @@ pub(super) fn is_load(words: &[&str]) -> bool {
     if words.contains(&"cell") {
         return false;
     }
-    // "F_ref" and "ref_F": a single letter names a load beside a word for the reference.
+    // In "F_ref" and "ref_F", a single letter beside a word for the reference names a load.
     let has_reference = words.iter().any(|word| REFERENCES.contains(word));
     words.iter().any(is_word)
         || (has_reference && words.iter().any(|word| ["f", "m"].contains(word)))

@@ -25,7 +25,7 @@ pub(crate) struct CountedUnit {
 }
 
 impl Preamble {
-    /// Parses the first lines of a file; returns `None` if they are not such a preamble.
+    /// Parses the first lines of a file; returns `None` if they are not this preamble.
     pub fn of<'a>(lines: impl Iterator<Item = &'a [u8]>) -> Option<Self> {
         const LINES_AT_MOST: usize = 12;
         let mut values: Vec<(String, String)> = Vec::new();

@@ -40,7 +40,7 @@ pub(crate) struct TextFile {
     path: PathBuf,
     blocks: Blocks,
     head: Vec<u8>,
-    /// Whole lines at places all over the rest of the file; read on first use.
+    /// Whole lines from places all over the rest of the file, read on first use.
     places: OnceCell<Vec<Vec<u8>>>,
 }
 

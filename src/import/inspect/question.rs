@@ -14,13 +14,13 @@ use crate::shown::listed;
 pub enum Question {
     /// The file holds only a reference, so it belongs in the map of another file.
     ReferenceAlone,
-    /// Which column is the time.
+    /// Choice of the time column.
     Time,
-    /// Whether one of these columns (counted from 1) is a separate clock of the reference.
+    /// Columns (counted from 1), one of which may be a separate clock of the reference.
     ReferenceClock(Vec<usize>),
     /// Load axis of each of these columns (counted from 1), which look like loads.
     LoadAxis(Vec<usize>),
-    /// Which columns are gauges.
+    /// Choice of the gauge columns.
     Gauges {
         /// Columns proposed as gauges, counted from 1.
         proposed: Vec<usize>,

@@ -289,18 +289,18 @@ mod tests {
             (0..3).map(|at| entry("r", path(0.001 * f64::from(at)))).collect();
         let separate: Vec<Entry> = vec![entry("r", one_at_a_time), entry("r", path(0.0))];
         let alone = [entry("r", one_at_a_time)];
-        let said = |entries: &[Entry], grouped_by| not_covered(entries, 2, grouped_by);
+        let missing = |entries: &[Entry], grouped_by| not_covered(entries, 2, grouped_by);
         for (entries, single, programme) in [
             (&free[..], false, false),
             (&repeated, false, true),
             (&separate, false, false),
             (&alone, true, false),
         ] {
-            let text = said(entries, GroupedBy::Recording);
+            let text = missing(entries, GroupedBy::Recording);
             assert_eq!(text.contains("one at a time"), single, "{text}");
             assert_eq!(text.contains("repeat one"), programme, "{text}");
             assert!(text.contains("another mounting") && text.contains("another day"));
         }
-        assert!(!said(&free, GroupedBy::Mount).contains("another mounting"));
+        assert!(!missing(&free, GroupedBy::Mount).contains("another mounting"));
     }
 }

@@ -54,7 +54,7 @@ impl Late {
         }
     }
 
-    /// Returns which of them the recordings are; `None` for those of the built-in six-axis sensor and of real ones.
+    /// Returns the kind of these recordings; `None` for recordings of the built-in six-axis sensor and of real sensors.
     pub fn of(set: &RecordingSet) -> Option<Self> {
         let first = set.is_simulated().then(|| set.entries().first()).flatten()?;
         Self::ALL.into_iter().find(|late| late.recording_name(1) == first.recording.name())
@@ -65,7 +65,7 @@ impl Late {
     }
 }
 
-/// The recordings of [`late`]: two train, one tests.
+/// Returns the recordings of [`late`]: two for training, one for test.
 pub fn late_set(seed: u64, late: Late) -> RecordingSet {
     let mut set = RecordingSet::default();
     for (recording, role) in
@@ -76,7 +76,7 @@ pub fn late_set(seed: u64, late: Late) -> RecordingSet {
     set
 }
 
-/// Three recordings of one force.
+/// Returns three recordings of one force.
 pub fn late(seed: u64, late: Late) -> Vec<Recording> {
     (1..=3).map(|run| recording(seed, late, run)).collect()
 }
@@ -129,7 +129,7 @@ mod tests {
     /// The lag is found within 3 %. The hysteresis without the lag is found within 10 % of 2 r, or within 0.3 % of full
     /// scale.
     #[test]
-    fn lag_and_hysteresis_are_told_apart() {
+    fn lag_and_hysteresis_are_distinguished() {
         for (late, tau, width) in [
             (Late::Lag, LAG_SECS, 0.0),
             (Late::Hysteresis, 0.0, 2.0 * PLAY_NEWTONS),

@@ -128,9 +128,9 @@ mod tests {
         }
     }
 
-    /// Eight by four cells: one path along the lowest row, another with most of its samples at the upper right.
+    /// Eight by four cells: one path along the lowest row, and another with most of its samples at the upper right.
     #[test]
-    fn what_was_measured_is_in_the_picture_and_nothing_else() {
+    fn the_image_shows_the_measured_cells_and_no_others() {
         let low = cloud(&[[0.1, 0.1], [3.9, 0.1]], [200, 0, 0]);
         let mut there = vec![[3.9, 0.1]];
         there.extend([[3.9, 1.9]; 9]);

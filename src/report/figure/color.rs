@@ -1,6 +1,6 @@
-//! Colours that can be told apart with any colour vision, the same in files and in the window. All are red, green, blue.
+//! Colours that are distinguishable with any colour vision, the same in files and in the window. All are red, green, blue.
 
-// Okabe and Ito (2008).
+// The next colours are from Okabe and Ito (2008).
 /// Blue.
 pub const BLUE: [u8; 3] = [0, 114, 178];
 /// A light purple.
@@ -29,8 +29,8 @@ pub fn falling(color: [u8; 3], ink: [u8; 3]) -> [u8; 3] {
     [0, 1, 2].map(|at| color[at].midpoint(ink[at]))
 }
 
-/// Returns the colour of a share of a range, 0 to 1. Lightness increases with the share in steps that look even, so that it
-/// reads without colour.
+/// Returns the colour of a share of a range, 0 to 1. Lightness increases with the share in even steps, so that it reads
+/// without colour.
 pub fn shade(share: f64) -> [u8; 3] {
     colorous::VIRIDIS.eval_continuous(share.clamp(0.0, 1.0)).as_array()
 }

@@ -11,7 +11,7 @@ pub const DASHED: [f32; 2] = [7.0, 4.0];
 /// Lengths of the dots and gaps of a dotted line (points).
 pub const DOTTED: [f32; 2] = [2.0, 4.0];
 
-/// Shape of an arrow (points): distance of the tip ahead of its place, distance of the other corners behind and beside it.
+/// Shape of an arrow (points): distance of the tip from its place, and distance of the other corners behind and beside it.
 /// The triangle is slim, because an equilateral one shows no direction.
 const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
 
@@ -205,7 +205,7 @@ impl<'a> Line<'a> {
 mod tests {
     use super::*;
 
-    /// In an image whose y axis points down, an arrow along a rising line points up.
+    /// In an image whose y axis points down, an arrow along a rising line must point up.
     #[test]
     fn an_arrow_points_the_way_of_its_line() {
         let arrow = |way| Arrow { at: [1.0, 2.0], way, color: [0; 3] };

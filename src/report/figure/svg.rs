@@ -430,20 +430,21 @@ mod tests {
         assert!(svg.contains(start) && svg.contains("data:image/png;base64,iVBOR"), "{svg}");
     }
 
-    /// From (0, 0) to far above the right end: inside the plot the line keeps its direction.
+    /// A line from (0, 0) to far above the right end keeps its direction inside the plot.
     #[test]
     fn a_line_that_leaves_the_picture_keeps_its_way() {
         let points = vec![[0.0, 0.0], [1e7, 5e6], [5.0, -1e9], [5.0, 5.0]];
         let svg =
             Figure { lines: vec![Line::new("", [0; 3], [points])], ..figure("", (0.0, 10.0)) }
                 .svg(SIZE);
-        // 10 across is 5 up: the middle of the right edge, and on by as much of the way as is drawn beside it.
+        // 10 horizontally is 5 vertically: the middle of the right edge. The line goes on by the part that is drawn beside
+        // the plot.
         let (x, y) = (776.0 + BEYOND, 540.0 - 245.0 * (1.0 + BEYOND / 696.0));
         assert!(svg.contains(&format!("M80.0 540.0L{x:.1} {y:.1}")), "{svg}");
         assert!(svg.contains(&format!("M428.0 {:.1}L428.0 295.0", 540.0 + BEYOND)), "{svg}");
     }
 
-    /// As above: 2 is at 219.2, 4 at 358.4 horizontally.
+    /// The scale is as above: 2 is at 219.2, 4 at 358.4 horizontally.
     #[test]
     fn an_interval_is_shaded_and_a_place_marked() {
         let svg = Figure { shaded: Some((2.0, 4.0)), marked: Some(2.0), ..figure("", (0.0, 10.0)) }
