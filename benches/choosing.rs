@@ -1,5 +1,5 @@
-//! Quality of the search for the best model: on sensors that no rule was tuned for, the error of the proposal on unseen
-//! recordings, compared with the best of all candidates.
+//! Quality of the search for the best model, on sensors for which no rule was tuned. It compares the error of the proposal on
+//! unseen recordings with the best of all candidates.
 //!
 //! `cargo bench --bench choosing` prints the table of the guide. A number after `--` generates other sensors of the same
 //! kinds.
@@ -13,7 +13,7 @@ use loopscope::progress::Progress;
 use loopscope::questions::{Search, WITHIN, find_best};
 use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-/// A generator of numbers, the same on every machine: xorshift64*.
+/// Generator of random numbers (xorshift64*), which are the same on every machine.
 struct Numbers(u64);
 
 impl Numbers {
@@ -21,7 +21,7 @@ impl Numbers {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
-    /// Between 0 and 1.
+    /// Returns a number between 0 and 1.
     fn share(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -33,7 +33,7 @@ impl Numbers {
         low + (high - low) * self.share()
     }
 
-    /// Normally distributed, of variance one.
+    /// Returns a normal number of variance one.
     fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.share().max(1e-300).ln()).sqrt();
         radius * (TAU * self.share()).cos()
@@ -59,9 +59,9 @@ enum Past {
 enum Motion {
     /// Sums of slow sines.
     Smooth,
-    /// Steps and holds.
+    /// Steps and dwells.
     Stairs,
-    /// From zero up and back, repeatedly, never below zero.
+    /// Loads from zero up and back, repeatedly, never below zero.
     Presses,
     /// Like [`Motion::Smooth`], but loaded from the first sample.
     Loaded,
@@ -242,7 +242,7 @@ impl Memory {
     }
 }
 
-/// The load of one axis over time, within ±1 or 0 to 1.
+/// Returns the load of one axis over time, within ±1, or within 0 to 1.
 fn motion(kind: Motion, n: usize, numbers: &mut Numbers) -> Vec<f64> {
     match kind {
         Motion::Smooth | Motion::Loaded => {
@@ -360,7 +360,7 @@ fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
     set
 }
 
-/// The root of the mean over the axes of squared errors, relative to the conventional calibration's.
+/// Returns the root of the mean squared error over the axes, relative to that of the conventional calibration.
 fn relative(rmse: &[f64], conventional: &[f64]) -> f64 {
     let ratios = rmse.iter().zip(conventional).map(|(own, other)| (own / other).powi(2));
     (ratios.sum::<f64>() / rmse.len() as f64).sqrt()

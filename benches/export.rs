@@ -1,5 +1,5 @@
-//! The time of one update of an exported C header and the memory of its state, at 1 and 10 kHz, of calm, vibrating, noisy and
-//! stepwise signals; and, where the compiler is there, what a Cortex-M4F needs: `cargo bench --bench export`.
+//! Time of one update of an exported C header, and the memory of its state, at 1 and 10 kHz, for calm, vibrating, noisy and
+//! stepwise signals. If the compiler is installed, also the needs of a Cortex-M4F: `cargo bench --bench export`.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -47,8 +47,8 @@ fn main() {
                         .args([rate, &signal.to_string()])
                         .output()
                         .expect("the driver runs");
-                    let said = String::from_utf8_lossy(&program.stdout).trim().to_owned();
-                    println!("{name}, {real}, {rate} Hz, {signal}: {said}");
+                    let printed = String::from_utf8_lossy(&program.stdout).trim().to_owned();
+                    println!("{name}, {real}, {rate} Hz, {signal}: {printed}");
                 }
             }
         }
@@ -58,7 +58,7 @@ fn main() {
 
 fn write_header(calibration: &Calibration, directory: &Path) {
     write_calibration(calibration, &directory.join("timed.h")).expect("the header can be written");
-    // Moves the load by F_th from peak to peak.
+    // The load moves by F_th from peak to peak.
     let scale = &calibration.gauge_scale;
     let force = calibration.axes.iter().zip(&calibration.conventional.matrix);
     let force = force.filter(|(axis, _)| axis.is_force()).map(|(_, row)| {
@@ -95,7 +95,7 @@ fn compile(directory: &Path, real: &str) {
     assert!(compiled.is_ok_and(|status| status.success()), "the header compiles");
 }
 
-/// Returns the bytes of program and memory in float, and whether double arithmetic is used.
+/// Returns the sizes of program and memory in float (bytes), and whether double arithmetic is used.
 fn on_arm(directory: &Path) -> String {
     let source = "#include \"timed.h\"\nstatic timed_state state;\n\
         timed_status step(unsigned ticks, const float *gauges, float *load) {\n\

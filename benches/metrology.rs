@@ -1,4 +1,4 @@
-//! The metrology table, and the data of the loop pane for one axis: the built-in sensor, 243,000 samples.
+//! Time of the metrology table, and of the data of the loop pane for one axis: the built-in sensor with 243,000 samples.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use loopscope::scoring::lag::{LagRun, lags};
 use loopscope::scoring::loops::extents_of_set;
 use loopscope::scoring::loops::{Frame, Loop, Loops, default_reversal_threshold, outline};
 
-/// Width and height of a plot, and the number of points that it may have anyway.
+/// Width and height of a plot in pixels.
 const PIXELS: [f64; 2] = [1000.0, 700.0];
 const POINTS: usize = 20_000;
 

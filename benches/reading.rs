@@ -11,7 +11,7 @@ use loopscope::progress::Progress;
 
 const N_ROWS: usize = 243_000;
 
-/// Slow sums of sines with six decimals, as a logger would write them.
+/// Returns slow sums of sines with six decimals, as a logger would write them.
 fn text() -> String {
     let mut text = String::from("t,S1,S2,S3,S4,S5,S6,Fx,Fy,Fz,Tx,Ty,Tz\n");
     for row in 0..N_ROWS {

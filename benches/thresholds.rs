@@ -1,4 +1,5 @@
-//! Choosing thresholds on the built-in sensor, 202,500 training and 40,500 test samples: from recordings to answer.
+//! Time to choose thresholds on the built-in sensor (202,500 training and 40,500 test samples), from recordings to the
+//! answer.
 
 use std::sync::Arc;
 
@@ -27,7 +28,7 @@ fn thresholds(c: &mut Criterion) {
     let mut group = c.benchmark_group("thresholds");
     group.sample_size(10);
     for (name, settings) in [("", &plain), (", automatic ridge", &auto)] {
-        group.bench_function(format!("map of 40 x 40 with leave-one-out{name}"), |b| {
+        group.bench_function(format!("map of 40 x 40 with cross-validation{name}"), |b| {
             b.iter(|| lay(settings).threshold_map(&grid, &progress, &|_| {}));
         });
     }
@@ -35,7 +36,7 @@ fn thresholds(c: &mut Criterion) {
     group.bench_function("suggestion from the map", |b| {
         b.iter(|| map.suggestion(Measure::FullScale));
     });
-    group.bench_function("what a pair touches, and the mean hysteresis", |b| {
+    group.bench_function("ages of the past samples, and the mean hysteresis", |b| {
         b.iter(|| {
             let study = lay(&plain);
             (study.past_ages(Thresholds::default()), study.mean_hysteresis())

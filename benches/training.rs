@@ -1,7 +1,7 @@
-//! An epoch of the paper's network: 12 inputs, three layers of 100, 6 targets, batches of 100.
+//! Time of an epoch of the paper's network: 12 inputs, three layers of 100 units, 6 targets, batches of 100.
 //!
-//! One network at the size of the paper's patterns B and A, and two networks on two threads, where the time of an epoch of
-//! both shows the gain.
+//! One network is trained at the size of the paper's patterns B and A. Two networks are trained on two threads, where the
+//! time of an epoch of both shows the gain.
 
 use std::thread;
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
-//! Recordings in files that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one in LabVIEW's form
-//! (`tests/formats/generate.py`). They give the closed-form numbers of their making, and damaged ones never panic.
+//! Reads recordings that NumPy, SciPy, h5py, openpyxl, pyarrow and the MCAP library wrote, and one in LabVIEW's form
+//! (`tests/formats/generate.py`). The numbers equal the formulas of the generator, and damaged files never panic.
 //!
-//! Sample k of 40 is at k / 64 s; gauge j is j + k / 4, axis a is 10 a − k / 2.
+//! Sample k of 40 is at k / 64 s. Gauge j is j + k / 4, and axis a is 10 a − k / 2.
 
 use std::fs;
 use std::io::Write as _;
@@ -45,7 +45,7 @@ fn load(k: usize, a: usize) -> f64 {
     10.0 * (a + 1) as f64 - k as f64 / 2.0
 }
 
-/// Checks every number of a recording with all samples, whose times start at `start_secs`.
+/// Checks every number of a recording that has all samples and starts at `start_secs`.
 #[track_caller]
 fn check(recording: &Recording, start_secs: f64, n_gauges: usize, axes: &[Axis]) {
     assert_eq!(recording.n_samples(), N);
@@ -236,7 +236,7 @@ fn check_workbooks(folder: &Path) {
     assert!(differ.contains("have different names"), "{differ}");
     let (recording, messages) = sound(&folder.join("dates.xlsx"));
     assert_eq!(messages, "");
-    // Midnight before 6 March 2024 in UTC.
+    // The day starts at midnight before 6 March 2024 in UTC.
     assert_eq!(
         [0, 1, 2, 3, 4].map(|k| recording.clock_time(k)),
         [-0.5, -0.375, -0.25, -0.125, 0.0].map(|t| 1_709_683_200.0 + t)
@@ -250,7 +250,7 @@ fn check_labview(folder: &Path) {
     assert_eq!((recording.gauge_units()[5].as_str(), messages.as_str()), ("mV/V", ""));
 }
 
-/// The wrench named as reference and the array named as gauges are read, or any other topics that are wanted.
+/// Checks that the wrench named as reference and the array named as gauges are read, unless other topics are chosen.
 #[cfg(feature = "mcap")]
 fn check_several_topics(folder: &Path) {
     let path = folder.join("several.mcap");
@@ -335,7 +335,7 @@ fn matlab_version_4_is_read_in_all_kinds_and_byte_orders() {
             let n = N as u32;
             let note = "5 March 2024".bytes().map(|code| double(f64::from(code)));
             let time = rows().map(|k| double(k / 64.0)).collect();
-            // Whole numbers in each of the kinds.
+            // Gauges are whole numbers, once in each number type.
             let gauges = (0..2).flat_map(|j| rows().map(move |k| bytes(k * 3.0 + f64::from(j))));
             let mut content = [
                 write(1, [1, 12], "recorded_on", note.collect()),
@@ -402,7 +402,7 @@ fn lines_of_json_are_samples() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.txt");
     let line = |k: usize| match k {
-        // As Python writes NaN, a missing key, a damaged line, and a blank line.
+        // The lines have NaN as Python writes it, a missing key, a damaged line, and a blank line.
         3 => r#"{"time": "2024-03-05T10:00:03Z", "S": [NaN, 1], "is_on": true}"#.to_owned(),
         4 => r#"{"time": "2024-03-05T10:00:04Z", "is_on": true}"#.to_owned(),
         5 => r#"{"time": "2024-03-05T10:00:05Z", "S": [2.5,"#.to_owned(),
@@ -523,7 +523,7 @@ fn newly_generated_files_read_like_the_stored_ones() {
     }
 }
 
-/// The reference has every other sample. It is linear, so interpolation is exact.
+/// The reference has every second sample. It is linear, so interpolation is exact.
 #[test]
 fn arrays_on_two_clocks_are_joined() {
     let (recording, messages) = sound(&fixture("two_clocks.npz"));
@@ -732,7 +732,7 @@ fn a_file_that_is_cut_short_is_reported() {
         for part in 1..24 {
             fs::write(&path, &content[..content.len() * part / 24]).unwrap();
             match read(&path, None, &[], &Progress::default()) {
-                // What a killed recorder leaves behind, and whole matrices, are read.
+                // A file without its end, as a killed recorder leaves it, and complete matrices are read.
                 Ok(loaded) => {
                     let messages: Vec<String> =
                         loaded.warnings.iter().map(ToString::to_string).collect();

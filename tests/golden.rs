@@ -1,5 +1,5 @@
-//! The program against `golden/generate.py` and `golden/blocks.py`, an independent plain implementation of the same rules
-//! in NumPy.
+//! Compares the program with `golden/generate.py` and `golden/blocks.py`, an independent implementation of the same rules in
+//! NumPy.
 
 #[path = "support/program.rs"]
 mod program;
@@ -19,7 +19,7 @@ fn golden() -> PathBuf {
     [env!("CARGO_MANIFEST_DIR"), "tests", "golden"].iter().collect()
 }
 
-/// The cases of one kind (`fits` or `applied`) and sensor.
+/// Returns the cases of one kind (`fits` or `applied`) and sensor.
 fn cases(kind: &str, sensor: &str) -> Vec<Value> {
     let text = std::fs::read_to_string(golden().join("expected.json")).unwrap();
     let mut all: Value = serde_json::from_str(&text).unwrap();
@@ -34,7 +34,7 @@ fn words(value: &Value) -> Vec<&str> {
     words.map(|word| word.as_str().unwrap()).collect()
 }
 
-/// Each number is the expected one but for the tolerance times its scale.
+/// Checks that each number equals the expected one within the tolerance times its scale.
 #[track_caller]
 fn assert_near(actual: &[f64], expected: &[f64], scale: impl Fn(usize) -> f64, what: &str) {
     assert_eq!(actual.len(), expected.len(), "{what}");
@@ -70,7 +70,7 @@ fn assert_fits_agree(sensor: &str) {
     }
 }
 
-/// Applied from the file that the fit left, each load is within the tolerance times full scale.
+/// Applies the file that the fit wrote. Each load must be within the tolerance times full scale.
 fn assert_applied_loads_agree(sensor: &str) {
     for case in cases("applied", sensor) {
         let directory = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Recordings of real sensors, if they are available (they are not part of this project), read by column maps. The figures
-//! must equal those of NumPy on the same files by the rules of `golden/generate.py`.
+//! Recordings of real sensors, read by column maps. They are not part of this project, so the tests run only if they are
+//! available. The figures must equal those of NumPy on the same files by the rules of `golden/generate.py`.
 
 #[path = "support/program.rs"]
 mod program;
@@ -51,7 +51,7 @@ fn assert_test_rmse(report: &Value, calibration: &str, expected: &[f64]) {
     }
 }
 
-/// The error on the last 40 % of an interval recording: resistances and force on two clocks in one file.
+/// Returns the errors on the last 40 % of a recording that has resistances and force on two clocks in one file.
 fn stretch_report(name: &str, thresholds: &[&str]) -> Option<Value> {
     let folder = recordings_of("stretch")?;
     let split = ["--train", name, "--split", "0.6"];
@@ -77,7 +77,7 @@ fn look_back_mends_a_third_of_the_error_of_a_stretch_sensor_in_sawtooth() {
     }
 }
 
-/// Fifteen channels in one file, the load in another; a load of -1 is a missing value.
+/// Fifteen channels are in one file, and the load is in another. A load of −1 is a missing value.
 #[test]
 fn look_back_mends_a_fifth_of_the_error_of_a_magnetic_skin() {
     let Some(folder) = recordings_of("eflesh") else {
@@ -93,7 +93,7 @@ fn look_back_mends_a_fifth_of_the_error_of_a_magnetic_skin() {
     assert_test_rmse(&report, "compensated", &[73.239233]);
 }
 
-/// Rows arrive in bursts of fifteen; a metal sensor has hardly any hysteresis.
+/// Rows arrive in bursts of fifteen. A metal sensor has hardly any hysteresis.
 #[test]
 fn look_back_does_little_for_a_metal_sensor() {
     let Some(folder) = recordings_of("ft6") else {
@@ -110,7 +110,7 @@ fn look_back_does_little_for_a_metal_sensor() {
     assert_test_rmse(&report, "compensated", &compensated);
 }
 
-/// The recordings of files, read by one of the maps beside this test.
+/// Returns the recordings of files, read by one of the maps beside this test.
 fn recordings_by(map: &str, folder: &Path, files: &[&str]) -> RecordingSet {
     let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/column_maps");
     let map = ColumnMap::read(&maps.join(map)).unwrap();
@@ -151,7 +151,7 @@ fn all_real() -> Vec<(&'static str, RecordingSet)> {
 
 type Step = [[f64; 2]; 2];
 
-/// Line segments by the squares of pixels near them.
+/// Line segments by the pixel squares near them.
 struct Near(std::collections::HashMap<[i64; 2], Vec<Step>>);
 
 impl Near {
@@ -190,7 +190,7 @@ impl Near {
 /// Measured points of each recording: horizontal and vertical values.
 type Measured = Vec<Vec<[f64; 2]>>;
 
-/// Checks a plot, whole and zoomed to a tenth: each measured point is within a pixel of a drawn point, and each drawn point
+/// Checks a plot, whole and zoomed to a tenth. Each measured point is within a pixel of a drawn point, and each drawn point
 /// within a pixel of a measured one.
 fn assert_to_the_pixel(
     name: &str,
@@ -261,7 +261,7 @@ fn column(values: &[f64], at: usize, n_columns: usize) -> impl Iterator<Item = f
     values.iter().skip(at).step_by(n_columns).copied()
 }
 
-/// Loops of every axis of every real recording, whole and zoomed to a tenth.
+/// Draws loops of every axis of every real recording, whole and zoomed to a tenth.
 #[test]
 fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
@@ -300,7 +300,8 @@ fn loops_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Cross-plots of every real recording: a gauge over time, over the next gauge, and over the load; an output over the load.
+/// Draws cross-plots of every real recording: a gauge over time, over the next gauge, and over the load; an output over the
+/// load.
 #[test]
 fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     for (name, mut request, outputs) in all_fitted() {
@@ -351,7 +352,7 @@ fn cross_plots_of_real_recordings_are_drawn_to_the_pixel() {
     }
 }
 
-/// Figures with the default reversal threshold of each real recording; half and twice the reversal threshold change them little.
+/// Half and twice the default reversal threshold change the figures of each real recording little.
 #[test]
 fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
     for (name, request, _) in all_fitted() {

@@ -1,7 +1,7 @@
-//! Time of the first fit and of a slider step over the number of samples, with all samples on screen; and the memory that
+//! Time of the first fit and of a slider step over the number of samples, with all samples on screen, and the memory that
 //! they need.
 //!
-//! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples; other numbers can be given after `--`.
+//! `cargo bench --bench cost` goes from 10⁵ to 3·10⁷ samples. Other numbers can be given after `--`.
 
 #[path = "../frame/long_recording.rs"]
 mod long_recording;

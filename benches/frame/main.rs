@@ -1,6 +1,6 @@
-//! One frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation, as
-//! the window does them, without a graphics card. Then what a frame with loops costs beside one with the traces of the same
-//! samples, and frames at the pace of a display while something else runs.
+//! Time of one frame of the window with all six axes and all recordings on screen: layout, drawing lists and tessellation,
+//! without a graphics card. Then the cost of a frame with loops relative to one with the traces of the same samples, and
+//! frames at the rate of a display with background work.
 //!
 //! `cargo bench --bench frame -- beside` makes the comparison alone.
 

@@ -1,4 +1,4 @@
-//! Delay between a display's request and the picture, while the program works in the background.
+//! Delay between a display's request and the image, while the program works in the background.
 
 use std::time::{Duration, Instant};
 
@@ -12,19 +12,19 @@ use crate::screen::Screen;
 
 /// Time of one frame of a display.
 const FRAME: Duration = Duration::from_nanos(16_666_667);
-/// Number of requested pictures.
+/// Number of requested images.
 const FRAMES: u32 = 300;
 
 /// Pause between two windows.
 const CALM: Duration = Duration::from_secs(3);
 
-/// Background work while pictures are requested.
+/// Background work while images are requested.
 #[derive(Clone, Copy, Debug)]
 enum Work {
     Nothing,
-    /// F_th is dragged: every picture has a new value, and all fits are repeated.
+    /// F_th is dragged: every image has a new value, and all fits are repeated.
     Slider,
-    /// The same, with the map of thresholds on screen.
+    /// F_th is dragged, with the map of thresholds on screen.
     SliderAndMap,
     /// A network on all samples.
     Network,

@@ -75,9 +75,9 @@ fn several_files_are_written_to_a_new_folder() {
     }
 }
 
-/// The zero has changed between two days. Without a tare the change is in every load, with a tare in none.
+/// The zero changes between two days. Without a tare, every load contains the change; with a tare, none does.
 #[test]
-fn a_tared_calibration_says_so_and_reads_tared_recordings() {
+fn a_tared_calibration_warns_about_recordings_without_tare() {
     let workshop = Workshop::with_recordings();
     workshop.write("today.csv", shifted(workshop.read("a.csv")));
     let tare = ["--tare", "0:0.5"];
@@ -108,11 +108,14 @@ fn a_tared_calibration_says_so_and_reads_tared_recordings() {
     for (before, after) in before.iter().zip(&after) {
         assert!((before - after).abs() < 1e-5, "{before} became {after}");
     }
-    let told = stderr(&apply("raw", "today.csv", &[]));
-    assert!(told.contains("not tared, and the calibration was fitted to gauges minus"), "{told}");
+    let warning = stderr(&apply("raw", "today.csv", &[]));
+    assert!(
+        warning.contains("not tared, and the calibration was fitted to gauges minus"),
+        "{warning}"
+    );
 }
 
-/// The recording of a sensor whose first gauge has moved by 5.
+/// Returns a recording whose first gauge is shifted by 5.
 fn shifted(text: String) -> String {
     let mut lines = text.lines();
     let header = lines.next().unwrap().to_owned();
@@ -161,7 +164,7 @@ fn a_tare_removes_a_shift_for_tared_and_untared_calibrations() {
     assert!(!loads(&answered).last().unwrap().1.is_nan());
 }
 
-/// An unusable row keeps its time. A sample beyond the tested range is also reported as after a gap.
+/// An unusable row keeps its time. The status of a sample beyond the tested range may also be "after a gap".
 #[test]
 fn a_rejected_row_keeps_its_time_and_statuses_are_joined() {
     let workshop = Workshop::with_recordings();
@@ -174,7 +177,7 @@ fn a_rejected_row_keeps_its_time_and_statuses_are_joined() {
     assert!(last[1].ends_with(",beyond+after a gap"), "{}", last[1]);
 }
 
-/// A file, standard input and a growing file give the same loads, sample by sample, as on a robot.
+/// A file, standard input and a growing file give the same loads, sample by sample.
 #[test]
 fn samples_are_answered_as_they_come() {
     let workshop = Workshop::with_recordings();
@@ -314,7 +317,7 @@ fn rows_are_answered_as_devices_print_them() {
     assert!(times.len() == 3 && times.is_sorted_by(|a, b| a < b), "{times:?}");
 }
 
-/// A bad value is named, lines request a tare or a reset, and messages name the stream.
+/// The reason for a bad value is given, lines request a tare or a reset, and messages name the stream.
 #[test]
 fn rows_on_standard_input_are_an_instrument() {
     let workshop = Workshop::with_recordings();
@@ -339,12 +342,12 @@ fn rows_on_standard_input_are_an_instrument() {
     workshop.write("input", "left\nright\n".repeat(20));
     let input = fs::File::open(workshop.file("input")).unwrap();
     let output = command(workshop.path(), &["apply", "c.json", "-"]).stdin(input).output().unwrap();
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(!output.status.success() && told.contains("standard input"), "{told}");
-    assert!(!told.contains("/tmp"), "{told}");
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && error.contains("standard input"), "{error}");
+    assert!(!error.contains("/tmp"), "{error}");
 }
 
-/// Linux refuses to read a folder as it refuses to read a serial port that was unplugged.
+/// Linux refuses to read a folder like an unplugged serial port.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_source_that_breaks_off_has_its_own_exit_code() {

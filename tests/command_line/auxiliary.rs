@@ -7,7 +7,8 @@ use std::path::Path;
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::workshop::Workshop;
 
-/// A gauge whose zero and sensitivity drift with temperature (°F in the file, in some rows only), around `celsius`.
+/// Writes a recording whose gauge drifts in zero and sensitivity with a temperature around `celsius` (in °F in the file, and
+/// in some rows only).
 fn write(workshop: &Workshop, name: &str, celsius: f64) {
     let mut text = "t [s],S1 [mV/V],S2 [mV/V],Fz [N],T_body [degF]\n".to_owned();
     for k in 0..600 {
@@ -25,7 +26,7 @@ fn write(workshop: &Workshop, name: &str, celsius: f64) {
 }
 
 /// Returns the output of a successful job.
-fn told(directory: &Path, arguments: &[&str]) -> String {
+fn output(directory: &Path, arguments: &[&str]) -> String {
     String::from_utf8(succeed(directory, arguments).stdout).unwrap()
 }
 
@@ -36,7 +37,7 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
     for (name, celsius) in files.into_iter().zip([10.0, 25.0, 40.0, 30.0]) {
         write(&workshop, name, celsius);
     }
-    let inspected = told(workshop.path(), &["inspect", "a.csv"]);
+    let inspected = output(workshop.path(), &["inspect", "a.csv"]);
     assert!(inspected.contains("auxiliary channels: T_body 8.0 to 12.0 °C"), "{inspected}");
     let chosen = ["--train", "a.csv", "b.csv", "c.csv", "--test", "d.csv", "--look-back", "none"];
     let error = |more: &[&str]| {
@@ -46,8 +47,12 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
     assert!(error(&[]) > 3.0);
     let exports = ["--auxiliary", "--export", "c.json", "--export", "c.h"];
     assert!(error(&exports) < 1e-6);
-    let said = told(workshop.path(), &[&["fit"], &chosen[..], &["--auxiliary", "0,3"]].concat());
-    assert!(said.contains("auxiliary channel T_body [°C], trained from 8 to 42 °C"), "{said}");
+    let printed =
+        output(workshop.path(), &[&["fit"], &chosen[..], &["--auxiliary", "0,3"]].concat());
+    assert!(
+        printed.contains("auxiliary channel T_body [°C], trained from 8 to 42 °C"),
+        "{printed}"
+    );
     let header = fs::read_to_string(workshop.path().join("c.h")).unwrap();
     assert!(header.contains("T_body [°C], trained from 8 to 42 °C"));
 
@@ -79,8 +84,8 @@ fn a_temperature_is_read_fitted_exported_and_asked_for() {
 #[test]
 fn a_missing_auxiliary_column_is_named() {
     let workshop = Workshop::with_recordings();
-    let said = told(workshop.path(), &["fit", "--train", "a.csv", "b.csv", "--auxiliary"]);
-    assert!(said.contains("no column of the recordings is an auxiliary channel"), "{said}");
+    let printed = output(workshop.path(), &["fit", "--train", "a.csv", "b.csv", "--auxiliary"]);
+    assert!(printed.contains("no column of the recordings is an auxiliary channel"), "{printed}");
 }
 
 /// The logger records no temperature from 6 s to 9 s.
@@ -118,7 +123,7 @@ fn a_gap_in_a_temperature_is_reported_and_sets_the_status() {
         .map(|(row, _)| row)
         .collect();
     assert_eq!(held, (300..450).collect::<Vec<_>>());
-    // The rows after one gap time, 20 rows here, have the status.
+    // One gap time later (20 rows), the rows have the status.
     let rows: Vec<&str> = loads.lines().collect();
     assert!(rows[200].ends_with(",ok") && rows[500].ends_with(",ok"), "{}", rows[200]);
 }

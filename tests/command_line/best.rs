@@ -47,7 +47,7 @@ fn the_proposal_does_not_depend_on_the_test_recordings() {
     assert!(bytes(smallest) <= bytes(proposed));
     assert!(smallest["relative"].as_f64().unwrap() <= 1.05 * lowest);
 
-    // With other test recordings, or without any, only the test errors differ.
+    // Other test recordings, or none, change only the test errors.
     workshop.write("other.csv", recording(9.0, 60));
     let train = &ALL_FILES[..4];
     let without = best(&workshop, train);
@@ -72,8 +72,8 @@ fn the_proposal_does_not_depend_on_the_test_recordings() {
 fn a_search_out_of_time_gives_the_models_tried_so_far() {
     let workshop = Workshop::with_recordings();
     let output = succeed(workshop.path(), &[&["best", "--minutes", "0"], &ALL_FILES[..]].concat());
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(told.contains("Proposed: Conventional"), "{told}");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("Proposed: Conventional"), "{text}");
     assert!(stderr(&output).contains("The time did not allow"), "{}", stderr(&output));
     for wrong in ["-1", "NaN", "inf"] {
         let output = run(

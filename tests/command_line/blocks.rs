@@ -1,4 +1,4 @@
-//! Blocks, ridges and regressors from the command line, alone and side by side.
+//! Feature blocks, ridges and regressors on the command line, one at a time and together.
 
 use serde_json::Value;
 
@@ -116,10 +116,10 @@ fn settings_out_of_range_are_refused_with_a_correction() {
         (&["--f-th", "1", "--look-back", "2"], &["cannot be used with"]),
     ] {
         let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], choices].concat());
-        let told = stderr(&output);
+        let message = stderr(&output);
         assert!(!output.status.success(), "{choices:?} was done");
         for word in words {
-            assert!(told.contains(word), "{choices:?}: no {word:?} in {told}");
+            assert!(message.contains(word), "{choices:?}: no {word:?} in {message}");
         }
     }
 }
@@ -129,9 +129,9 @@ fn numbers_that_cannot_be_squared_are_refused_rather_than_fitted() {
     let workshop = Workshop::with_recordings();
     workshop.write("huge.csv", "t,S1,S2,Fz\n0,1,2,3\n0.1,1e200,2,4\n0.2,2,1,5\n");
     let output = run(workshop.path(), &["fit", "--train", "huge.csv"]);
-    let told = stderr(&output);
+    let message = stderr(&output);
     assert!(!output.status.success());
-    assert!(told.contains("sample 2 is 1e200"), "{told}");
+    assert!(message.contains("sample 2 is 1e200"), "{message}");
 }
 
 #[test]

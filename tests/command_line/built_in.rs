@@ -55,7 +55,7 @@ fn without_offset_no_feature_is_constant() {
     assert!(!features.contains(&"offset".into()));
 }
 
-/// The names of the recordings that `demo` wrote, sorted.
+/// Returns the sorted names of the recordings that `demo` wrote.
 fn recordings(directory: &Path) -> Vec<String> {
     let names = fs::read_dir(directory)
         .unwrap()
@@ -65,7 +65,7 @@ fn recordings(directory: &Path) -> Vec<String> {
     names
 }
 
-/// Training and test samples in a folder that `demo` wrote.
+/// Returns the numbers of training and test samples in a folder that `demo` wrote.
 fn samples(directory: &Path) -> [usize; 2] {
     ["train_", "test_"].map(|role| {
         let names = recordings(directory);

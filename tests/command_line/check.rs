@@ -1,11 +1,12 @@
-//! `check`: whether the recordings determine the model, as exit code, text and JSON.
+//! `check`: its verdict on the recordings, as exit code, text and JSON.
 
 use serde_json::Value;
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// Poses, one per second, each three times: one gauge follows the force, the other one mainly something else.
+/// Returns poses, one per second, each repeated three times. One gauge follows the force, and the other one mainly follows
+/// something else.
 fn poses(n: usize) -> String {
     let row = |k: usize| {
         let pose = k % n;
@@ -60,7 +61,7 @@ fn recordings_that_determine_the_model_give_exit_code_zero() {
     assert_eq!(wrong.status.code(), Some(2));
 }
 
-/// Forces and a moment, and masses without an arm.
+/// The recording has forces and a moment, and the masses have no arm.
 #[test]
 fn axes_that_no_mass_loads_are_named() {
     let workshop = Workshop::new();
@@ -80,8 +81,8 @@ fn axes_that_no_mass_loads_are_named() {
         own.next().map(|reason| reason["text"].as_str().unwrap().to_owned())
     };
     for arms in [&[][..], &["--arm", "0"]] {
-        let told = unreached(arms).unwrap();
-        assert!(told.contains("load nothing on Mx") && told.contains("(--arm)"), "{told}");
+        let message = unreached(arms).unwrap();
+        assert!(message.contains("load nothing on Mx") && message.contains("(--arm)"), "{message}");
     }
     assert_eq!(unreached(&["--arm", "0.1"]), None);
 }
@@ -100,7 +101,7 @@ fn samples_beyond_a_given_range_of_gauges_are_in_the_verdict() {
     assert!(faults("-1e-3:1e-3") > 0);
 }
 
-/// A calibration of the others would be another one, so `fit` refuses; a check reports it and goes on.
+/// Without these files, the calibration would be another one, so `fit` refuses them. `check` reports them and continues.
 #[test]
 fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     let workshop = Workshop::with_recordings();
@@ -119,5 +120,5 @@ fn files_that_cannot_be_used_are_findings_of_a_check_and_stop_a_fit() {
     assert!(unusable.next().is_none());
     let refused = run(workshop.path(), &[&["fit", "--train"], &files[..]].concat());
     assert_eq!(refused.status.code(), Some(1));
-    assert!(refused.stdout.is_empty(), "no calibration of some of the files");
+    assert!(refused.stdout.is_empty(), "fit writes no calibration of only some files");
 }

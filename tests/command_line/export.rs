@@ -1,4 +1,4 @@
-//! `fit --export` in every format, and `apply` with what reads back.
+//! `fit --export` in every format, and `apply` with the formats that read back.
 
 use std::fs;
 
@@ -31,8 +31,8 @@ fn contents_that_a_format_cannot_contain_are_named() {
     let workshop = Workshop::with_recordings();
     for (name, word) in [("c.cal", "up to 8 gauges"), ("c.xyz", "is no export format")] {
         let arguments = [&["fit"], &ALL_FILES[..], &["--export", name]].concat();
-        let told = stderr(&run(workshop.path(), &arguments));
-        assert!(told.contains(name) && told.contains(word), "{told}");
+        let message = stderr(&run(workshop.path(), &arguments));
+        assert!(message.contains(name) && message.contains(word), "{message}");
         assert!(!workshop.file(name).exists());
     }
 }
@@ -54,10 +54,10 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
         format!("<FTSensor NumGages=\"6\"><Calibration {units}>{rows}</Calibration></FTSensor>");
     workshop.write("s.cal", text);
     workshop.write("run.csv", "t [s],g1,g2,g3,g4,g5,g6\n0,1,2,3,4,5,6\n1,0,0,0,0,0,7\n");
-    let told = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
-    assert!(told.status.success());
+    let output = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
+    assert!(output.status.success());
     for words in ["s.cal: a .cal file", "without compensation", "offset"] {
-        assert!(stderr(&told).contains(words), "{}", stderr(&told));
+        assert!(stderr(&output).contains(words), "{}", stderr(&output));
     }
     let loads = Table::read(&workshop.file("run_loads.csv"));
     assert_eq!(loads.column("Fy comp"), [4.0, 0.0]);
@@ -67,7 +67,7 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
     succeed(workshop.path(), &["apply", "s.cal", "run.csv", "--out", ".", "--force"]);
 }
 
-/// 10 Hz recordings: every format with text lists the recordings and their hashes.
+/// With recordings at 10 Hz, every format with text lists the recordings and their hashes.
 #[test]
 fn every_export_names_its_sources_and_errors() {
     let workshop = Workshop::with_recordings();
@@ -85,7 +85,7 @@ fn every_export_names_its_sources_and_errors() {
     assert_eq!(hash.len(), 64);
     for name in &names {
         let bytes = fs::read(workshop.file(name)).unwrap();
-        // NumPy keeps four bytes for a letter.
+        // NumPy stores a character in four bytes.
         let letters: Vec<u8> = bytes.into_iter().filter(|byte| *byte != 0).collect();
         let text = String::from_utf8_lossy(&letters);
         assert!(text.contains(hash), "{name}");
@@ -99,21 +99,21 @@ fn every_export_names_its_sources_and_errors() {
     assert!(workshop.read("k.h").contains(kept) && workshop.read("k.rs").contains(kept));
 }
 
-/// A warning is printed before a matrix alone is written, but only if parts are omitted.
+/// Before a matrix alone is written, a warning is printed, but only if parts are omitted.
 #[test]
 fn a_matrix_alone_warns_of_the_missing_parts() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..]].concat();
-    let told =
+    let message =
         run(workshop.path(), &[&fit[..], &["--export", "c.inc", "--export", "c.json"]].concat());
-    let told = stderr(&told);
+    let message = stderr(&message);
     for words in ["warning: c.inc leaves out", "F_th 3 N", "the offset"] {
-        assert!(told.contains(words), "{told}");
+        assert!(message.contains(words), "{message}");
     }
-    assert!(!told.contains("c.json leaves out"), "{told}");
+    assert!(!message.contains("c.json leaves out"), "{message}");
     let bare = ["--look-back", "none", "--no-offset", "--export", "d.inc"];
-    let told = stderr(&run(workshop.path(), &[&fit[..], &bare].concat()));
-    assert!(workshop.file("d.inc").exists() && !told.contains("leaves out"), "{told}");
+    let message = stderr(&run(workshop.path(), &[&fit[..], &bare].concat()));
+    assert!(workshop.file("d.inc").exists() && !message.contains("leaves out"), "{message}");
 }
 
 /// Misspelt keys are reported, because they would have no effect.
@@ -129,11 +129,11 @@ fn unknown_keys_are_named() {
     file["features"]["play_radi"] = serde_json::json!([0.1]);
     file["note"] = "mine".into();
     workshop.write("c.json", file.to_string());
-    let told = run(workshop.path(), &apply);
-    assert!(told.status.success());
-    let told = stderr(&told);
+    let output = run(workshop.path(), &apply);
+    assert!(output.status.success());
+    let message = stderr(&output);
     let keys = "note: c.json: unknown keys, which were ignored: features.play_radi, gap_sec, note";
-    assert!(told.contains(keys), "{told}");
+    assert!(message.contains(keys), "{message}");
 }
 
 /// Files of older programs contain neither rate nor recordings.
@@ -147,7 +147,7 @@ fn a_calibration_without_the_newest_facts_is_read() {
     succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", "."]);
 }
 
-/// Files with errors by hand: each is refused with the place of the error, and nothing is written.
+/// Each of these files has one error. It is refused with the place of the error, and nothing is written.
 #[test]
 fn a_damaged_calibration_is_not_applied() {
     let workshop = Workshop::with_recordings();
@@ -166,9 +166,9 @@ fn a_damaged_calibration_is_not_applied() {
         let mut spoilt = whole.clone();
         spoil(&mut spoilt);
         workshop.write("s.json", spoilt.to_string());
-        let told = run(workshop.path(), &["apply", "s.json", "a.csv", "--out", "."]);
-        let told = stderr(&told);
-        assert!(told.contains("s.json") && told.contains(word), "{word}: {told}");
+        let output = run(workshop.path(), &["apply", "s.json", "a.csv", "--out", "."]);
+        let message = stderr(&output);
+        assert!(message.contains("s.json") && message.contains(word), "{word}: {message}");
         assert!(!workshop.file("a_loads.csv").exists());
     }
 }
@@ -190,7 +190,7 @@ fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_only_by_force(
     assert!(forced.status.success() && workshop.file("c.json").exists());
 }
 
-/// At 1 kHz the whole history of 15 s needs more than 64 kB; at 20 Hz it does not, and no rate is set.
+/// At 1 kHz, the history of 15 s needs more than 64 kB, so a rate is set. At 20 Hz it needs less, and no rate is set.
 #[test]
 fn a_history_too_large_for_a_controller_is_made_coarser() {
     let workshop = Workshop::new();

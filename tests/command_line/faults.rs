@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, HEADER, Workshop};
 
-/// A press of 100 s at 20 Hz. The first gauge is clipped at 30 counts for two long intervals, and the second misses one
-/// sample.
+/// Returns a press of 100 s at 20 Hz. The first gauge is clipped at 30 counts for two long intervals, and the second gauge
+/// misses one sample.
 fn clipped() -> String {
     let mut text = HEADER.to_owned();
     for k in 0..2000 {
@@ -32,9 +32,9 @@ fn faulty_samples_are_reported_and_left_out_on_request() {
         assert!(noted.contains(words), "{words}: {noted}");
     }
     let fit = ["fit", "--train", "press.csv", "--leave-out-faulty", "--export", "c.json"];
-    let told = stderr(&run(workshop.path(), &fit));
-    assert!(told.contains("samples left out"), "{told}");
-    assert!(told.contains("segments remain"), "{told}");
+    let message = stderr(&run(workshop.path(), &fit));
+    assert!(message.contains("samples left out"), "{message}");
+    assert!(message.contains("segments remain"), "{message}");
     let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     let limits = serde_json::json!([[null, 30.0], [null, null]]);
     assert_eq!(calibration["gauge_limits"], limits);
@@ -50,8 +50,8 @@ fn faulty_samples_are_reported_and_left_out_on_request() {
 fn sound_samples_give_no_note_and_a_wrong_range_is_refused() {
     let workshop = Workshop::with_recordings();
     let fit = [&["fit"], &ALL_FILES[..]].concat();
-    let told = stderr(&run(workshop.path(), &fit));
-    assert!(!told.contains("faulty"), "{told}");
+    let message = stderr(&run(workshop.path(), &fit));
+    assert!(!message.contains("faulty"), "{message}");
     for (range, word) in [("5:1", "rising"), ("x", "rising"), ("0:0", "rising")] {
         let arguments = [&fit[..], &["--gauge-range", range]].concat();
         let output = run(workshop.path(), &arguments);
@@ -59,8 +59,8 @@ fn sound_samples_give_no_note_and_a_wrong_range_is_refused() {
         assert!(stderr(&output).contains(word), "{}", stderr(&output));
     }
     let all = [&fit[..], &["--gauge-range=0:1e-9", "--leave-out-faulty"]].concat();
-    let told = stderr(&run(workshop.path(), &all));
-    assert!(told.contains("all samples look faulty"), "{told}");
+    let message = stderr(&run(workshop.path(), &all));
+    assert!(message.contains("all samples look faulty"), "{message}");
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn each_gauge_has_its_own_range() {
     succeed(workshop.path(), &given);
     let calibration: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
     let limits = serde_json::json!([[null, 30.0], [-50.0, 28.5]]);
-    assert_eq!(calibration["gauge_limits"], limits, "what is not given is found");
+    assert_eq!(calibration["gauge_limits"], limits, "limits that are not given are detected");
     let wrong = run(workshop.path(), &[&fit[..], &["--gauge-range=-1:1,-1:1,-1:1"]].concat());
     assert_eq!(wrong.status.code(), Some(2));
     assert!(stderr(&wrong).contains("3 ranges, but the recordings have 2 gauges"));
@@ -84,25 +84,28 @@ fn overload_is_judged_by_rated_loads_from_any_source() {
     let workshop = Workshop::new();
     workshop.write("press.csv", clipped());
     workshop.write("sensor.toml", "serial = 4711\n[rated_loads]\nFz = 15\n");
-    let told = |arguments: &[&str]| stderr(&run(workshop.path(), arguments));
+    let message = |arguments: &[&str]| stderr(&run(workshop.path(), arguments));
     let fit = ["fit", "--train", "press.csv"];
-    assert!(!told(&fit).contains("overload"));
-    let by_file = told(&[&fit[..], &["--sensor", "sensor.toml"]].concat());
+    assert!(!message(&fit).contains("overload"));
+    let by_file = message(&[&fit[..], &["--sensor", "sensor.toml"]].concat());
     assert!(by_file.contains("overloaded (Fz)"), "{by_file}");
     let scale = ["--full-scale", "15"];
     for arguments in [&fit[..], &["check", "press.csv"]] {
-        let told = told(&[arguments, &scale].concat());
-        assert!(told.contains("overloaded (Fz)"), "{arguments:?}: {told}");
+        let message = message(&[arguments, &scale].concat());
+        assert!(message.contains("overloaded (Fz)"), "{arguments:?}: {message}");
     }
-    // The largest load is 22.5 N, half as much again as is rated.
+    // The largest load is 22.5 N, 50 % more than the rated load.
     let tolerant = [&["check", "press.csv"], &scale[..], &["--overload-tolerance", "60"]].concat();
-    assert!(!told(&tolerant).contains("overload"), "{}", told(&tolerant));
+    assert!(!message(&tolerant).contains("overload"), "{}", message(&tolerant));
     // Given limits override the file; excluded samples are not used for training.
     let both = ["--sensor", "sensor.toml", "--full-scale", "30"];
-    assert!(!told(&[&fit[..], &both].concat()).contains("overload"));
+    assert!(!message(&[&fit[..], &both].concat()).contains("overload"));
     let without = ["--leave-out-faulty", "--export", "c.json", "--force"];
-    let left_out = told(&[&fit[..], &scale, &without].concat());
+    let left_out = message(&[&fit[..], &scale, &without].concat());
     assert!(left_out.contains("samples left out"), "{left_out}");
     let applied = ["apply", "c.json", "press.csv", "--out", "loads"];
-    assert!(told(&applied).contains("overloaded (Fz)"), "a calibration knows them");
+    assert!(
+        message(&applied).contains("overloaded (Fz)"),
+        "the calibration stores the rated loads"
+    );
 }

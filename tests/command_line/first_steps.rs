@@ -38,8 +38,8 @@ fn walk(workshop: &Workshop, section: &str) -> String {
 #[cfg(unix)]
 fn own_files_become_a_calibration_by_the_commands_of_the_guide() {
     let workshop = Workshop::new();
-    let said = walk(&workshop, "Your own files, on the command line");
-    assert!(said.contains("Enough: the recordings determine the model"), "{said}");
+    let text = walk(&workshop, "Your own files, on the command line");
+    assert!(text.contains("Enough: the recordings determine the model"), "{text}");
     for file in ["sensor.json", "loads/test_path6_mount1_fast_loads.csv", "report.html"] {
         assert!(!workshop.read(file).is_empty(), "{file}");
     }
@@ -54,8 +54,8 @@ fn the_guide_s_program_in_cpp_computes_the_load_of_apply() {
     let workshop = Workshop::new();
     let section = "From the built-in sensor to C++ on a robot";
     workshop.write("main.cpp", code(section, "cpp"));
-    let said = walk(&workshop, section);
-    let mut last = said.lines().rev();
+    let text = walk(&workshop, section);
+    let mut last = text.lines().rev();
     let (applied, run) =
         (last.next().unwrap(), last.find(|line| line.contains(" s: Fx ")).unwrap());
     let table = workshop.read("loads/test_path6_mount1_fast_loads.csv");

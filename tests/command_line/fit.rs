@@ -31,9 +31,9 @@ fn files_called_test_in_a_folder_are_not_used_for_training() {
     assert_eq!(samples(&["--train", "."]), (450.into(), 210.into()));
     assert_eq!(samples(&one_tested), (450.into(), 150.into()));
     assert_eq!(samples(&["--train", ".", "--split", "0.5"]), (330.into(), 330.into()));
-    let told = stderr(&run(workshop.path(), &["fit", "--train", "."]));
-    assert!(told.contains("Test 2.csv, test.csv"), "{told}");
-    // `check` and `metrology` fit by the same rule; files that are only read are read completely.
+    let message = stderr(&run(workshop.path(), &["fit", "--train", "."]));
+    assert!(message.contains("Test 2.csv, test.csv"), "{message}");
+    // `check` and `metrology` use the same rule for folders. Jobs that only read files read all of them.
     let json = |arguments: &[&str]| -> Value {
         serde_json::from_slice(&run(workshop.path(), arguments).stdout).unwrap()
     };
@@ -77,7 +77,8 @@ fn a_pause_in_a_file_restarts_the_history() {
     let thresholds = ["--f-th", "2", "--t-th", "1e6"];
     let of = |files: &[&str]| fit(workshop.path(), &[&["--train"], files, &thresholds].concat());
     assert_eq!(of(&["paused.csv"]), of(&["first.csv", "second.csv"]));
-    // Without the pause, the second half continues the history of the first: same samples, different past samples.
+    // Without the pause, the second half continues the history of the first half: the samples are the same, but the past
+    // samples differ.
     let joined = format!("{HEADER}{first}{}", rows(2.0, 120, 12.0));
     workshop.write("joined.csv", joined);
     let rmse = |file, calibration: &str| numbers(&of(&[file])[calibration]["train_rmse"])[0];
@@ -146,8 +147,8 @@ fn faults_of_single_rows_are_reported_by_line_and_do_not_stop_the_fit() {
     let text = [&recording(0.0, 150), odd, &rows(1.0, 150, 900.0)].concat();
     workshop.write("odd.csv", text);
     let output = succeed(workshop.path(), &["fit", "--train", "odd.csv", "--json"]);
-    let told = stderr(&output);
-    let places: Vec<&str> = told.lines().map(|line| &line[..38]).collect();
+    let message = stderr(&output);
+    let places: Vec<&str> = message.lines().map(|line| &line[..38]).collect();
     // Line 1 is the header, lines 2 to 151 are the first run.
     assert_eq!(
         places,
@@ -158,7 +159,7 @@ fn faults_of_single_rows_are_reported_by_line_and_do_not_stop_the_fit() {
     assert_eq!(report["recordings"], 2);
 }
 
-/// A calibration of the same fit, given as factory calibration, has the conventional errors of the fit.
+/// The conventional calibration of the same fit, given as factory calibration, has the conventional errors of the fit.
 #[test]
 fn the_factory_calibration_is_scored_beside_the_fit() {
     let workshop = Workshop::with_recordings();
@@ -174,11 +175,12 @@ fn the_factory_calibration_is_scored_beside_the_fit() {
             .contains("Factory: the calibration that the sensor came with")
     );
     workshop.write("s.cal", "<FTSensor/>");
-    let told = run(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--factory", "s.cal"]].concat());
-    assert!(stderr(&told).contains("s.cal"), "{}", stderr(&told));
+    let output =
+        run(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--factory", "s.cal"]].concat());
+    assert!(stderr(&output).contains("s.cal"), "{}", stderr(&output));
 }
 
-/// Groups come from names, a pattern, or the column map, and the output says which.
+/// Groups come from names, a pattern, or the column map. The output names the source.
 #[test]
 fn recordings_of_a_group_are_held_out_together() {
     let workshop = Workshop::new();

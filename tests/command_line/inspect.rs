@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::workshop::{HEADER, Workshop, recording, rows};
 
-/// A recording without its header, with semicolons and decimal commas.
+/// Writes a recording without a header, with semicolons and decimal commas.
 fn headerless(workshop: &Workshop, name: &str, seed: f64) {
     let text = recording(seed, 150);
     let (_, rows) = text.split_once('\n').unwrap();
@@ -142,17 +142,18 @@ fn unusable_maps_are_refused_with_their_names() {
         (&["inspect", "a.csv", "--write-map", "gone/map.json"], ["gone", "no folder"]),
     ] {
         let output = run(workshop.path(), arguments);
-        let told = stderr(&output);
+        let message = stderr(&output);
         assert!(!output.status.success(), "{arguments:?} was done");
-        assert_eq!(told.lines().count(), 1, "{told}");
+        assert_eq!(message.lines().count(), 1, "{message}");
         for word in words {
-            assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+            assert!(message.contains(word), "{arguments:?}: no {word} in {message}");
         }
     }
     assert_eq!(workshop.read("other.csv"), two_columns);
 }
 
-/// Upright, rolled by 90° and pitched by 90°, `W = m g` with m = 2 kg pulls along −z, −y and x; Fx shows 1 N too much.
+/// The sensor is upright, rolled by 90° and pitched by 90°. `W = m g` with m = 2 kg pulls along −z, −y and x. Fx reads 1 N
+/// too much.
 #[test]
 fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     let workshop = Workshop::with_recordings();
@@ -180,7 +181,7 @@ fn a_weight_is_found_in_a_recording_with_pose_and_reference() {
     assert!(text.contains("centre of mass: not found"), "{text}");
 }
 
-/// A logger that writes rows in bursts of ten, three times a second.
+/// Returns the text of a logger that writes rows in bursts of ten, three times a second.
 fn in_bursts() -> String {
     let time = |k: u32| f64::from(k / 10) / 3.0 + f64::from(k % 10) / 1000.0;
     let row = |k: u32| format!("{},{},{},{k}\n", time(k), k % 7, k % 5);
@@ -198,14 +199,14 @@ fn an_assumed_pattern_of_bursts_is_reported_and_written_to_the_map() {
     let warning = &found["check"]["warnings"][0];
     assert_eq!(warning["id"], "assumed");
     assert_eq!(warning["place"]["count"], 59);
-    let told = warning["text"].as_str().unwrap();
+    let message = warning["text"].as_str().unwrap();
     let expected = "bursts.csv, line 12: rows come in bursts, with pauses of about 0.32 s that end no recording";
-    assert!(told.starts_with(expected), "{told}");
-    assert!(told.contains("(59 times, last on line 592)"), "{told}");
+    assert!(message.starts_with(expected), "{message}");
+    assert!(message.contains("(59 times, last on line 592)"), "{message}");
     let fitted = succeed(workshop.path(), &["fit", "--train", "bursts.csv"]);
     assert!(stderr(&fitted).contains("rows come in bursts"));
 
-    // The limit in the map turns the pauses into borders of recordings.
+    // The gap in the map makes the pauses borders of recordings.
     let map = workshop.read("map.json");
     assert!(map.contains("\"gap_secs\": 2.0"), "{map}");
     workshop.write("map.json", map.replace("\"gap_secs\": 2.0", "\"gap_secs\": 0.3"));
@@ -233,9 +234,9 @@ fn very_long_names_and_lists_of_columns_are_shortened() {
     let text = format!("t_s,S1,{}{names}\n0,1{cells}\n1,2{cells}\n", "n".repeat(70_000));
     workshop.write("wide.csv", text);
     let output = succeed(workshop.path(), &["inspect", "wide.csv"]);
-    let told = String::from_utf8(output.stdout).unwrap();
-    assert!(told.contains("  and 103 more columns; --json lists them all"), "{told}");
-    assert!(told.lines().all(|line| line.chars().count() < 400));
+    let message = String::from_utf8(output.stdout).unwrap();
+    assert!(message.contains("  and 103 more columns; --json lists them all"), "{message}");
+    assert!(message.lines().all(|line| line.chars().count() < 400));
 }
 
 #[test]
@@ -253,7 +254,7 @@ fn each_of_several_files_has_its_heading() {
     assert!(stderr(&refused).contains("--write-map needs a single file"));
 }
 
-/// A second clock that counts whole seconds is not taken as time, and not as a gauge.
+/// A second clock that counts whole seconds is neither proposed as the time nor as a gauge.
 #[test]
 fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
     let workshop = Workshop::new();

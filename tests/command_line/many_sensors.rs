@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::workshop::{Workshop, recording};
 
-/// The text of the page's code block that begins with this line.
+/// Returns the code block of the guide's page that begins with this line.
 fn block(start: &str) -> &'static str {
     let page = include_str!("../../assets/guide/many-sensors.md");
     let from = &page[page.find(start).unwrap()..];
@@ -45,10 +45,10 @@ fn make_calibrates_the_good_sensors_and_goes_on_after_one_that_fails() {
         }
         made => made.unwrap(),
     };
-    let said = String::from_utf8_lossy(&first.stderr);
-    assert!(!first.status.success() && said.contains("train_1.csv"), "{said}");
+    let printed = String::from_utf8_lossy(&first.stderr);
+    assert!(!first.status.success() && printed.contains("train_1.csv"), "{printed}");
     let is_there = |name: &str| workshop.file(&format!("results/{name}.json")).exists();
-    assert_eq!(["s1", "s2", "s3"].map(is_there), [true, false, true], "{said}");
+    assert_eq!(["s1", "s2", "s3"].map(is_there), [true, false, true], "{printed}");
     let calibration: serde_json::Value =
         serde_json::from_str(&workshop.read("results/s3.json")).unwrap();
     assert_eq!(calibration["identity"]["serial"], "s3");
@@ -61,10 +61,10 @@ fn make_calibrates_the_good_sensors_and_goes_on_after_one_that_fails() {
     let second = make().unwrap();
     assert!(second.status.success(), "{}", String::from_utf8_lossy(&second.stderr));
     assert!(is_there("s2") && written("s1") == before);
-    // A stricter limit is exceeded: no calibration remains.
+    // The stricter limit is exceeded, so no calibration remains.
     std::thread::sleep(std::time::Duration::from_millis(20));
     workshop.write("limits.toml", "expected_error = 0.001\n");
     let strict = make().unwrap();
-    let said = String::from_utf8_lossy(&strict.stderr);
-    assert!(said.contains("expected error of Fz is") && !is_there("s1"), "{said}");
+    let printed = String::from_utf8_lossy(&strict.stderr);
+    assert!(printed.contains("expected error of Fz is") && !is_there("s1"), "{printed}");
 }

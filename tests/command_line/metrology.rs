@@ -22,7 +22,7 @@ fn row<'a>(report: &'a Value, id: &str) -> &'a Value {
     rows.iter().find(|row| row["id"] == id).expect(id)
 }
 
-/// The figures of all cells, `cell` picking from each.
+/// Passes each figure of each cell to `check`; `cell` selects it.
 fn each_figure(report: &Value, mut check: impl FnMut(&Value, &Value)) {
     for row in report["rows"].as_array().unwrap() {
         for cell in row["cells"].as_array().unwrap() {
@@ -153,14 +153,14 @@ fn the_table_shows_notes_and_definitions() {
 fn without_files_the_built_in_sensor_is_measured_on_its_test_recordings() {
     let report = metrology(Path::new("."), &[]);
     assert_eq!(report["simulated"], true);
-    // 15 test recordings, 40,500 samples, and six of the bench with 6,841 each.
+    // The built-in sensor has 15 test recordings with 40,500 samples, and six bench recordings with 6,841 samples each.
     assert_eq!(
         (&report["n_recordings"], &report["n_samples"]),
         (&21.into(), &(40_500 + 6 * 6_841).into())
     );
     each_figure(&report, |row, figure| {
         let reason = figure["reason"].as_str().unwrap_or_default();
-        // Its load moves at one rate, at which a lag cannot be distinguished from hysteresis.
+        // Its load moves at one rate, where a lag cannot be distinguished from hysteresis.
         let is_of_lag =
             ["time_lag", "hysteresis_without_lag"].contains(&row["id"].as_str().unwrap());
         let is_there = figure["reason"].is_null()
@@ -184,17 +184,17 @@ fn impossible_arguments_are_refused_in_one_line() {
         ("a.csv --full-scale 1,2", "2 full scales"),
         ("a.csv --full-scale -1", "full scale of axis 1 is -1"),
         ("a.csv --dead-band NaN", "reversal threshold of axis 1 is NaN"),
-        ("a.csv --hold 0", "shortest hold is 0"),
+        ("a.csv --hold 0", "shortest dwell is 0"),
         ("a.csv --csv a.csv", "replace the input"),
         ("gone.csv", "gone.csv"),
         ("--calibration gone.json a.csv", "gone.json"),
     ] {
         let arguments: Vec<&str> = ["metrology"].into_iter().chain(arguments.split(' ')).collect();
         let output = run(workshop.path(), &arguments);
-        let told = stderr(&output);
+        let message = stderr(&output);
         assert!(!output.status.success() && output.stdout.is_empty(), "{arguments:?}");
-        assert_eq!(told.lines().count(), 1, "{told}");
-        assert!(told.contains(word), "{arguments:?}: {told}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains(word), "{arguments:?}: {message}");
     }
     assert_eq!(workshop.read("a.csv"), before);
     workshop.write("bare.csv", "t [s],S1,S2\n0,40,0\n0.1,41,0.1\n");

@@ -20,7 +20,7 @@ fn settle(engine: &mut Engine) {
     loop {
         engine.take();
         if !engine.is_busy() {
-            // What ended after it was taken, and what that asked for.
+            // Takes the results of finished tasks, and of the questions that follow from them.
             engine.take();
             if !engine.is_busy() {
                 return;

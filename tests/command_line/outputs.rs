@@ -16,16 +16,16 @@ fn names(workshop: &Workshop) -> Vec<String> {
     names
 }
 
-/// Runs a job that must be refused with these words and must not change the folder.
+/// Runs a job that must be refused with these words, and must not change the folder.
 #[track_caller]
 fn refused(workshop: &Workshop, arguments: &str, words: &[&str]) {
     let before = names(workshop);
     let arguments: Vec<&str> = arguments.split(' ').collect();
     let output = run(workshop.path(), &arguments);
-    let told = stderr(&output);
+    let message = stderr(&output);
     assert!(!output.status.success(), "{arguments:?} was done");
     for word in words {
-        assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+        assert!(message.contains(word), "{arguments:?}: no {word} in {message}");
     }
     assert_eq!(names(workshop), before, "{arguments:?}");
 }
@@ -89,7 +89,7 @@ fn a_link_to_nothing_is_not_replaced_without_force() {
     assert!(link.is_symlink());
 }
 
-/// Waits for the end of a program. A program that waits longer than this would wait forever.
+/// Waits for the end of a program. A program that takes longer would wait forever.
 #[cfg(unix)]
 #[track_caller]
 fn in_time(mut child: Child) -> Output {
@@ -127,9 +127,12 @@ fn pipes_do_not_block_and_are_not_replaced() {
         let mut job = program(workshop.path(), &arguments);
         let job = job.stdout(Stdio::piped()).stderr(Stdio::piped());
         let output = in_time(job.spawn().unwrap());
-        let told = stderr(&output);
+        let message = stderr(&output);
         assert!(!output.status.success(), "{arguments:?}");
-        assert!(told.contains("pipe.json") && told.contains("a pipe or a device"), "{told}");
+        assert!(
+            message.contains("pipe.json") && message.contains("a pipe or a device"),
+            "{message}"
+        );
     }
     assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
 }
@@ -145,10 +148,10 @@ fn the_error_of_a_full_disk_names_the_requested_file() {
         .current_dir(workshop.path())
         .output()
         .unwrap();
-    let told = stderr(&output);
-    assert!(!output.status.success(), "{told}");
-    assert!(told.contains("cannot write c.json: File too large"), "{told}");
-    assert!(!told.contains(".part"), "{told}");
+    let message = stderr(&output);
+    assert!(!output.status.success(), "{message}");
+    assert!(message.contains("cannot write c.json: File too large"), "{message}");
+    assert!(!message.contains(".part"), "{message}");
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "test.csv"]);
 }
 
@@ -165,9 +168,9 @@ fn an_export_that_fails_leaves_no_other_file() {
         .current_dir(workshop.path())
         .output()
         .unwrap();
-    let told = stderr(&output);
-    assert!(!output.status.success(), "{told}");
-    assert!(told.contains("File too large"), "{told}");
+    let message = stderr(&output);
+    assert!(!output.status.success(), "{message}");
+    assert!(message.contains("File too large"), "{message}");
     assert_eq!(workshop.read("old.csv"), "old");
     assert_eq!(names(&workshop), ["a.csv", "b.csv", "c.csv", "old.csv", "test.csv"]);
 }
@@ -201,7 +204,10 @@ fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
         .unwrap();
     let is_writing = || names(workshop).iter().any(|name| name.ends_with(".part"));
     while !is_writing() {
-        assert!(child.try_wait().unwrap().is_none(), "it ended before it was seen to write");
+        assert!(
+            child.try_wait().unwrap().is_none(),
+            "the program ended before its temporary file was seen"
+        );
         std::thread::sleep(Duration::from_millis(1));
     }
     signal(&child, "STOP");
@@ -212,7 +218,7 @@ fn stopped_while_writing(workshop: &Workshop, arguments: &[&str]) -> Child {
     while !is_stopped() {
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert!(is_writing(), "it was too quick");
+    assert!(is_writing(), "the program ended before it was stopped");
     child
 }
 
@@ -275,13 +281,13 @@ fn an_interrupted_search_writes_its_results_so_far() {
         std::thread::sleep(Duration::from_secs(secs));
         signal(&child, "INT");
         let output = in_time(child);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_ne!(output.status.code(), Some(0), "the search ended by itself");
         let table = String::from_utf8_lossy(&output.stdout).into_owned();
         let is_found = table.contains("Proposed: ");
         if is_found {
-            assert_eq!(output.status.code(), Some(130), "{told}");
-            assert!(told.contains("the results so far follow"), "{told}");
+            assert_eq!(output.status.code(), Some(130), "{message}");
+            assert!(message.contains("the results so far follow"), "{message}");
         }
         is_found
     });

@@ -9,16 +9,16 @@ use crate::workshop::{ALL_FILES, Workshop, recording};
 #[track_caller]
 fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
     let output = run(workshop.path(), arguments);
-    let told = stderr(&output);
+    let message = stderr(&output);
     // Notes and warnings are on separate lines.
     let is_note = |line: &&str| line.starts_with("loopscope: note: ");
-    let told: Vec<&str> = told.lines().filter(|line| !is_note(line)).collect();
-    let told = told.join("\n");
+    let message: Vec<&str> = message.lines().filter(|line| !is_note(line)).collect();
+    let message = message.join("\n");
     assert!(!output.status.success(), "{arguments:?} was done");
     assert!(output.stdout.is_empty(), "{arguments:?}");
-    assert_eq!(told.lines().count(), 1, "{arguments:?}: {told}");
-    assert!(told.starts_with("loopscope: "), "{arguments:?}: {told}");
-    told
+    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    assert!(message.starts_with("loopscope: "), "{arguments:?}: {message}");
+    message
 }
 
 /// Checks that each job is refused with a line that contains each of the words.
@@ -26,9 +26,9 @@ fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
 fn all_refused(workshop: &Workshop, job: &str, refusals: &[(&str, &[&str])]) {
     for (arguments, words) in refusals {
         let arguments: Vec<&str> = [job].into_iter().chain(arguments.split(' ')).collect();
-        let told = refused(workshop, &arguments);
+        let message = refused(workshop, &arguments);
         for word in *words {
-            assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+            assert!(message.contains(word), "{arguments:?}: no {word} in {message}");
         }
     }
 }
@@ -98,10 +98,10 @@ fn arguments_that_are_no_numbers_are_explained() {
         ("--seed", "one", "not a whole number"),
     ] {
         let output = run(workshop.path(), &["fit", option, value]);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{told}");
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{message}");
         for word in [option, value, words] {
-            assert!(told.contains(word), "no {word} in {told}");
+            assert!(message.contains(word), "no {word} in {message}");
         }
     }
 }
@@ -125,16 +125,16 @@ fn full_scales_are_one_for_each_axis_and_calibrations_are_no_recordings() {
 #[test]
 fn options_of_another_regressor_give_a_note() {
     let workshop = Workshop::with_recordings();
-    let told = |regressor| {
+    let message = |regressor| {
         let options = ["--epochs", "2", "--landmarks", "10", "--regressor", regressor];
         let arguments = [&["fit"], &ALL_FILES[..], &options].concat();
         stderr(&succeed(workshop.path(), &arguments))
     };
     let of_network = "--epochs does nothing with --regressor";
     let of_kernel = "--landmarks does nothing with --regressor";
-    let linear = told("linear");
+    let linear = message("linear");
     assert!(linear.contains(of_network) && linear.contains(of_kernel), "{linear}");
-    let kernel = told("kernel");
+    let kernel = message("kernel");
     assert!(kernel.contains(of_network) && !kernel.contains(of_kernel), "{kernel}");
 }
 
@@ -161,8 +161,8 @@ fn impossible_sweeps_are_refused_with_a_correction() {
             ("--train a.csv --csv ./a.csv", &["./a.csv", "replace the input"]),
         ],
     );
-    let told = refused(&workshop, &["sweep", "--train", "a.csv", "--t-th", ""]);
-    assert!(told.contains("t_th has no values; give"), "{told}");
+    let message = refused(&workshop, &["sweep", "--train", "a.csv", "--t-th", ""]);
+    assert!(message.contains("t_th has no values; give"), "{message}");
 }
 
 #[test]
@@ -199,11 +199,11 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
 #[test]
 fn demo_does_not_write_where_a_file_stands() {
     let workshop = Workshop::with_recordings();
-    let told = refused(&workshop, &["demo", "a.csv", "--pattern", "b"]);
-    assert!(told.contains("a.csv"), "{told}");
+    let message = refused(&workshop, &["demo", "a.csv", "--pattern", "b"]);
+    assert!(message.contains("a.csv"), "{message}");
 }
 
-/// With the calibration `c.json` of its own recordings.
+/// Returns a workshop with the calibration `c.json`, fitted to its own recordings.
 fn calibrated() -> Workshop {
     let workshop = Workshop::with_recordings();
     let arguments = [&["fit"], &ALL_FILES[..], &["--export", "c.json"]].concat();
@@ -262,15 +262,15 @@ fn a_calibration_edited_by_hand_is_refused_with_the_reason() {
         assert!(whole.contains(from), "{from}");
         workshop.write("edited.json", whole.replacen(from, to, 1));
         let arguments = ["apply", "edited.json", "a.csv", "--out", "new"];
-        let told = refused(&workshop, &arguments);
-        assert!(told.contains("edited.json") && told.contains(word), "{to}: {told}");
+        let message = refused(&workshop, &arguments);
+        assert!(message.contains("edited.json") && message.contains(word), "{to}: {message}");
     }
     assert!(!workshop.file("new").exists());
 }
 
-/// The table is refused before any work, so nothing is printed. `--json` alone needs no file.
+/// A table is refused before any work, so nothing is printed. `--json` alone needs no file.
 #[test]
-fn tables_and_pictures_are_written_over_only_by_force() {
+fn tables_and_figures_are_overwritten_only_by_force() {
     let workshop = Workshop::with_recordings();
     let sweep = "sweep --train a.csv b.csv c.csv --f-th 0,2 --t-th 5";
     for (job, option, name) in [

@@ -1,4 +1,4 @@
-//! `report`: one page with everything in it.
+//! `report`: one page with all results.
 
 use crate::program::{run, stderr, succeed};
 use crate::workshop::{ALL_FILES, Workshop};
@@ -26,8 +26,8 @@ fn a_report_contains_the_warnings_of_reading_and_never_replaces_a_recording() {
     succeed(workshop.path(), &arguments);
     assert!(workshop.read("r.html").contains("&quot;x&quot;"));
     let over = [&["report", "--force", "--out", "b.csv"], &ALL_FILES[..]].concat();
-    let told = stderr(&run(workshop.path(), &over));
-    assert!(told.contains("replace the input"), "{told}");
+    let message = stderr(&run(workshop.path(), &over));
+    assert!(message.contains("replace the input"), "{message}");
 }
 
 #[test]

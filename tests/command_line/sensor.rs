@@ -45,21 +45,21 @@ fn a_wrong_sensor_description_is_refused_before_recordings_are_read() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", "seriel = 1\n");
     let refused = run(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
-    let told = stderr(&refused);
+    let message = stderr(&refused);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        told.contains("sensor.toml")
-            && told.contains("seriel is not known; use one of manufacturer"),
-        "{told}"
+        message.contains("sensor.toml")
+            && message.contains("seriel is not known; use one of manufacturer"),
+        "{message}"
     );
     let printed = stdout(&succeed(workshop.path(), &["sensor"]));
     workshop.write("sensor.toml", &printed);
     succeed(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
 }
 
-/// What `fit --json` says, compared with the applied loads: the errors on the test recording, sorted by hand.
+/// Compares the expected error of `fit --json` with the applied loads: the errors on the test recording are sorted here.
 #[test]
-fn the_expected_error_is_what_95_percent_of_the_held_out_errors_stay_within() {
+fn the_expected_error_bounds_95_percent_of_the_held_out_errors() {
     let workshop = Workshop::with_recordings();
     let found = fit(
         workshop.path(),
@@ -84,12 +84,15 @@ fn the_expected_error_is_what_95_percent_of_the_held_out_errors_stay_within() {
     errors.sort_by(f64::total_cmp);
     assert_eq!(errors.len(), 150);
     assert!((errors[142] - tested).abs() < 1e-9, "{} {tested}", errors[142]);
-    // The file has it, and what it does not cover.
+    // The file contains the expected error, and the conditions that it does not cover.
     let file = json(&workshop.read("c.json"));
     assert_eq!(file["quality"]["expected_error"], found["expected_error"]);
-    let said = found["expected_error"]["not_covered"].as_str().unwrap();
-    assert!(said.contains("another mounting") && said.contains("another day"), "{said}");
-    assert!(!said.contains("one at a time"), "there is one axis: {said}");
+    let not_covered = found["expected_error"]["not_covered"].as_str().unwrap();
+    assert!(
+        not_covered.contains("another mounting") && not_covered.contains("another day"),
+        "{not_covered}"
+    );
+    assert!(!not_covered.contains("one at a time"), "there is one axis: {not_covered}");
 }
 
 #[test]
@@ -99,7 +102,7 @@ fn fewer_than_three_groups_give_a_reason_instead_of_an_expected_error() {
         let found = fit(workshop.path(), files);
         assert!(found["expected_error"].is_null(), "{files:?}");
         let reason = found["no_expected_error"].as_str().unwrap();
-        assert!(reason.contains("With 3 test recordings"), "{reason}");
+        assert!(reason.contains("3 test recordings would give"), "{reason}");
     }
     workshop.write("limits.toml", "expected_error = 1e6\n");
     let words = ["fit", "--train", "a.csv", "b.csv", "--limits", "limits.toml"];
@@ -125,11 +128,11 @@ fn fit_and_report_check_limits_alike_and_exit_with_3() {
         for output in [&fitted, &reported] {
             assert_eq!(output.status.code(), Some(code), "{limits}: {}", stderr(output));
         }
-        let said = |output| {
+        let limit_message = |output| {
             stderr(output).lines().find(|line| line.contains("out of limits")).map(str::to_owned)
         };
-        assert_eq!(said(&fitted), said(&reported));
-        assert_eq!(said(&fitted).is_some(), code == 3);
+        assert_eq!(limit_message(&fitted), limit_message(&reported));
+        assert_eq!(limit_message(&fitted).is_some(), code == 3);
         assert!(workshop.read("r.html").contains("id=\"limits\""));
     }
     workshop.write("limits.toml", "U = 1\n");
@@ -223,7 +226,7 @@ fn keep_going_skips_files_without_reference_but_not_all() {
     assert!(!stderr(&going).contains("It is in"), "{}", stderr(&going));
     fs::remove_file(workshop.file("in/whole.csv")).unwrap();
     let none = run(workshop.path(), &["fit", "--train", "in", "--test", "a.csv", "--keep-going"]);
-    let told = stderr(&none);
-    assert!(told.contains("no recording to train on could be read"), "{told}");
-    assert!(!told.contains("role"), "{told}");
+    let message = stderr(&none);
+    assert!(message.contains("no recording to train on could be read"), "{message}");
+    assert!(!message.contains("role"), "{message}");
 }

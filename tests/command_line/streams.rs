@@ -44,9 +44,9 @@ fn without_a_display_the_window_is_refused_in_one_line() {
     let workshop = Workshop::with_recordings();
     for files in [&[][..], &["a.csv"]] {
         let output = run(workshop.path(), files);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert_eq!(told.lines().count(), 1, "{told}");
-        assert!(told.starts_with("loopscope: "), "{told}");
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.starts_with("loopscope: "), "{message}");
     }
 }

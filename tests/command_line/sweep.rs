@@ -95,7 +95,7 @@ fn the_tables_contain_the_suggestion_and_its_basis() {
     let picks = ["--pick", "play,creep"];
     let arguments = [&["sweep"], &ALL_FILES[..], &RANGES, &picks].concat();
     let text = String::from_utf8(succeed(workshop.path(), &arguments).stdout).unwrap();
-    for said in [
+    for printed in [
         "RMSE of forces [N] at t_th",
         "RMSE of forces [N] at F_th",
         "cross-validation minimum of forces",
@@ -106,7 +106,7 @@ fn the_tables_contain_the_suggestion_and_its_basis() {
         "Play radii",
         "Creep time constants",
     ] {
-        assert!(text.contains(said), "no {said:?} in {text}");
+        assert!(text.contains(printed), "no {printed:?} in {text}");
     }
     let without_test = [&["sweep"], &ALL_FILES[..4], &RANGES].concat();
     let text = String::from_utf8(succeed(workshop.path(), &without_test).stdout).unwrap();

@@ -4,13 +4,13 @@ use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
 use crate::workshop::{ALL_FILES, Workshop};
 
-/// The root mean square of a column.
+/// Returns the root mean square of a column.
 fn rms(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
     (squares / values.len() as f64).sqrt()
 }
 
-/// The errors in the table of the test recording are those that the fit reports.
+/// The errors in the table of the test recording equal those that the fit reports.
 #[test]
 fn traces_have_the_errors_that_the_fit_reported() {
     let workshop = Workshop::with_recordings();
@@ -35,7 +35,8 @@ fn traces_have_the_errors_that_the_fit_reported() {
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
-/// 10 Hz for 15 s: the interval from 3 s to 5 s has 21 samples in each file, with past samples from the whole recording.
+/// With 15 s at 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. Their past samples come from the whole
+/// recording.
 #[test]
 fn a_range_of_time_is_a_part_of_the_same_rows() {
     let workshop = Workshop::with_recordings();
@@ -81,15 +82,15 @@ fn impossible_traces_are_refused_with_a_correction() {
         (&["--traces", "gone/t.csv"], "no folder"),
         (&["--from", "3"], "--traces"),
     ] {
-        let told = run(workshop.path(), &[&["fit"], &ALL_FILES[..], more].concat());
+        let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], more].concat());
         assert!(
-            !told.status.success() && stderr(&told).contains(word),
+            !output.status.success() && stderr(&output).contains(word),
             "{more:?}: {}",
-            stderr(&told)
+            stderr(&output)
         );
         assert!(!workshop.file("t.csv").exists());
     }
     workshop.write("t.csv", "mine");
-    let told = run(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--traces", "t.csv"]].concat());
-    assert!(stderr(&told).contains("--force") && workshop.read("t.csv") == "mine");
+    let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], &["--traces", "t.csv"]].concat());
+    assert!(stderr(&output).contains("--force") && workshop.read("t.csv") == "mine");
 }

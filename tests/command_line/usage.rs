@@ -37,10 +37,10 @@ fn each_wrong_argument_is_answered_with_a_correction() {
     ] {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         let output = run(workshop.path(), &arguments);
-        let told = stderr(&output);
-        assert_eq!(output.status.code(), Some(USAGE), "{arguments:?}: {told}");
+        let error = stderr(&output);
+        assert_eq!(output.status.code(), Some(USAGE), "{arguments:?}: {error}");
         for word in words {
-            assert!(told.contains(word), "{arguments:?}: no {word} in {told}");
+            assert!(error.contains(word), "{arguments:?}: no {word} in {error}");
         }
     }
 }
@@ -49,9 +49,9 @@ fn each_wrong_argument_is_answered_with_a_correction() {
 fn a_recording_given_as_column_map_is_recognised() {
     let workshop = Workshop::with_recordings();
     let output = run(workshop.path(), &["fit", "--train", "a.csv", "--columns", "b.csv"]);
-    let told = stderr(&output);
-    assert!(told.contains("b.csv") && told.contains("--write-map"), "{told}");
-    assert!(!told.contains("expected"), "{told}");
+    let error = stderr(&output);
+    assert!(error.contains("b.csv") && error.contains("--write-map"), "{error}");
+    assert!(!error.contains("expected"), "{error}");
 }
 
 /// Terminals interpret escape sequences, and marks that change the writing direction mislead readers.
@@ -70,22 +70,22 @@ fn control_characters_in_file_names_are_escaped() {
         &["apply", "\u{1b}[2J.json", "a.csv", "--out", "."],
     ] {
         let output = run(workshop.path(), arguments);
-        let told = stderr(&output) + &String::from_utf8(output.stdout).unwrap();
+        let error = stderr(&output) + &String::from_utf8(output.stdout).unwrap();
         let is_hidden = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
-        assert!(!told.contains(is_hidden), "{arguments:?}: {told:?}");
+        assert!(!error.contains(is_hidden), "{arguments:?}: {error:?}");
     }
 }
 
 #[test]
 fn the_long_version_names_the_build_and_the_short_one_does_not() {
     let workshop = Workshop::new();
-    let said = |argument| {
+    let printed = |argument| {
         let output = succeed(workshop.path(), &[argument]);
         String::from_utf8(output.stdout).unwrap()
     };
     let short = format!("loopscope {}\n", env!("CARGO_PKG_VERSION"));
-    assert_eq!(said("-V"), short);
-    let long = said("--version");
+    assert_eq!(printed("-V"), short);
+    let long = printed("--version");
     assert!(long.starts_with(&short), "{long}");
     for name in ["\ncommit: ", "\nfeatures: ", "\ntarget: "] {
         assert!(long.contains(name), "{long}");

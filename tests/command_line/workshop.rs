@@ -12,7 +12,7 @@ impl Workshop {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// With three recordings to train on and one to test on: `a.csv`, `b.csv`, `c.csv`, `test.csv`.
+    /// Creates a folder with three training recordings and one test recording: `a.csv`, `b.csv`, `c.csv`, `test.csv`.
     pub fn with_recordings() -> Self {
         let workshop = Self::new();
         for (seed, name) in ["a.csv", "b.csv", "c.csv", "test.csv"].iter().enumerate() {
@@ -38,15 +38,15 @@ impl Workshop {
     }
 }
 
-/// All files of [`Workshop::with_recordings`], as arguments of `fit`.
+/// Arguments of `fit` with all files of [`Workshop::with_recordings`].
 pub const ALL_FILES: [&str; 6] = ["--train", "a.csv", "b.csv", "c.csv", "--test", "test.csv"];
 
-/// A recording of 10 Hz as a file: two gauges that lag behind the force.
+/// Returns the text of a recording at 10 Hz: two gauges that lag behind the force.
 pub fn recording(seed: f64, n_samples: usize) -> String {
     format!("{HEADER}{}", rows(seed, n_samples, 0.0))
 }
 
-/// Its rows, the first at the time `start`.
+/// Returns the rows of the recording, beginning at the time `start`.
 pub fn rows(seed: f64, n_samples: usize, start: f64) -> String {
     let mut text = String::new();
     let mut lagging = 0.0_f64;

@@ -37,7 +37,7 @@ const EVERYTHING: [&str; 10] = [
     "-Wno-unused-macros",
 ];
 
-/// Exports `calibration` into `directory` and compiles the driver on it; `real` is the type of the numbers.
+/// Exports `calibration` into `directory`, and compiles its driver with numbers of type `real`.
 #[track_caller]
 fn compiled(calibration: &Calibration, directory: &Path, name: &str, real: &str) -> PathBuf {
     let program = directory.join(format!("{name}_{real}"));
@@ -46,7 +46,7 @@ fn compiled(calibration: &Calibration, directory: &Path, name: &str, real: &str)
     program
 }
 
-/// A compiler with a driver for the header, which is exported if it is not there yet.
+/// Returns a compiler call with a driver for the header. The header is exported if it does not exist yet.
 fn compiler(
     compiler: &str,
     driver: &str,
@@ -74,7 +74,7 @@ fn compiler(
     compile
 }
 
-/// As strictly as the C header; in double it gives the very numbers of the program.
+/// The class is compiled with the same warnings as the C header. In double, its loads equal the program's exactly.
 #[test]
 fn the_class_runs_every_calibration_in_cpp() {
     if !is_there("g++", &["--version"]) {
@@ -144,7 +144,7 @@ fn every_calibration_runs_in_c_as_it_does_here() {
                 tolerance,
                 &format!("{name} in {real}"),
             );
-            // In float a load that just touches F_th may find another past sample.
+            // In float, a load that just reaches F_th may find another past sample.
             if real == "double" {
                 let printed = succeed(&mut fed(&program, directory.path(), &disturbed()));
                 assert_runs_live(&printed, &calibration, tolerance, &name);
@@ -153,8 +153,7 @@ fn every_calibration_runs_in_c_as_it_does_here() {
     }
 }
 
-/// All three forms of time give the same results for pauses, also for pauses beyond the clock's range and for rejected
-/// samples.
+/// All three forms of time give the same results for pauses, for pauses beyond the clock's range, and for rejected samples.
 #[test]
 fn the_three_clocks_treat_pauses_alike() {
     if !is_there("cc", &["--version"]) {
@@ -165,7 +164,7 @@ fn the_three_clocks_treat_pauses_alike() {
     for (real, tolerance) in [("double", 1e-9), ("float", 1e-4)] {
         let program = compiled(&calibration, directory.path(), "paused", real);
         for clock in ["seconds", "step", "ticks"] {
-            // "seconds" is none of the driver's words.
+            // The driver has no word for "seconds".
             let clock_of_driver = if clock == "seconds" { "-" } else { clock };
             let printed =
                 succeed(fed(&program, directory.path(), &with_pauses()).arg(clock_of_driver));
@@ -305,7 +304,7 @@ fn names_from_files_stay_in_their_comments() {
     assert!(!text.contains('\u{202e}') && !text.contains('\u{1b}'));
 }
 
-/// If the compiler is installed: on a Cortex-M4F the stated memory is sufficient, and no double arithmetic is used.
+/// If the compiler is installed: on a Cortex-M4F, the stated memory is sufficient, and no double arithmetic is used.
 #[test]
 fn a_controller_needs_the_stated_memory_and_no_double_arithmetic() {
     if !is_there("arm-none-eabi-gcc", &["--version"]) {
@@ -339,10 +338,15 @@ fn a_controller_needs_the_stated_memory_and_no_double_arithmetic() {
             .take(3)
             .map(|x| x.parse().unwrap())
             .collect();
-        let said = Footprint::of(&calibration);
-        assert_eq!(sizes[2] as usize, said.memory, "{name}");
-        let off = said.program as f64 / sizes[0];
-        assert!((0.85..1.2).contains(&off), "{name}: {} said, {} are", said.program, sizes[0]);
+        let footprint = Footprint::of(&calibration);
+        assert_eq!(sizes[2] as usize, footprint.memory, "{name}");
+        let off = footprint.program as f64 / sizes[0];
+        assert!(
+            (0.85..1.2).contains(&off),
+            "{name}: {} stated, {} used",
+            footprint.program,
+            sizes[0]
+        );
         let symbols = succeed(Command::new("arm-none-eabi-nm").arg(at("bare.o")));
         assert!(!symbols.contains("__aeabi_d"), "{name}: {symbols}");
     }

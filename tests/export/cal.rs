@@ -71,11 +71,11 @@ fn up_to_eight_gauges_are_written_and_read_back() {
     assert!(text.contains("NumGages=\"8\"") && !text.contains("offset left out"));
     let read = read_calibration(&path).unwrap();
     assert_eq!(read.conventional.matrix, eight.conventional.matrix);
-    let told = write_calibration(&of(9), &path).unwrap_err().to_string();
-    assert!(told.contains("up to 8 gauges"), "{told}");
+    let message = write_calibration(&of(9), &path).unwrap_err().to_string();
+    assert!(message.contains("up to 8 gauges"), "{message}");
 }
 
-/// A file of another manufacturer: millimetres, padding blanks, other elements.
+/// Returns a file of another manufacturer, with millimetres, padding blanks and other elements.
 fn foreign() -> String {
     let row = |name: &str, values: &str| {
         format!("<UserAxis Name=\"{name}\" values=\" {values} \" max=\"50\"/>\n")
@@ -124,10 +124,10 @@ fn files_with_something_missing_or_unknown_are_refused() {
         let whole = foreign();
         assert!(whole.contains(from), "{from}");
         fs::write(&path, whole.replacen(from, to, 1)).unwrap();
-        let told = read_calibration(&path).unwrap_err().to_string();
-        assert!(told.contains("edited.cal") && told.contains(word), "{to}: {told}");
+        let message = read_calibration(&path).unwrap_err().to_string();
+        assert!(message.contains("edited.cal") && message.contains(word), "{to}: {message}");
     }
     fs::write(&path, "t,S1,Fx\n0,1,2\n").unwrap();
-    let told = read_calibration(&path).unwrap_err().to_string();
-    assert!(told.contains("no element FTSensor"), "{told}");
+    let message = read_calibration(&path).unwrap_err().to_string();
+    assert!(message.contains("no element FTSensor"), "{message}");
 }

@@ -1,5 +1,5 @@
-//! The complete calibration as a file. Its guide page and schema suffice to compute loads, as a reader shows that shares no
-//! code with the program.
+//! The complete calibration as a file. Its guide page and its schema suffice to compute loads: the reader in this test shares
+//! no code with the program.
 
 use std::fs;
 use std::process::Command;
@@ -16,7 +16,7 @@ use crate::support::{
     samples, succeed,
 };
 
-/// Samples with pauses; two of them are gaps, for readers of files and for calibrations.
+/// Returns samples with pauses. Two pauses are gaps, both for readers of files and for calibrations.
 fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(600);
@@ -129,7 +129,7 @@ for name in sys.argv[1:]:
     succeed(python.arg("-c").arg(code).args(&files));
 }
 
-/// The distance is spelled as on the command line.
+/// The distance has the same name as on the command line.
 #[test]
 fn names_of_choices_are_those_of_the_command_line() {
     let directory = tempfile::tempdir().unwrap();

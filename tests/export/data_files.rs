@@ -1,4 +1,4 @@
-//! Files of numbers, read by their usual libraries; and refusals of formats.
+//! Exported files of numbers, read by the usual libraries; and formats that refuse a calibration.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use loopscope::features::{FeatureSettings, Thresholds};
 
 use crate::support::{calibration, every_block, export, is_there, succeed};
 
-/// Runs Python in `directory`, beside the JSON of the same calibration as `truth`.
+/// Runs Python in `directory`, with the JSON of the same calibration as `truth`.
 #[track_caller]
 fn python(directory: &Path, code: &str) {
     let head = "import json, numpy as np\ntruth = json.load(open('c.json'))\n";
@@ -24,7 +24,7 @@ fn exported(calibration: &Calibration, name: &str) -> tempfile::TempDir {
     directory
 }
 
-/// With names that need escaping.
+/// Returns a calibration whose names need escaping.
 fn odd_names() -> Calibration {
     let mut calibration = calibration(every_block(), Regressor::HybridNetwork);
     calibration.trained_on =
@@ -32,7 +32,7 @@ fn odd_names() -> Calibration {
     calibration
 }
 
-/// Arrays that both libraries must return.
+/// Checks of the arrays that both libraries must return.
 const SAME_ARRAYS: &str = "
 for name in ['conventional', 'compensated']:
     assert np.array_equal(read[name], np.array(truth[name]['matrix'])), name
@@ -78,9 +78,10 @@ fn scipy_reads_every_array() {
     python(directory.path(), &format!("{load}{SAME_ARRAYS}{texts}"));
 }
 
-/// What the parser of ROS 2 (rcl_yaml_param_parser) takes: a node's name, `ros__parameters`, then names with values; maps no
-/// deeper than five; a value is a scalar, or a list of scalars of one type with no list or map in it; nothing is empty. Unquoted
-/// scalars are a flag, else a whole number, else a real one, else a text; quoted ones are texts.
+/// Grammar of the parser of ROS 2 (rcl_yaml_param_parser). A file has a node's name, `ros__parameters`, then names with
+/// values, in maps at most five deep. A value is a scalar, or a list of scalars of one type, without a list or map in it.
+/// Nothing is empty. Unquoted scalars are a flag, else a whole number, else a real number, else a text; quoted scalars are
+/// texts.
 const ROS_2: &str = "
 import yaml
 FLAGS = 'Y y yes Yes YES true True TRUE on On ON N n no No NO false False FALSE off Off OFF'.split()
@@ -145,7 +146,7 @@ fn ros_2_gets_parameters_that_its_parser_takes_with_the_same_numbers() {
     python(exported(&plain, "c.yaml").path(), ROS_2);
 }
 
-/// Octave reads what MATLAB reads, but no character beyond ASCII.
+/// Octave reads the files of MATLAB, but only ASCII characters.
 #[test]
 fn octave_rebuilds_the_conventional_load() {
     if !is_there("octave", &["--version"]) {
@@ -168,7 +169,7 @@ fn octave_rebuilds_the_conventional_load() {
     }
 }
 
-/// The row is made by the exported Python file, the load by the model: single precision, 1e-4 of full scale.
+/// The exported Python file computes the row, and the model computes the load. Single precision allows 1e-4 of full scale.
 #[test]
 fn contents_that_a_format_cannot_contain_are_refused_without_writing() {
     let directory = tempfile::tempdir().unwrap();
@@ -190,14 +191,14 @@ fn contents_that_a_format_cannot_contain_are_refused_without_writing() {
         (&broken, "c.yaml", "row Fx"),
         (&linear, "gone/c.h", "no folder"),
     ] {
-        let told =
+        let message =
             write_calibration(calibration, &directory.path().join(name)).unwrap_err().to_string();
-        assert!(told.contains(name) && told.contains(word), "{told}");
+        assert!(message.contains(name) && message.contains(word), "{message}");
     }
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
 }
 
-/// Endings in upper or lower case: the file states its contents, unless it is not made for people.
+/// Endings may be in upper or lower case. Every file for people states its contents.
 #[test]
 fn every_format_is_found_by_its_endings_and_names_the_missing_parts() {
     let directory = tempfile::tempdir().unwrap();

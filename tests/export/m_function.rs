@@ -52,7 +52,7 @@ fn every_calibration_runs_in_octave_as_it_does_here() {
     }
 }
 
-/// A tared state subtracts the mean gauges, and refuses values that are not numbers.
+/// A tared state subtracts the mean gauges. It refuses values that are not numbers.
 #[test]
 fn a_tared_sensor_shows_no_load_in_octave() {
     if !octave_is_there() {
@@ -83,7 +83,7 @@ end
     }
 }
 
-/// The name is neither a keyword nor a function that the code calls; text of the user stays in ASCII comments.
+/// The name is neither a keyword nor a function that the code calls. Texts of the user are in ASCII comments.
 #[test]
 fn a_file_gets_a_name_that_matlab_takes() {
     let directory = tempfile::tempdir().unwrap();

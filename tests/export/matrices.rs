@@ -1,4 +1,4 @@
-//! The conventional matrix alone, as an array of C.
+//! The conventional matrix alone, as a C array.
 
 use std::fs;
 use std::process::Command;

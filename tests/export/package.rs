@@ -1,4 +1,4 @@
-//! Libraries, whose self-tests are built and run as by a user.
+//! Exported libraries. Their self-tests are built and run as a user would do it.
 
 use std::fs;
 use std::io::{Cursor, Read as _};
@@ -17,11 +17,11 @@ use crate::support::{
 /// Runs a self-test and returns its output.
 #[track_caller]
 fn passes(command: &mut Command, what: &str) {
-    let said = succeed(command);
-    assert!(said.starts_with("PASS: "), "{what}: {said}");
+    let printed = succeed(command);
+    assert!(printed.starts_with("PASS: "), "{what}: {printed}");
     // Most samples are compared, because only a few are at the edge of a threshold.
-    let numbers: Vec<f64> = said.split(' ').filter_map(|word| word.parse().ok()).collect();
-    assert!(numbers[0] > 0.7 * numbers[1], "{what}: {said}");
+    let numbers: Vec<f64> = printed.split(' ').filter_map(|word| word.parse().ok()).collect();
+    assert!(numbers[0] > 0.7 * numbers[1], "{what}: {printed}");
 }
 
 /// Builds `main.c` by a compiler with these options.
@@ -77,13 +77,13 @@ fn a_wrong_number_fails_the_self_test() {
     let expected = fs::read_to_string(folder.join("expected.csv")).unwrap();
     let mut lines: Vec<String> = expected.lines().map(str::to_owned).collect();
     let line = lines[30].replacen(",1,0", ",0,0", 1);
-    assert_ne!(lines[30], line, "its status is that of a history that fills");
+    assert_ne!(lines[30], line, "the status shows that the history fills");
     lines[30] = line;
     fs::write(folder.join("expected.csv"), lines.join("\n")).unwrap();
     let output = run.output().unwrap();
-    let said = String::from_utf8(output.stdout).unwrap();
+    let printed = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(said.starts_with("line 31: ") && said.contains("FAIL: "), "{said}");
+    assert!(printed.starts_with("line 31: ") && printed.contains("FAIL: "), "{printed}");
     fs::write(folder.join("expected.csv"), lines[..20].join("\n")).unwrap();
     assert_eq!(run.output().unwrap().status.code(), Some(2));
 }
@@ -106,12 +106,12 @@ fn cmake_builds_and_tests_a_library() {
         cmake.arg("-S").arg(directory.path().join("test")).arg("-B").arg(&build);
         succeed(cmake.args(options));
         succeed(Command::new("cmake").arg("--build").arg(&build));
-        let said = succeed(Command::new("ctest").arg("-V").current_dir(&build));
-        assert!(said.contains("PASS: ") && said.contains("100% tests passed"), "{said}");
+        let printed = succeed(Command::new("ctest").arg("-V").current_dir(&build));
+        assert!(printed.contains("PASS: ") && printed.contains("100% tests passed"), "{printed}");
         if is_there("python3", &["--version"]) {
             assert!(
-                said.lines().any(|line| line.contains(" shared ") && line.contains("Passed")),
-                "{said}"
+                printed.lines().any(|line| line.contains(" shared ") && line.contains("Passed")),
+                "{printed}"
             );
         } else {
             eprintln!("skipped: no python3 to load the shared library");
@@ -123,7 +123,7 @@ fn cmake_builds_and_tests_a_library() {
     }
 }
 
-/// Compiled as C++ with Arduino's declarations.
+/// Compiles the example as C++, with Arduino's declarations.
 #[test]
 fn the_example_for_arduino_compiles() {
     if !is_there("g++", &["--version"]) {
@@ -188,7 +188,7 @@ fn every_language_passes_its_own_test() {
     }
 }
 
-/// In addition to the usual cases: a channel outside its range, and one that is not a number, with the same gauges.
+/// The test also has a channel outside its range and a channel that is not a number, with the same gauges.
 #[test]
 fn a_library_tries_auxiliary_channels() {
     let directory = tempfile::tempdir().unwrap();
@@ -204,12 +204,11 @@ fn a_library_tries_auxiliary_channels() {
     assert!(header.contains("[°C], trained from 15 to 35 °C"), "{header}");
 }
 
-/// All statuses except that of a load beyond the tested range; a second export is identical; archive and folder have the same
-/// files.
+/// The test vector has all statuses except "beyond". A second export is identical. Archive and folder have the same files.
 #[test]
 fn a_library_tests_pauses_tare_and_invalid_samples() {
     let directory = tempfile::tempdir().unwrap();
-    // Each gauge travels twice this radius; until then the status is "filling".
+    // Each gauge travels twice the largest radius. Until then, the status is "filling".
     let every = every_block();
     let features = FeatureSettings { blocks: every.blocks.with(&Play, &[0.05]), ..every };
     let calibration = calibration(features, Regressor::Linear);

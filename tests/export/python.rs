@@ -41,7 +41,7 @@ fn every_calibration_runs_in_python_as_it_does_here() {
     fs::write(at("main.py"), DRIVER).unwrap();
     for (name, calibration) in calibrations() {
         export(&calibration, &at("exported.py"));
-        // Compiled files are disabled, because two exports within a second would be taken for one.
+        // Compiled files are disabled, because Python would mix up two exports within one second.
         let run = |file: &str| {
             let mut python = Command::new("python3");
             succeed(python.arg("-B").arg(at("main.py")).arg(at(file)))

@@ -13,7 +13,7 @@ use loopscope::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 const HOSTILE: &str =
     "<script>alert('1')</script> & \"q\" ]]> --> \u{1b}[31m \u{202e} https://x.y 力";
 
-/// Two gauges that lag behind one force, named to break out of any markup.
+/// Returns a recording of two gauges that lag behind one force. Its names try to break out of markup.
 fn hostile(seed: f64, n: usize) -> Recording {
     let times: Vec<f64> = (0..n).map(|k| k as f64 / 10.0).collect();
     let mut lagging = 0.0_f64;
@@ -52,7 +52,7 @@ fn written(data: &ReportData, path: &Path) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// The names of all elements and attributes, and the text between the tags; panics where the markup is not well-formed.
+/// Returns the names of all elements and attributes, and the text between the tags. Panics if the markup is not well-formed.
 fn parsed(html: &str) -> (Vec<String>, String) {
     use quick_xml::events::Event;
     let mut reader = quick_xml::Reader::from_str(html);
@@ -133,7 +133,7 @@ fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
     for section in SECTIONS {
         assert!(html.contains(&format!("<section id=\"{section}\"")), "{section}");
     }
-    // Curves over both thresholds, one loop, one trace, and two of the gauges over the recordings.
+    // The figures are curves over both thresholds, one loop, one trace, and two of the gauges over the recordings.
     assert_eq!(names.iter().filter(|name| *name == "svg").count(), 6);
     for unwanted in ["script", "img", "link", "src", "href", "onload"] {
         assert!(!names.contains(&unwanted.to_owned()), "{unwanted}");
@@ -141,7 +141,7 @@ fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
     assert!(!html.contains("url(") && !html.contains("@import"));
 }
 
-/// The only addresses are the name space of SVG, which is not fetched, and the text of the hostile name.
+/// The only addresses are the name space of SVG, which is not fetched, and a text in the hostile name.
 #[test]
 fn nothing_is_fetched_from_elsewhere() {
     let directory = tempfile::tempdir().unwrap();
@@ -173,17 +173,17 @@ fn a_report_is_not_half_written() {
     let directory = tempfile::tempdir().unwrap();
     let data = reported(&[Role::Train]);
     let path = directory.path().join("gone").join("r.html");
-    let told = write_report(&path, &data).unwrap_err().to_string();
-    assert!(told.contains("there is no folder"), "{told}");
+    let message = write_report(&path, &data).unwrap_err().to_string();
+    assert!(message.contains("there is no folder"), "{message}");
     std::fs::write(directory.path().join("r.html"), "mine").unwrap();
     let mut permissions = std::fs::metadata(directory.path().join("r.html")).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(directory.path().join("r.html"), permissions).unwrap();
-    let told = write_report(&directory.path().join("r.html"), &data).unwrap_err().to_string();
-    assert!(told.contains("read-only"), "{told}");
+    let message = write_report(&directory.path().join("r.html"), &data).unwrap_err().to_string();
+    assert!(message.contains("read-only"), "{message}");
 }
 
-/// A browser lays the page out and finds the last section and every picture in it.
+/// A browser lays out the page, and finds the last section and every figure.
 #[test]
 fn a_browser_reads_the_report() {
     let browsers = ["chromium", "chromium-browser", "google-chrome"];

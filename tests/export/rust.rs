@@ -53,7 +53,7 @@ fn every_calibration_runs_in_rust_as_it_does_here() {
             let mut compile = Command::new("rustc");
             compile.args(["--edition", "2024", "-D", "warnings", "-o"]).arg(at("program"));
             succeed(compile.arg(at("main.rs")));
-            // Also on a machine without an operating system.
+            // The code must also compile for a machine without an operating system.
             fs::write(at("bare.rs"), "#![no_std]\n#![allow(dead_code)]\nmod exported;\n").unwrap();
             let mut compile = Command::new("rustc");
             compile.args(["--edition", "2024", "--crate-type", "lib", "--emit", "metadata"]);
@@ -86,7 +86,7 @@ fn ticks_in_rust_are_the_same_clock_as_seconds() {
     }
     let directory = tempfile::tempdir().unwrap();
     let at = |name: &str| directory.path().join(name);
-    // Whole microseconds, at which no age is exactly a threshold.
+    // Times are rounded to microseconds, where no age equals a threshold.
     let seconds = DRIVER.replace(
         "let time = numbers.next().unwrap();",
         "let time = (1.000137e6 * numbers.next().unwrap()).round() * 1e-6;",

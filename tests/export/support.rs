@@ -1,4 +1,4 @@
-//! Calibrations of every kind on a few built-in recordings; input and comparison of exported code.
+//! Calibrations of every kind on a few built-in recordings; input of exported code, and comparison of its output.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,7 +19,7 @@ use loopscope::recording::{Entry, Recording, RecordingSet, Role, simulated};
 static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
     let all = simulated::recordings(7);
     let mut set = RecordingSet::default();
-    // Includes the recording that is run, because a network gives meaningless loads outside its training range.
+    // The fit includes the recording that is run, because a network gives meaningless loads outside its training range.
     let some = all.entries().iter().step_by(30);
     for entry in some.chain([&all.entries()[RUN]]) {
         let recording = Arc::new(entry.recording.decimated(4));
@@ -31,7 +31,7 @@ static RECORDINGS: LazyLock<Arc<RecordingSet>> = LazyLock::new(|| {
 /// Index of the built-in recording that is run.
 const RUN: usize = 11;
 
-/// At the full rate, although every fourth sample was fitted, so that it is longer than any ring buffer of 15 s.
+/// Recording at the full rate, although every fourth sample was fitted. So it is longer than any ring buffer of 15 s.
 pub static RECORDING: LazyLock<Recording> = LazyLock::new(|| {
     let entry = simulated::recordings(7).entries()[RUN].clone();
     assert!(entry.recording.n_samples() > 1200);
@@ -159,7 +159,6 @@ pub fn export(calibration: &Calibration, path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_default()
 }
 
-/// Times and gauges.
 pub type Samples = Vec<(f64, Vec<f64>)>;
 
 pub fn samples(recording: &Recording) -> Samples {
@@ -168,8 +167,9 @@ pub fn samples(recording: &Recording) -> Samples {
     times.zip(gauges.map(<[f64]>::to_vec)).collect()
 }
 
-/// [`RECORDING`] with faults of clocks and gauges: a time far ahead, a late one, a repeated one, gauges that are not numbers,
-/// jitter, pauses. Then the clock restarts shortly before a 32-bit counter overflows, and at last jumps to the time since 1970.
+/// Returns [`RECORDING`] with faults of clocks and gauges: a time far ahead, a late one, a repeated one, gauges that are not
+/// numbers, jitter, and pauses. Then the clock restarts shortly before a 32-bit counter overflows. At last, it jumps to the
+/// time since 1970.
 pub fn disturbed() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(900);
@@ -205,8 +205,8 @@ pub fn disturbed() -> Samples {
     samples
 }
 
-/// [`RECORDING`] with pauses shorter than a gap, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer than a
-/// 32-bit clock. No age equals a threshold of [`every_block`], where rounding would decide.
+/// Returns [`RECORDING`] with pauses shorter than a gap, gaps, pauses beyond a 32-bit clock, and invalid gauges for longer
+/// than a 32-bit clock. No age equals a threshold of [`every_block`], because rounding would decide there.
 pub fn with_pauses() -> Samples {
     let mut samples = samples(&RECORDING);
     samples.truncate(1000);
@@ -218,7 +218,7 @@ pub fn with_pauses() -> Samples {
             400 => 2_400.0,
             500 => 4_200.0,
             600 => 5_400.0,
-            // Together with the rejected samples, slightly more than one turn of a 32-bit microsecond counter.
+            // Together with the rejected samples, this is slightly more than one turn of a 32-bit microsecond counter.
             720 => 3_000.0,
             760 => 1_289.93,
             900 => 80_000.0,
@@ -232,8 +232,8 @@ pub fn with_pauses() -> Samples {
     samples
 }
 
-/// [`RECORDING`] with shifted gauges, tared over its first second; and the input of exported programs: the mean, then the
-/// samples.
+/// Returns [`RECORDING`] with shifted gauges, tared over its first second, and the input of exported programs: the mean, then
+/// the samples.
 pub fn tared() -> (Recording, Samples) {
     let moved = RECORDING.gauges().iter().enumerate();
     let moved = moved.map(|(at, gauge)| gauge + 0.3 * (at % RECORDING.n_gauges()) as f64);
@@ -286,8 +286,8 @@ pub fn is_there(command: &str, arguments: &[&str]) -> bool {
 #[track_caller]
 pub fn succeed(command: &mut Command) -> String {
     let output = command.output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?}\n{told}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?}\n{message}");
     String::from_utf8(output.stdout).unwrap()
 }
 
@@ -320,13 +320,13 @@ pub fn assert_loads(
     }
 }
 
-/// The same for [`disturbed`] samples and the program's live estimator; rejected samples have no load.
+/// Checks the output for [`disturbed`] samples against the program's live estimator. Rejected samples have no load.
 #[track_caller]
 pub fn assert_runs_live(printed: &str, calibration: &Calibration, tolerance: f64, what: &str) {
     let statuses = assert_runs_as(&disturbed(), printed, calibration, tolerance, what);
     let n = |flag| statuses.iter().filter(|own| own.has(flag)).count();
-    // 3 samples with bad numbers, 2 with a bad time, and 2 before the restart; pauses of more than four seconds are gaps, and so
-    // is the clock's leap to near its end.
+    // 3 samples have bad numbers, 2 have a bad time, and 2 come before the restart. Pauses of more than four seconds are
+    // gaps, and so is the leap of the clock to near its end.
     assert_eq!([n(Status::REJECTED_TIME), n(Status::REJECTED_VALUE)], [4, 3]);
     assert_eq!([n(Status::AFTER_GAP), n(Status::RESTARTED)], [5, 1]);
 }

@@ -17,7 +17,7 @@ use loopscope::ui::{Command, PaneMove, Shell, TimeMove, Workspace};
 pub struct Random(u64);
 
 impl Random {
-    /// From a seed.
+    /// Creates a generator with this seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
@@ -30,12 +30,12 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to 1.
+    /// Returns a number from 0 to 1.
     pub fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Less than `n`.
+    /// Returns a whole number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n.max(1) as u64) as usize
     }
@@ -45,7 +45,7 @@ impl Random {
         self.share() < chance
     }
 
-    /// Returns one of these.
+    /// Returns a random item.
     pub fn of<'a, T>(&mut self, these: &'a [T]) -> &'a T {
         &these[self.below(these.len())]
     }
@@ -54,7 +54,7 @@ impl Random {
 /// An action with its description.
 #[derive(Default)]
 pub struct Act {
-    pub said: String,
+    pub printed: String,
     pub frames: Vec<Vec<Event>>,
     pub size: Option<Vec2>,
     pub command: Option<Command>,
@@ -111,7 +111,7 @@ const KEYS: [Key; 31] = [
     Key::F10,
 ];
 
-/// With Ctrl.
+/// Keys that are pressed with Ctrl.
 const SHORTCUTS: [Key; 21] = [
     Key::A,
     Key::C,
@@ -191,7 +191,7 @@ pub struct Hands {
 }
 
 impl Hands {
-    /// From a seed.
+    /// Creates a source of actions with this seed.
     pub fn new(seed: u64) -> Self {
         Self { random: Random::new(seed) }
     }
@@ -209,23 +209,23 @@ impl Hands {
             88..94 => self.command(),
             94 => Act {
                 dropped: Some(self.random.of(files).clone()),
-                said: "drop a file".to_owned(),
+                printed: "drop a file".to_owned(),
                 frames: vec![Vec::new()],
                 ..Act::default()
             },
             95 if self.random.chance(0.1) => Act {
                 closes: true,
-                said: "close the window".to_owned(),
+                printed: "close the window".to_owned(),
                 frames: vec![Vec::new()],
                 ..Act::default()
             },
             95..97 => Act {
                 log_grows: true,
-                said: "the log grows".to_owned(),
+                printed: "the log grows".to_owned(),
                 frames: vec![Vec::new()],
                 ..Act::default()
             },
-            _ => Act { rests: true, said: "rest".to_owned(), ..Act::default() },
+            _ => Act { rests: true, printed: "rest".to_owned(), ..Act::default() },
         };
         let idle = self.random.below(3);
         act.frames.extend(std::iter::repeat_n(Vec::new(), idle));
@@ -316,7 +316,7 @@ impl Hands {
             }
         }
         Act {
-            said: format!("{times} x {button:?} {}at {pos:?}: {name}", held(modifiers)),
+            printed: format!("{times} x {button:?} {}at {pos:?}: {name}", held(modifiers)),
             frames,
             ..Act::default()
         }
@@ -343,7 +343,7 @@ impl Hands {
             false => frames.push(vec![press(to, false)]),
         }
         Act {
-            said: format!("drag {button:?} {}from {from:?} to {to:?}: {name}", held(modifiers)),
+            printed: format!("drag {button:?} {}from {from:?} to {to:?}: {name}", held(modifiers)),
             frames,
             ..Act::default()
         }
@@ -365,7 +365,7 @@ impl Hands {
         let mut frames = vec![vec![Event::PointerMoved(pos)]];
         frames.extend(std::iter::repeat_n(vec![turn], times));
         Act {
-            said: format!("wheel {delta:?} {}at {pos:?}: {name}", held(modifiers)),
+            printed: format!("wheel {delta:?} {}at {pos:?}: {name}", held(modifiers)),
             frames,
             ..Act::default()
         }
@@ -388,7 +388,7 @@ impl Hands {
         };
         let times = if self.random.chance(0.2) { 10 } else { 1 };
         Act {
-            said: format!("{times} x key {}{key:?}", held(modifiers)),
+            printed: format!("{times} x key {}{key:?}", held(modifiers)),
             frames: std::iter::repeat_n(press(modifiers, key), times).collect(),
             ..Act::default()
         }
@@ -412,7 +412,7 @@ impl Hands {
                 *self.random.of(&[Key::Enter, Key::Tab, Key::Escape]),
             ));
         }
-        act.said = format!("write {text:?} after {}", act.said);
+        act.printed = format!("write {text:?} after {}", act.printed);
         act
     }
 
@@ -423,7 +423,7 @@ impl Hands {
         let down = self.random.below(6);
         frames.extend(std::iter::repeat_n(press(Modifiers::NONE, Key::ArrowDown), down));
         frames.push(press(Modifiers::NONE, Key::Enter));
-        Act { said: format!("palette {word:?}, {down} down"), frames, ..Act::default() }
+        Act { printed: format!("palette {word:?}, {down} down"), frames, ..Act::default() }
     }
 
     fn resize(&mut self) -> Act {
@@ -431,7 +431,7 @@ impl Hands {
         let mut side = || (min + (max - min) * self.random.share()) as f32;
         let size = vec2(side(), 0.6 * side());
         Act {
-            said: format!("resize to {size:?}"),
+            printed: format!("resize to {size:?}"),
             size: Some(size),
             frames: vec![Vec::new()],
             ..Act::default()
@@ -457,7 +457,7 @@ impl Hands {
             _ => Command::ShowPane(pane),
         };
         Act {
-            said: format!("{command:?}").chars().take(120).collect(),
+            printed: format!("{command:?}").chars().take(120).collect(),
             command: Some(command),
             frames: vec![Vec::new()],
             ..Act::default()

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! cargo test --test monkey -- [--seed N] [--minutes M | --steps N] [--samples N] [--memory curve.csv] [FILE…]
-//! cargo test --test monkey -- --soak 10000 [FILE…]      moves of F_th and t_th alone; memory must stay flat
+//! cargo test --test monkey -- --soak 10000 [FILE…]      only moves F_th and t_th; memory must not grow
 //! ```
 //!
-//! It opens FILEs, `--samples` of a generated sensor, or the built-in one, and writes into a folder of its own that goes in the
-//! end. It says what was done, which frames took longest and after what, each panic on any thread with seed and step, and how
-//! much memory the program had over time. It fails on a panic, on a frame of more than a second, on more
-//! memory than `--ceiling`, and where a soak's memory grows; then it prints the last actions. What runs beside the window's thread is not bound to a seed, so that a step may differ.
+//! It opens FILEs, `--samples` of a generated sensor, or the built-in sensor. It writes into a temporary folder. It prints the
+//! actions, the longest frames with the action before them, each panic on any thread with seed and step, and the memory over
+//! time. It fails on a panic, on a frame of more than a second, on more memory than `--ceiling`, and if the memory of a soak
+//! grows. Then it prints the last actions. Background threads do not depend on the seed, so a repeated run may differ.
 
 #[path = "../support/dropped.rs"]
 mod dropped;
@@ -92,7 +92,7 @@ struct World {
     random: Random,
 }
 
-/// A log file that is being written: the rows of a recording, repeatedly.
+/// A log file that is being written with the rows of a recording, repeatedly.
 struct Log {
     path: PathBuf,
     rows: Vec<String>,
@@ -113,7 +113,7 @@ impl Log {
     }
 
     fn grow(&mut self, n: usize) -> std::io::Result<()> {
-        let rows = self.rows.len() - 1; // the last one may be cut
+        let rows = self.rows.len() - 1; // the last row may be incomplete
         let mut text = String::new();
         for _ in 0..n {
             // The header is written once.
@@ -281,7 +281,7 @@ impl Watch {
         self.last.push(format!("{}: {action}", self.actions));
     }
 
-    /// One frame with these events, laid out and cut into triangles as for a screen.
+    /// Draws one frame with these events, including layout and tessellation.
     fn frame(&mut self, events: impl IntoIterator<Item = Event>) {
         self.window.input_mut().events.extend(events);
         let (start, own) = (Instant::now(), memory::thread_time());
@@ -301,7 +301,7 @@ impl Watch {
         let commands = viewport.map_or(&[][..], |viewport| &viewport.commands);
         let closes = commands.iter().any(|command| matches!(command, ViewportCommand::Close));
         if closes {
-            // The window is opened again, as by a user.
+            // The window is opened again, as a user would.
             if let Some(mut shell) = self.window.state_mut().take() {
                 shell.end();
             }
@@ -330,7 +330,7 @@ impl Watch {
             && self.start.elapsed().as_secs_f64() < 60.0 * choices.minutes
         {
             let act = hands.act(&self.window, &self.world.borrow().files);
-            self.note(act.said);
+            self.note(act.printed);
             if let Some(size) = act.size {
                 self.window.set_size(size);
             }
@@ -387,7 +387,7 @@ impl Watch {
     }
 }
 
-/// A sensor of six gauges with play and creep, and three forces, at 500 Hz.
+/// Writes a recording of six gauges with play and creep, and three forces, at 500 Hz.
 fn generate(path: &Path, n: usize) -> std::io::Result<()> {
     let mut file = BufWriter::new(std::fs::File::create(path)?);
     writeln!(file, "t [s],S1,S2,S3,S4,S5,S6,Fx [N],Fy [N],Fz [N]")?;
@@ -414,7 +414,7 @@ fn generate(path: &Path, n: usize) -> std::io::Result<()> {
     file.flush()
 }
 
-/// Copies the recordings to a writable folder; a session is opened in place, because it contains the paths of its files.
+/// Copies the recordings to a writable folder. A session is opened in place, because it contains the paths of its files.
 fn prepare(choices: &Choices, folder: &Path) -> std::io::Result<World> {
     let mut files = Vec::new();
     for (at, path) in choices.files.iter().enumerate() {
@@ -444,7 +444,7 @@ fn main() -> ExitCode {
         .unwrap_or_else(|error| panic!("monkey: {error}"));
     let world = prepare(&choices, folder.path()).unwrap_or_else(|error| panic!("monkey: {error}"));
     // Typed relative paths are written to this folder.
-    std::env::set_current_dir(folder.path()).expect("it is there");
+    std::env::set_current_dir(folder.path()).expect("the temporary folder exists");
 
     let panics = Arc::new(Mutex::new(Vec::new()));
     let heard = Arc::clone(&panics);
@@ -454,9 +454,9 @@ fn main() -> ExitCode {
             .filter(|line| line.contains("loopscope::") || line.contains("at ./"))
             .take(12)
             .collect();
-        let said = format!("{info}\n{}", own.join("\n"));
-        eprintln!("{said}");
-        heard.lock().unwrap_or_else(|error| error.into_inner()).push(said);
+        let printed = format!("{info}\n{}", own.join("\n"));
+        eprintln!("{printed}");
+        heard.lock().unwrap_or_else(|error| error.into_inner()).push(printed);
     }));
 
     let mut watch = Watch::new(&choices, Rc::new(RefCell::new(world)), curve);
@@ -492,8 +492,8 @@ fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     println!("FAILED: {} (seed {}, step {})", failures.join(", "), choices.seed, watch.actions);
-    for said in panics {
-        println!("  {said}");
+    for printed in panics {
+        println!("  {printed}");
     }
     watch.last.print();
     ExitCode::FAILURE

@@ -13,7 +13,7 @@ use loopscope::engine::Engine;
 
 /// Number of rows of the printed table.
 const ROWS: usize = 12;
-/// Growth of memory below this share, and below this number of MB, counts as none.
+/// Growth of memory that counts as none: below this share, and below this number of MB.
 const STEADY: (f64, f64) = (0.05, 16.0);
 
 /// Textures that a screen would hold: allocated and not freed.
@@ -48,11 +48,11 @@ struct Point {
     threads: usize,
     textures: (usize, usize),
     recordings: usize,
-    /// Size of their numbers (MB).
+    /// Size of the recordings' numbers (MB).
     loaded: f64,
 }
 
-/// Points of it.
+/// Memory over time.
 pub struct Curve {
     every: Duration,
     next: Duration,

@@ -76,7 +76,7 @@ fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
 
-/// By hand: `RIG_FROM=6 RIG_SETS=12 cargo test --test rig -- --nocapture` prints the table of the guide.
+/// Prints the table of the guide: `RIG_FROM=6 RIG_SETS=12 cargo test --test rig -- --nocapture`.
 #[test]
 fn faults_are_named_and_sound_rigs_are_not_accused() {
     let (from, sets) = (number("RIG_FROM", 6), number("RIG_SETS", 4));
@@ -126,11 +126,11 @@ fn faults_are_named_and_sound_rigs_are_not_accused() {
     }
     println!("{named} of {all} faults named");
     assert!(accused.is_empty(), "{accused:#?}");
-    // Few sets; the guide has the rates of more sets.
+    // The sets are few. The guide has the rates for more sets.
     assert!(10 * named >= 8 * all, "{named} of {all}");
 }
 
-/// A column of each kind, beside the gauges of sound rigs.
+/// Adds a column of each kind to sound rigs, which have only gauges.
 #[test]
 fn columns_that_are_no_gauges_are_named() {
     for seed in (0..40).filter(|seed| Set::sound(*seed, 2).noise > 0.002) {
@@ -205,7 +205,7 @@ fn hum_a_bent_gauge_and_a_clipped_reference_are_named() {
     assert!(4 * named >= 3 * all, "{named} of {all}");
 }
 
-/// What is said of the programmes and loads of a set, the last `n_tests` recordings being test recordings.
+/// Returns the findings about the programmes and loads of a set, whose last `n_tests` recordings are test recordings.
 fn of_loads(set: &Set, n_tests: usize) -> Vec<Id> {
     let mut recordings = RecordingSet::default();
     let n_train = set.runs.len() - n_tests;
@@ -222,7 +222,7 @@ fn of_loads(set: &Set, n_tests: usize) -> Vec<Id> {
     found.into_iter().map(|own| own.id).filter(|id| wanted.contains(id)).collect()
 }
 
-/// A set with other loads: gauges follow them in straight lines, with noise.
+/// Returns a set with other loads, which the gauges follow linearly, with noise.
 fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set {
     let mut set = set.clone();
     let mut dice = Dice::new(set.seed);
@@ -241,9 +241,9 @@ fn with_loads(set: &Set, load: impl Fn(usize, usize, usize, f64) -> f64) -> Set 
     set
 }
 
-/// Each is found where it is, and nowhere else.
+/// Each finding is reported for its fault, and for nothing else.
 #[test]
-fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_told_apart() {
+fn repeated_samples_and_programmes_and_loads_of_one_axis_or_one_way_are_distinguished() {
     let is_fit = |set: &Set| {
         set.axes.len() > 1 && set.runs.iter().all(|run| run.programme != Programme::Poses)
     };

@@ -1,4 +1,5 @@
-//! Recordings of simulated rigs, sound ones and ones with a single fault. It shares no code with the built-in sensor.
+//! Recordings of simulated rigs: sound rigs, and rigs with a single fault. The simulator shares no code with the built-in
+//! sensor.
 
 use loopscope::recording::{Axis, Recording, Source};
 
@@ -29,7 +30,7 @@ impl Dice {
         ((self.unit() * n as f64) as usize).min(n - 1)
     }
 
-    /// Nearly normal: the sum of twelve uniform numbers less six.
+    /// Returns a nearly normal number: the sum of twelve uniform numbers minus six.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
@@ -76,7 +77,7 @@ fn knots(dice: &mut Dice, n: usize, n_axes: usize) -> Vec<Vec<f64>> {
     (0..n).map(|_| (0..n_axes).map(|_| dice.between(-1.0, 1.0)).collect()).collect()
 }
 
-/// Loads from −1 to 1 on each axis.
+/// Returns loads from −1 to 1 on each axis.
 fn programme(dice: &mut Dice, kind: Programme, n_axes: usize) -> Vec<Vec<f64>> {
     let secs = dice.between(40.0, 90.0);
     let n = (secs * RATE_HZ) as usize;
@@ -88,7 +89,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize) -> Vec<Vec<f64>> {
         Programme::Steps => {
             let held = knots(dice, (secs / 2.5) as usize, n_axes);
             let at = |k: usize| (k * held.len() / n).min(held.len() - 1);
-            // A third of a second between rows.
+            // Rows are a third of a second apart.
             let row = |k: usize| -> Vec<f64> {
                 let (from, to) = (k.saturating_sub(3), (k + 3).min(n - 1));
                 let mean = |axis: usize| {
@@ -134,7 +135,7 @@ fn programme(dice: &mut Dice, kind: Programme, n_axes: usize) -> Vec<Vec<f64>> {
 }
 
 impl Set {
-    /// A sound set: one to eight recordings, one to six axes, 0 to 10 % of hysteresis, 0.05 to 1 % of noise.
+    /// Returns a sound set: one to eight recordings, one to six axes, 0 to 10 % of hysteresis, 0.05 to 1 % of noise.
     pub fn sound(seed: u64, fewest_runs: usize) -> Self {
         let mut dice = Dice::new(seed);
         let n_runs = (1 + dice.below(8)).max(fewest_runs);
@@ -170,15 +171,16 @@ impl Set {
             let mut gauges = Vec::new();
             for load in &loads {
                 let row = (0..n_gauges).map(|gauge| {
-                    let said: f64 =
+                    let printed: f64 =
                         slopes[gauge].iter().zip(load).map(|(slope, load)| slope * load).sum();
                     let mut lag = 0.0;
                     for (play, radius) in plays[gauge].iter_mut().zip([0.2, 0.6]) {
-                        *play =
-                            play.clamp(said - radius * span[gauge], said + radius * span[gauge]);
-                        lag += 0.5 * (*play - said);
+                        *play = play
+                            .clamp(printed - radius * span[gauge], printed + radius * span[gauge]);
+                        lag += 0.5 * (*play - printed);
                     }
-                    said + lag * hysteresis / 0.4
+                    printed
+                        + lag * hysteresis / 0.4
                         + zeros[gauge]
                         + rest[gauge]
                         + noise * span[gauge] * dice.normal()
@@ -215,7 +217,7 @@ impl Set {
     }
 }
 
-/// A fault of a rig; a size of 0 is none.
+/// A fault of a rig. A size of 0 is no fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     Tare,
@@ -336,7 +338,7 @@ impl Fault {
     }
 }
 
-/// Loads turned by an angle (rad) about a direction, one coordinate axis after the other.
+/// Returns loads turned by an angle (rad) about a direction, one coordinate axis after the other.
 fn turned(loads: &[f64], axes: &[Axis], way: [f64; 3], angle: f64) -> Vec<f64> {
     let length = way.iter().map(|own| own * own).sum::<f64>().sqrt();
     let mut all = [0.0; 6];

@@ -5,7 +5,7 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-/// The program with these arguments, to be run in `directory` on a machine without a display.
+/// Returns the program with these arguments, to be run in `directory` on a machine without a display.
 pub fn program(directory: &Path, arguments: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_loopscope"));
     program.args(arguments).current_dir(directory).stdin(Stdio::null());
@@ -19,8 +19,8 @@ pub fn program(directory: &Path, arguments: &[&str]) -> Command {
 #[track_caller]
 pub fn run(directory: &Path, arguments: &[&str]) -> Output {
     let output = program(directory, arguments).output().unwrap();
-    let told = stderr(&output);
-    assert!(!told.contains("panicked"), "{arguments:?}: {told}");
+    let message = stderr(&output);
+    assert!(!message.contains("panicked"), "{arguments:?}: {message}");
     output
 }
 
@@ -28,8 +28,8 @@ pub fn run(directory: &Path, arguments: &[&str]) -> Output {
 #[track_caller]
 pub fn succeed(directory: &Path, arguments: &[&str]) -> Output {
     let output = run(directory, arguments);
-    let told = stderr(&output);
-    assert!(output.status.success(), "{arguments:?}: {told}");
+    let message = stderr(&output);
+    assert!(output.status.success(), "{arguments:?}: {message}");
     output
 }
 
@@ -40,12 +40,12 @@ pub fn fit(directory: &Path, arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Standard error as text.
+/// Returns standard error as text.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).unwrap()
 }
 
-/// The numbers of a JSON array.
+/// Returns the numbers of a JSON array.
 #[track_caller]
 pub fn numbers(value: &Value) -> Vec<f64> {
     let values = value.as_array().unwrap_or_else(|| panic!("{value}"));

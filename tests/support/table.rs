@@ -1,17 +1,17 @@
-//! A CSV of numbers, read without the program's own reader.
+//! A CSV table of numbers, read without the program's own reader.
 
 use std::path::Path;
 
 /// Columns with their names.
 pub struct Table {
-    /// As written.
+    /// Names of the columns, as written.
     pub header: Vec<String>,
     /// One list per row.
     pub rows: Vec<Vec<f64>>,
 }
 
 impl Table {
-    /// Reads a file whose cells are numbers, below one header line; a word, such as a status, is read as none.
+    /// Reads a file with one header line and cells of numbers. A word, such as a status, is read as no number.
     #[track_caller]
     pub fn read(path: &Path) -> Self {
         let mut csv = csv::ReaderBuilder::new();

@@ -11,14 +11,16 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
     for (set, rmse) in [("Train", &scores.train_rmse), ("Test", &scores.test_rmse)] {
         let rmse = rmse.as_ref().expect("it is scored")[1];
         let cell = format!("{set} Compensated Fy ");
-        let said = window.query_all_by_label_contains(&cell);
-        let said: Vec<String> =
-            said.filter_map(|node| node.accesskit_node().label().or(node.value())).collect();
-        let number = said.first().and_then(|said| said.strip_suffix(" N"));
-        let number =
-            number.and_then(|said| said.rsplit_once(' ')).unwrap_or_else(|| panic!("{said:?}")).1;
+        let printed = window.query_all_by_label_contains(&cell);
+        let printed: Vec<String> =
+            printed.filter_map(|node| node.accesskit_node().label().or(node.value())).collect();
+        let number = printed.first().and_then(|printed| printed.strip_suffix(" N"));
+        let number = number
+            .and_then(|printed| printed.rsplit_once(' '))
+            .unwrap_or_else(|| panic!("{printed:?}"))
+            .1;
         let number: f64 = number.parse().expect("a number");
-        assert!((number / rmse - 1.0).abs() < 1e-3, "{said:?} {rmse}");
+        assert!((number / rmse - 1.0).abs() < 1e-3, "{printed:?} {rmse}");
     }
     show(&mut window, "calibration");
     // A number of the matrix has the names of its axis and feature.
@@ -33,21 +35,21 @@ fn a_plot_says_its_values_at_the_pointer_or_the_cursor_else_what_it_shows() {
         let plot = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]");
         (plot.rect(), plot.value().unwrap_or_default())
     };
-    let (rect, said) = plot(&window);
-    assert!(said.starts_with("time [s]: ") && said.contains(", Fx [N]: "), "{said}");
+    let (rect, printed) = plot(&window);
+    assert!(printed.starts_with("time [s]: ") && printed.contains(", Fx [N]: "), "{printed}");
     window.hover_at(rect.center());
     window.run_steps(3);
-    let (_, said) = plot(&window);
-    assert!(said.starts_with("Fx at ") && said.contains(" s: Reference "), "{said}");
-    assert!(said.contains(", Compensated ") && said.contains(" N error "), "{said}");
+    let (_, printed) = plot(&window);
+    assert!(printed.starts_with("Fx at ") && printed.contains(" s: Reference "), "{printed}");
+    assert!(printed.contains(", Compensated ") && printed.contains(" N error "), "{printed}");
     window.remove_cursor();
     window.run_steps(3);
     let traces = &analysis(&window).traces;
     let value = traces.axes[0].conventional.value(0);
     window.state_mut().as_mut().unwrap().send(Command::Time(loopscope::ui::TimeMove::Step(1)));
     window.run_steps(3);
-    let (_, said) = plot(&window);
-    assert!(said.starts_with("Fx at ") && value.is_finite(), "by keys too: {said}");
+    let (_, printed) = plot(&window);
+    assert!(printed.starts_with("Fx at ") && value.is_finite(), "by keys too: {printed}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::*;
 
-/// Times, two gauges, a force; no header. The force is twice the first gauge.
+/// Returns times, two gauges and a force without a header. The force is twice the first gauge.
 pub fn headerless(n: usize) -> String {
     (0..n).fold(String::new(), |mut text, k| {
         let t = k as f64 / 20.0;
@@ -19,14 +19,14 @@ fn choose(window: &mut Window, column: impl std::fmt::Display, role: &str) {
     click(window, Role::ComboBox, &combo);
     settle(window);
     let items: Vec<_> = window.query_all_by_label(role).collect();
-    // Found by its label, because the list is longer than its visible part.
+    // The item is found by its label, because the list is longer than its visible part.
     let item = items.last().unwrap_or_else(|| panic!("no {role}"));
     item.click_accesskit();
     settle(window);
 }
 
 #[test]
-fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_once() {
+fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_at_once() {
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
     let second = files.write("test_second.dat", &headerless(300));
@@ -46,16 +46,16 @@ fn columns_without_names_are_said_once_and_the_next_file_of_that_shape_loads_at_
     settle(&mut window);
     assert_eq!(names(&window), ["first", "test_second"]);
     assert!(state(&window).importing.is_none());
-    told(
+    message(
         &mut window,
         Level::Info,
         "test_second.dat: read with the column map of an earlier, similar file: time is column 1, Fx is column 4, 2 gauges",
     );
 }
 
-/// A file with the same number of unnamed columns, but the time in another place, or another delimiter.
+/// Other files have the same number of unnamed columns, but the time in another place, or another delimiter.
 #[test]
-fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
+fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     let files = Files::new();
     let first = files.write("first.dat", &headerless(400));
     let mut window = window(vec![first]);
@@ -83,8 +83,8 @@ fn a_remembered_map_is_not_taken_for_files_that_only_have_as_many_columns() {
     }
 }
 
-/// A spreadsheet's export with unclear names: units in brackets, semicolons, decimal commas. The force is twice the first
-/// channel.
+/// Returns a spreadsheet's export with unclear names: units in brackets, semicolons, decimal commas. The force is twice the
+/// first channel.
 fn bracketed(n: usize) -> String {
     let header = "Uhr [s];Messstelle 1 [mV/V];Messstelle 2 [mV/V];Presse [N]\n";
     header.to_owned() + &headerless(n).replace('.', ",")
@@ -140,7 +140,7 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
         let moved = place(window).distance(before);
         assert!(moved < 2.0, "{why}: {moved} px");
     };
-    check(&window, [false, false], "nothing is said");
+    check(&window, [false, false], "no problem is shown");
     choose(&mut window, 3, "Ignore");
     check(&window, [false, false], "one gauge less answers neither");
     choose(&mut window, 4, "Fx");
@@ -185,7 +185,7 @@ fn a_row_of_imports_ends_at_once() {
             settle(&mut window);
         }
         assert!(state(&window).importing.is_none());
-        told(&mut window, Level::Info, "no columns were chosen: bare1.dat, bare2.dat");
+        message(&mut window, Level::Info, "no columns were chosen: bare1.dat, bare2.dat");
         let send = window.state_mut().as_mut().unwrap();
         send.send(Action::DismissAll);
         settle(&mut window);
@@ -194,7 +194,7 @@ fn a_row_of_imports_ends_at_once() {
 }
 
 #[test]
-fn what_would_go_wrong_is_said_before_loading_and_cancel_loses_nothing() {
+fn problems_are_shown_before_loading_and_cancel_loses_nothing() {
     let files = Files::new();
     let mut window = window(files.three());
     let path = files.write("bare.csv", &headerless(50));
@@ -229,7 +229,8 @@ fn a_map_is_written_for_the_command_line_and_read_again() {
     assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
 }
 
-/// A weight of 2 kg at several attitudes, with the reference offset by (0.5, -0.25, 1) N: `F = m Rᵀ g + offset`.
+/// A weight of 2 kg is recorded at several attitudes. The reference has an offset of (0.5, -0.25, 1) N: `F = m Rᵀ g +
+/// offset`.
 #[test]
 fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let files = Files::new();
@@ -258,7 +259,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     let weight = "Computes the load of a known weight from the pose columns";
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
-    told(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
+    message(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
     let importing = |window: &Window| state(window).importing.clone().expect("it goes on");
     let found = importing(&window).map.weight.and_then(|weight| weight.mass_kg);
     assert!((found.unwrap() - 2.0).abs() < 1e-6, "{found:?}");
@@ -268,7 +269,7 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     window.check_accessibility();
 }
 
-/// A click selects a row, Shift and click all rows up to it; load axes continue from the first.
+/// A click selects a row, and Shift and click selects all rows up to it. Load axes continue from the first.
 #[test]
 fn a_role_chosen_for_one_of_the_selected_columns_is_for_all_of_them() {
     let files = Files::new();

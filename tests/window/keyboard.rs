@@ -35,7 +35,7 @@ fn focused(window: &Window) -> Option<String> {
     node.label().or(node.value())
 }
 
-/// Opens the list of this button by a key.
+/// Opens the list of this button with a key.
 #[track_caller]
 fn open(window: &mut Window, button: &str) {
     window.get_by_role_and_label(Role::ComboBox, button).focus();
@@ -51,7 +51,7 @@ fn chosen(window: &Window, button: &str) -> String {
 #[test]
 fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
     let files = Files::new();
-    // Without a focus, and with a text field in focus.
+    // The key works without a focus, and with a text field in focus.
     for field in [None, Some("CSV")] {
         let mut window = window(files.three());
         if let Some(field) = field {

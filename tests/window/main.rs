@@ -35,7 +35,7 @@ use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
 /// Time after which a window counts as hung, even on a slow machine.
 const DEADLINE: Duration = Duration::from_secs(180);
 
-/// The shell is made in the first frame, when there is a context.
+/// The shell is created in the first frame, when the context exists.
 type Window = Harness<'static, Option<Shell>>;
 
 /// Dialogs that answer with a prepared choice.
@@ -122,7 +122,7 @@ fn until(window: &mut Window, condition: impl Fn(&Shell) -> bool) {
 fn settle(window: &mut Window) {
     loop {
         until(window, |shell| !shell.is_busy());
-        window.step(); // what had just ended is taken in, and may ask for more
+        window.step(); // takes finished work, which may start more
         if !shell(window).is_busy() {
             break;
         }
@@ -190,7 +190,7 @@ fn panes(window: &Window, label: &str) -> usize {
 }
 
 #[track_caller]
-fn told(window: &mut Window, level: Level, part: &str) {
+fn message(window: &mut Window, level: Level, part: &str) {
     let notices = &state(window).notices;
     let found =
         |notice: &loopscope::engine::Notice| notice.level == level && notice.text.contains(part);
@@ -234,7 +234,7 @@ fn train_rmse(window: &Window) -> [Vec<f64>; 2] {
         .map(|scores| scores.train_rmse.clone().expect("there are training samples"))
 }
 
-/// A folder of recordings; it goes when this is dropped.
+/// A folder of recordings, which is removed when dropped.
 struct Files(tempfile::TempDir);
 
 impl Files {
@@ -252,7 +252,7 @@ impl Files {
         path
     }
 
-    /// A recording with hysteresis: 20 Hz, gauges S1 to S3, and a reference of these axes.
+    /// Writes a recording with hysteresis: 20 Hz, gauges S1 to S3, and a reference of these axes.
     fn recording(&self, name: &str, phase: f64, n: usize, axes: &[Axis]) -> PathBuf {
         let mut text = "t [s],S1,S2,S3".to_owned();
         for axis in axes {
@@ -276,7 +276,7 @@ impl Files {
         self.write(name, &text)
     }
 
-    /// Two recordings to train on and one to test.
+    /// Writes two training recordings and one test recording.
     fn three(&self) -> Vec<PathBuf> {
         [("a.csv", 0.0), ("b.csv", 1.0), ("test_c.csv", 2.0)]
             .map(|(name, phase)| self.recording(name, phase, 400, &FORCES))
@@ -524,7 +524,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
     shell.send(Action::Open(vec![files.recording("d.csv", 0.5, 10, &FORCES)]));
     until(&mut window, |shell| shell.engine().project().recordings.entries().len() != 3);
     settle(&mut window);
-    // The file that was requested last is shown, even if the other one was ready first.
+    // The file that was requested last is shown, even if the other file was ready first.
     assert_eq!(names(&window).last().unwrap(), "d");
     assert!(!state(&window).project().recordings.is_simulated());
 }
@@ -544,7 +544,7 @@ fn files_that_do_not_fit_are_told_and_lose_nothing() {
     ] {
         type_into(&mut window, "Open", path.to_str().unwrap());
         click(&mut window, Role::Button, "Load");
-        told(&mut window, Level::Error, part);
+        message(&mut window, Level::Error, part);
         click(&mut window, Role::Button, "Dismiss all");
         assert!(state(&window).notices.is_empty());
     }
@@ -562,7 +562,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     show(&mut window, "export");
     type_into(&mut window, "Export to", path.to_str().unwrap());
     click(&mut window, Role::Button, "Write files");
-    told(&mut window, Level::Info, "calibration.json");
+    message(&mut window, Level::Info, "calibration.json");
     let written = read_calibration(&path).unwrap();
     let recordings = &state(&window).project().recordings;
     let mut expected = with_sources(&fitted.calibration, recordings);
@@ -615,14 +615,14 @@ fn export_goes_through_the_dialog_too_and_an_unknown_ending_is_told() {
     let path = files.path("matrices.csv");
     choices.export.replace(Some(path.clone()));
     menu(&mut window, "File", "Export calibration…");
-    told(&mut window, Level::Info, "matrices.csv");
+    message(&mut window, Level::Info, "matrices.csv");
     assert!(std::fs::read_to_string(&path).unwrap().contains("S3_past"));
 
     let unknown = files.path("calibration.xlsx");
     show(&mut window, "export");
     type_into(&mut window, "Export to", unknown.to_str().unwrap());
     click(&mut window, Role::Button, "Write files");
-    told(&mut window, Level::Error, "calibration.xlsx");
+    message(&mut window, Level::Error, "calibration.xlsx");
     assert!(!unknown.exists());
 }
 
@@ -634,7 +634,7 @@ fn a_report_and_the_traces_on_screen_go_through_the_dialog() {
     let path = files.path("report.html");
     choices.export.replace(Some(path.clone()));
     menu(&mut window, "File", "Save report…");
-    told(&mut window, Level::Info, "report.html");
+    message(&mut window, Level::Info, "report.html");
     let report = std::fs::read_to_string(&path).unwrap();
     assert!(report.contains("<svg") && report.contains("test_c"));
     let path = files.path("traces.csv");
@@ -877,7 +877,7 @@ fn a_training_that_cannot_begin_says_why() {
     click(&mut window, Role::Button, "Linear + kernel");
     type_number(&mut window, "Landmarks", "2000");
     click(&mut window, Role::Button, "Train the kernel");
-    told(&mut window, Level::Error, "choose fewer landmarks");
+    message(&mut window, Level::Error, "choose fewer landmarks");
 }
 
 #[test]
@@ -992,7 +992,7 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
         assert!(has(&window, part), "{part}");
     }
     let before = numbers_on_screen(&window);
-    assert!(before >= 12, "three figures, in units and percent, of two loads: {before}");
+    assert!(before >= 12, "three figures of two loads, in units and percent: {before}");
 
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
@@ -1021,7 +1021,7 @@ fn a_press_on_a_notice_dismisses_it() {
     let mut window = window(files.three());
     type_into(&mut window, "Open", "missing.csv");
     click(&mut window, Role::Button, "Load");
-    told(&mut window, Level::Error, "missing.csv");
+    message(&mut window, Level::Error, "missing.csv");
     let text = window.get_all_by_role(Role::Label);
     let text = text.into_iter().find_map(|label| {
         let words = label.accesskit_node().value().unwrap_or_default();
@@ -1056,7 +1056,7 @@ fn any_two_channels_are_crossed_and_saved_as_a_picture() {
     assert!(svg.starts_with("<svg") && svg.contains(">Fx Compensated [N]</text>"));
     type_into(&mut window, "Figure", "cross.bmp");
     click(&mut window, Role::Button, "Save");
-    told(&mut window, Level::Error, "saved as .svg or .png");
+    message(&mut window, Level::Error, "saved as .svg or .png");
 }
 
 #[test]
@@ -1099,7 +1099,7 @@ fn a_load_that_never_rests_or_turns_is_answered_with_a_sentence() {
     assert!(has(&window, "1 dwell"));
     assert_eq!(panes(&window, "Fz drift [N]"), 1);
     type_number(&mut window, "at least", "60");
-    assert!(has(&window, "no recording holds its load still for 60 s"));
+    assert!(has(&window, "no recording has a dwell of 60 s"));
     show(&mut window, "metrology");
     assert!(has(&window, "constant"));
 }
@@ -1119,7 +1119,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     ] {
         assert!(has(&window, part), "{part}");
     }
-    assert!(has(&window, "no zero"), "a word for what the data lack");
+    assert!(has(&window, "no zero"), "one word for each missing figure");
     assert!(numbers_on_screen(&window) > 30);
     click_first(&mut window, Role::Button, "All");
     assert!(has(&window, "3 recordings, 1200 samples"));
@@ -1128,7 +1128,8 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // 7 rows of loops, 2 of lag, 4 of dwells, two of crosstalk for each axis, 3 of errors, for three axes; and the header.
+    // For each of three axes: 7 rows of loops, 2 of lag, 4 of dwells, 6 of crosstalk, 3 of errors. The header is one more
+    // row.
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Reversal threshold Fx", "100");
@@ -1161,7 +1162,7 @@ fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
     assert!(0.0 < to - from && to - from < 19.0, "{from} to {to}");
 }
 
-/// The traces show the first of three recordings.
+/// The traces show the first of the loops' three recordings.
 #[test]
 fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
     let files = Files::new();

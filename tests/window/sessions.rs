@@ -16,7 +16,7 @@ fn saved(files: &Files) -> PathBuf {
     send(&mut window, Edit::Role(1, recording::Role::Off));
     assert!(state(&window).is_unsaved());
     menu(&mut window, "File", "Save session as…");
-    told(&mut window, Level::Info, "work.json");
+    message(&mut window, Level::Info, "work.json");
     assert!(!state(&window).is_unsaved());
     path
 }
@@ -39,7 +39,7 @@ fn a_session_comes_back_with_its_files_roles_and_settings() {
 }
 
 #[test]
-fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
+fn a_changed_file_is_reported_and_a_moved_file_is_asked_for() {
     let files = Files::new();
     let path = saved(&files);
     let a = std::fs::read_to_string(files.path("a.csv")).unwrap();
@@ -47,13 +47,13 @@ fn a_file_that_changed_is_said_and_one_that_moved_is_asked_for() {
     files.write("a.csv", &shorter.join("\n"));
     std::fs::rename(files.path("b.csv"), files.path("moved.csv")).unwrap();
     let mut window = window(vec![path]);
-    told(&mut window, Level::Warning, "the file has changed since the session was saved");
+    message(&mut window, Level::Warning, "the file has changed since the session was saved");
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
     assert!(has(&window, "A file of the session was not found"));
     type_into(&mut window, "Now in the folder", "/nowhere");
     click(&mut window, Role::Button, "Look there");
-    told(&mut window, Level::Error, "/nowhere: none of the missing files");
+    message(&mut window, Level::Error, "/nowhere: none of the missing files");
     type_into(&mut window, "Now in the folder", moved.to_str().unwrap());
     window.key_press(Key::Enter);
     settle(&mut window);
@@ -105,7 +105,7 @@ fn a_broken_session_says_why_and_loses_nothing() {
     let newer = r#"{"format": "loopscope session", "version": 99}"#;
     let path = files.write("newer.json", newer);
     send(&mut window, Action::Open(vec![path]));
-    told(&mut window, Level::Error, "version 99");
+    message(&mut window, Level::Error, "version 99");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
 }
 
@@ -157,7 +157,7 @@ fn a_trained_calibration_is_saved_beside_the_session() {
     send(&mut window, Edit::Settings(settings));
     send(&mut window, Action::Train);
     menu(&mut window, "File", "Save session as…");
-    told(&mut window, Level::Info, "work.trained.json");
+    message(&mut window, Level::Info, "work.trained.json");
     let scores = train_rmse(&window);
     let window = self::window(vec![path]);
     assert!(state(&window).fitting().is_some());

@@ -86,7 +86,7 @@ fn drawing_alone_changes_no_preferences() {
     assert_eq!(drawn.layout, begun.layout);
 }
 
-/// Three labels 12 points apart fit into 48 points, for any numbers.
+/// Three labels of any numbers, 12 points apart, fit into 48 points.
 #[test]
 fn six_axes_are_whole_and_high_enough_for_three_ticks_at_every_usual_size() {
     let mut window = window(Vec::new());
@@ -138,7 +138,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     assert_eq!(analysis(&window).calibration.features.look_backs[0].f_th, 1.5);
 }
 
-/// Presses of axis buttons are separate steps, even if they follow each other at once.
+/// Clicks on axis buttons are separate steps, even if they follow each other immediately.
 #[test]
 fn each_tick_is_a_step_and_a_drag_is_one() {
     let files = Files::new();
@@ -460,7 +460,7 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
     click(&mut window, Role::Button, "Write files");
     click(&mut window, Role::Button, "Replace it");
-    told(&mut window, Level::Info, "there.csv");
+    message(&mut window, Level::Info, "there.csv");
     assert!(std::fs::read_to_string(&path).unwrap().contains("S1_past"));
 }
 

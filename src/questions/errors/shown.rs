@@ -106,8 +106,8 @@ mod tests {
         let mut calibration =
             (*analyse(&request, &Progress::default()).unwrap().calibration).clone();
         calibration.quality.compensated.test_rmse = None;
-        let told = errors(&calibration, None, ScoreSet::Test, Shown::All).unwrap_err();
-        assert_eq!(told, "no recording is in the test role");
+        let message = errors(&calibration, None, ScoreSet::Test, Shown::All).unwrap_err();
+        assert_eq!(message, "no recording is in the test role");
         assert!(errors(&calibration, None, ScoreSet::Train, Shown::All).is_ok());
     }
 }

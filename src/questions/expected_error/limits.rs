@@ -268,30 +268,30 @@ mod tests {
 
     #[test]
     fn every_axis_keeps_its_limit_in_percent_or_in_its_unit() {
-        let told = |text: &str, pass: bool| (text.to_owned(), pass);
+        let outcome = |text: &str, pass: bool| (text.to_owned(), pass);
         assert_eq!(
             verdicts("rmse = 1.0"),
             [
-                told("RMSE of Fx is 1.000 % FS, at most 1.000 % FS", true),
-                told("RMSE of Mz is 4.000 % FS, at most 1.000 % FS", false)
+                outcome("RMSE of Fx is 1.000 % FS, at most 1.000 % FS", true),
+                outcome("RMSE of Mz is 4.000 % FS, at most 1.000 % FS", false)
             ],
             "the larger of cross-validation and test"
         );
         assert_eq!(
             verdicts("rmse = { Mz = \"0.2 N·m\" }"),
-            [told("RMSE of Mz is 0.2000 N·m, at most 0.2000 N·m", true)]
+            [outcome("RMSE of Mz is 0.2000 N·m, at most 0.2000 N·m", true)]
         );
         assert_eq!(
             verdicts("expected_error = { Fx = 1 }"),
-            [told("expected error of Fx is 1.000 % FS, at most 1.000 % FS", true)]
+            [outcome("expected error of Fx is 1.000 % FS, at most 1.000 % FS", true)]
         );
     }
 
     #[test]
     fn a_figure_that_is_not_known_does_not_pass() {
         for text in ["loop_width = 5", "expected_error = { Mz = 100 }", "rmse = { Fz = 100 }"] {
-            for (told, pass) in verdicts(text) {
-                assert!(!pass && told.contains("is not known ("), "{told}");
+            for (outcome, pass) in verdicts(text) {
+                assert!(!pass && outcome.contains("is not known ("), "{outcome}");
             }
         }
     }

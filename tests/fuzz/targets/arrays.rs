@@ -1,5 +1,5 @@
-//! Files of arrays: one that starts as such a file is read as it is (`../formats` holds some to begin with); before any
-//! other bytes the first of them puts a start.
+//! Reads files of arrays. A file that starts like one of the formats is read unchanged (`../formats` holds some to begin
+//! with). In front of any other file, the start that its first byte selects is inserted.
 #![no_main]
 
 use std::io::Write as _;
@@ -40,7 +40,7 @@ fn file(content: &[u8]) -> Vec<u8> {
     let is_parquet = file == PARQUET;
     file.extend(rest);
     if is_parquet {
-        // What such a file holds is said at its end, behind which its length stands.
+        // A Parquet file describes its contents at its end, followed by the length of the description.
         file.extend((rest.len() as u32).to_le_bytes());
         file.extend(PARQUET);
     }
@@ -53,7 +53,7 @@ fuzz_target!(|content: &[u8]| {
     file.write_all(&content).expect("the file can be written");
     match read(file.path(), None, &[], &Progress::default()) {
         Ok(loaded) => assert!(!loaded.recordings.is_empty()),
-        // The crates that read these may panic on damaged files, and that is an error; nothing else may.
+        // The crates for these formats may panic on damaged files, which becomes an error. Nothing else may panic.
         Err(ReadError::File {
             source: FileError::ReaderFailed(panicked),
             ..

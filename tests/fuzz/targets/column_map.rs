@@ -1,4 +1,4 @@
-//! Any bytes as a column map; one that is understood must read back the same.
+//! Reads any bytes as a column map. A map that is valid must read back the same.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

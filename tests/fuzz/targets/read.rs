@@ -1,4 +1,4 @@
-//! Any bytes as a recording: looked at and read by names, and both must agree on whether that works.
+//! Inspects and reads any bytes as a recording. Both must agree whether the file can be read.
 #![no_main]
 
 use std::io::Write as _;

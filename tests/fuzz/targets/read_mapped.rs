@@ -1,4 +1,4 @@
-//! Any map, up to the first zero byte, on any file, what follows it.
+//! Reads any file with any map. The map ends at the first zero byte, and the file follows.
 #![no_main]
 
 use std::io::Write as _;
@@ -12,7 +12,7 @@ fuzz_target!(|input: &[u8]| {
     let Some(end) = input.iter().position(|byte| *byte == 0) else {
         return;
     };
-    // Only the file itself, never one that a random name points at.
+    // Only this file is read, never a file that a random name refers to.
     let Ok(map) = ColumnMap::from_json(&input[..end]).map(|map| ColumnMap { reference: None, ..map }) else {
         return;
     };

@@ -171,7 +171,7 @@ fn without_past_samples_the_errors_are_exactly_conventional() {
 
 #[test]
 fn rows_are_told_once_each_and_make_up_the_map() {
-    let told = Mutex::new(None::<ThresholdMap>);
+    let received = Mutex::new(None::<ThresholdMap>);
     let study =
         Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
             .unwrap();
@@ -180,19 +180,19 @@ fn rows_are_told_once_each_and_make_up_the_map() {
     let progress = Progress::default();
     let map = study
         .threshold_map(&grid, &progress, &|event| {
-            let mut told = told.lock().unwrap();
+            let mut received = received.lock().unwrap();
             match event {
-                StudyEvent::Begun(map) => *told = Some(map.clone()),
+                StudyEvent::Begun(map) => *received = Some(map.clone()),
                 StudyEvent::Row { f_at, points } => {
-                    let told = told.as_mut().unwrap();
-                    assert_eq!(told.point(f_at, 0), None);
-                    told.set_row(f_at, points.to_vec());
+                    let received = received.as_mut().unwrap();
+                    assert_eq!(received.point(f_at, 0), None);
+                    received.set_row(f_at, points.to_vec());
                 }
             }
         })
         .unwrap();
     assert!(map.is_complete());
-    assert_eq!(told.into_inner().unwrap(), Some(map));
+    assert_eq!(received.into_inner().unwrap(), Some(map));
     assert_eq!(progress.fraction(), Some(1.0));
 }
 
