@@ -31,7 +31,8 @@ pub struct RecordingArgs {
     #[arg(long, value_name = "FRACTION", conflicts_with = "test", allow_negative_numbers = true)]
     split: Option<f64>,
     /// Group of each training recording; cross-validation leaves a group out together. A pattern with {file}, {folder}, {recording},
-    /// or a {word} that stands for the number or letter after it, as {mount} in "mount2_a.csv" [default: found from names, folders and files].
+    /// or a {word} that stands for the number or letter after it, as {mount} in "mount2_a.csv" [default: a column "group" of the file, or found
+    /// from names, folders and files].
     #[arg(long, value_name = "PATTERN")]
     group: Option<GroupPattern>,
 }
@@ -84,10 +85,8 @@ impl RecordingArgs {
     /// else is left out.
     fn grouped(&self, entry: Entry, by_map: Option<&GroupPattern>) -> Result<Entry, JobError> {
         let recording = &entry.recording;
-        let group = match self.group.as_ref().or(by_map) {
-            Some(pattern) => pattern.group_of(recording),
-            None => None,
-        };
+        let pattern = self.group.as_ref().or(by_map);
+        let group = pattern.and_then(|pattern| pattern.group_of(recording));
         match (&self.group, &group) {
             (Some(pattern), None) if entry.role == Role::Train => {
                 let (name, pattern) = (recording.name(), String::from(pattern.clone()));
@@ -95,7 +94,7 @@ impl RecordingArgs {
                     "{name}: neither its name nor that of its folder matches the pattern {pattern:?}"
                 )))
             }
-            _ => Ok(Entry { group, ..entry }),
+            _ => Ok(Entry { group: group.or(entry.group), ..entry }),
         }
     }
 }

@@ -424,7 +424,7 @@ impl Project {
                     Some(role) => Entry::new(recording, role),
                     None => Entry::with_default_role(recording),
                 };
-                let entry = Entry { group, ..entry };
+                let entry = Entry { group: group.or(entry.group), ..entry };
                 if let Err(error) = set.push(entry) {
                     refused.push(error.to_string());
                     break; // the other runs of this file have the same columns

@@ -198,6 +198,7 @@ impl Session {
             }
             let by_map = files[at].columns.as_ref().and_then(|map| map.group.as_ref());
             let by_map = by_map.and_then(|pattern| pattern.group_of(&entry.recording));
+            let by_map = by_map.or_else(|| entry.recording.group().map(str::to_owned));
             if let Some(group) =
                 (entry.group.as_ref()).filter(|group| Some(*group) != by_map.as_ref())
             {

@@ -1,5 +1,6 @@
 //! Turns rows into recordings: settles the times, reports irregularities, and cuts between recordings.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::error::at;
@@ -96,7 +97,7 @@ fn count_days(times: &mut [f64]) {
 
 /// Replaces the samples of each burst by their mean.
 pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
-    let bursts = join::bursts(&rows.times, within_secs);
+    let bursts = join::bursts(&rows.times, within_secs, &rows.group_changes());
     let (n_before, n_after) = (rows.times.len(), bursts.len());
     if n_before == n_after {
         return;
@@ -127,25 +128,28 @@ pub(super) fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let n_cases = of.iter().max().map_or(0, |last| last + 1);
     let cause = Cause::LoadCases { n_rows: of.len(), n_cases };
     rows.findings.note(plan.line, cause);
-    let mut rows_of = vec![Vec::new(); n_cases];
+    let mut rows_of: BTreeMap<(usize, &str), Vec<usize>> = BTreeMap::new();
     for (row, case) in of.into_iter().enumerate() {
-        rows_of[case].push(row);
+        rows_of.entry((case, rows.group_of(row))).or_default().push(row);
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let picked = |own: &[usize], values: &[f64], width: usize| -> Vec<f64> {
         let rows = own.iter().map(|row| &values[row * width..(row + 1) * width]);
         rows.flatten().copied().collect()
     };
-    let recording = |(case, own): (usize, &Vec<usize>)| {
+    let recording = |(&(case, group), own): (&(usize, &str), &Vec<usize>)| {
         let values = [
             (0..own.len()).map(|row| row as f64).collect(),
             picked(own, &rows.gauges, plan.gauge_names.len()),
             picked(own, &rows.loads, plan.axes.len()),
             picked(own, &rows.auxiliary, plan.auxiliary_names.len()),
         ];
-        recording(format!("{stem} case {}", case + 1), &path, &plan, values).without_times()
+        let group = plan.group_name(group);
+        let mut name = format!("{stem} case {}", case + 1);
+        name.extend(group.iter().map(|group| format!(" ({group})")));
+        recording(name, &path, &plan, values).without_times().with_group(group)
     };
-    let recordings = rows_of.iter().enumerate().map(recording).collect();
+    let recordings = rows_of.iter().map(recording).collect();
     (recordings, rows.findings)
 }
 
@@ -160,15 +164,19 @@ pub(super) fn recordings(
     {
         rows.note_row(row, Cause::WrappedClock { from_secs, to_secs });
     }
-    let cuts = timeline::cuts(&rows.times, gap_secs);
-    if cuts.starts.len() >= RECORDING_LIMIT {
-        let line = rows.line_of(cuts.starts[0]);
-        return Err(at(&path, line)(TableError::TooManyRecordings {
-            count: cuts.starts.len(),
-            column: plan.column(plan.time_column.unwrap_or_default()),
-        }));
+    let mut cuts = timeline::cuts(&rows.times, gap_secs);
+    let changes = rows.group_changes();
+    for (starts, column) in [(&cuts.starts, plan.time_column), (&changes, plan.group_column())] {
+        if starts.len() >= RECORDING_LIMIT {
+            let (count, column) = (starts.len(), plan.column(column.unwrap_or_default()));
+            let too_many = TableError::TooManyRecordings { count, column };
+            return Err(at(&path, rows.line_of(starts[0]))(too_many));
+        }
     }
     cuts.note(&mut rows);
+    cuts.starts.extend(changes);
+    cuts.starts.sort_unstable();
+    cuts.starts.dedup();
     let findings = std::mem::take(&mut rows.findings);
     let recordings = cut(&path, plan, rows, &cuts);
     Ok((recordings, findings))
@@ -208,6 +216,8 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         parts
     };
     let mut held = held_by_part(&plan, &rows, starts).into_iter();
+    let groups = [0].iter().chain(starts).map(|start| plan.group_name(rows.group_of(*start)));
+    let mut groups = groups.collect::<Vec<_>>().into_iter();
     // One list after the other, so that at most half of one list is in memory twice.
     let times = parts(rows.times, 1);
     let gauges = parts(rows.gauges, plan.gauge_names.len());
@@ -221,6 +231,7 @@ fn cut(path: &Path, plan: Plan, rows: Rows, cuts: &timeline::Cuts) -> Vec<Record
         recordings.push(
             recording(name(recordings.len() + 1), path, &plan, values)
                 .with_held_auxiliary(held.next().unwrap_or_default())
+                .with_group(groups.next().flatten())
                 .with_gap(cuts.gap_secs)
                 .with_zero(rows.zero_secs),
         );
@@ -367,6 +378,38 @@ mod tests {
         assert_eq!(*cut, expected);
         assert_eq!(lines(repeat), (9, 9, 1));
         assert_eq!(*repeat, Cause::RepeatedTime { time_secs: 0.0 });
+    }
+
+    /// Each change of the value starts a recording, also within a burst; an empty cell skips its row.
+    #[test]
+    fn a_group_column_starts_recordings_and_names_their_groups() {
+        let text = "t,S1,group\n0,1,a\n0.1,2,a\n0.2,3,b\n0.3,4,\n0.4,5,b\n0.5,6,a\n9,7,a\n";
+        let loaded = TestFile::new(text).read().unwrap();
+        let found: Vec<_> =
+            loaded.recordings.iter().map(|own| (own.group().unwrap(), own.gauges())).collect();
+        let expected: [(&str, &[f64]); 4] = [
+            ("group a", &[1.0, 2.0]),
+            ("group b", &[3.0, 5.0]),
+            ("group a", &[6.0]),
+            ("group a", &[7.0]),
+        ];
+        assert_eq!(found, expected);
+        let skipped = Cause::Cell {
+            column: NamedColumn::new(2, "group"),
+            value: String::new(),
+            trouble: Trouble::Empty,
+        };
+        assert!(loaded.warnings.iter().any(|own| *own == skipped), "{:?}", loaded.warnings);
+    }
+
+    #[test]
+    fn load_cases_of_two_groups_are_separate() {
+        let text = "S1,Fz,group\n1,5,1\n2,0,1\n3,5,2\n4,5,2\n";
+        let found: Vec<(String, usize)> =
+            load(text).0.iter().map(|own| (own.name().to_owned(), own.n_samples())).collect();
+        let expected =
+            [("run case 1 (group 1)", 1), ("run case 1 (group 2)", 2), ("run case 2 (group 1)", 1)];
+        assert_eq!(found, expected.map(|(name, n)| (name.to_owned(), n)));
     }
 
     #[test]

@@ -93,7 +93,9 @@ pub enum TableError {
         column.number
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
-    #[error("time jumps or goes back at {count} places, the first one here. Is {column} the time?")]
+    #[error(
+        "{count} places would start a new recording, the first one here, because {column} jumps, goes back or changes. Is its role correct?"
+    )]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
 

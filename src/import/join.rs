@@ -95,12 +95,16 @@ fn blend_at(time: f64, known: &[f64], method: JoinMethod, limit_secs: f64) -> Op
     }
 }
 
-/// Returns the intervals of samples whose steps are at most `within_secs`. Together they contain all samples.
-pub fn bursts(times: &[f64], within_secs: f64) -> Vec<Range<usize>> {
+/// Returns the intervals of samples whose steps are at most `within_secs`, cut before the samples in `cuts`. Together they
+/// contain all samples.
+pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usize>> {
     let mut bursts: Vec<Range<usize>> = Vec::new();
     for at in 0..times.len() {
         match bursts.last_mut() {
-            Some(burst) if (0.0..=within_secs).contains(&(times[at] - times[at - 1])) => {
+            Some(burst)
+                if (0.0..=within_secs).contains(&(times[at] - times[at - 1]))
+                    && !cuts.contains(&at) =>
+            {
                 burst.end = at + 1;
             }
             _ => bursts.push(at..at + 1),
@@ -192,7 +196,8 @@ mod tests {
     #[test]
     fn bursts_become_their_means() {
         let mut times = vec![0.0, 0.1, 0.2, 1.0, 1.1, 0.5, 3.0];
-        let bursts = bursts(&times, 0.11);
+        assert_eq!(bursts(&times, 0.11, &[1]), [0..1, 1..3, 3..5, 5..6, 6..7]);
+        let bursts = bursts(&times, 0.11, &[]);
         assert_eq!(bursts, [0..3, 3..5, 5..6, 6..7]);
         let mut values = vec![1.0, 0.0, 2.0, 0.0, 6.0, 3.0, 4.0, 1.0, 5.0, 2.0, 7.0, 7.0, 8.0, 8.0];
         average(&mut times, 1, &bursts);

@@ -124,6 +124,11 @@ pub(super) fn by_names(text: &TextLayout, head: &Head, rows: &[Vec<Cell<'_>>]) -
             Some(Kind::Time) if fraction == Some(index) => ColumnRole::TimeFraction,
             Some(Kind::Gauge) => ColumnRole::Gauge,
             Some(Kind::Load(axis)) => ColumnRole::Load(axis),
+            None if column.name.eq_ignore_ascii_case("group")
+                && rules.iter().all(|(_, rule)| rule.is != ColumnRole::Group) =>
+            {
+                ColumnRole::Group
+            }
             None if has_gauges && !others.contains(&index) => {
                 let of_units_row = head.unit(index);
                 let unit = column.auxiliary_unit(of_units_row.as_deref());

@@ -56,11 +56,13 @@ pub(super) struct HeldRows {
     pub rows: Range<usize>,
 }
 
-/// Rows on successive lines: row `row` stands on line `line`.
-#[derive(Clone, Copy, Debug)]
+/// Rows of one group on successive lines: row `row` stands on line `line`.
+#[derive(Clone, Debug)]
 struct LineRun {
     row: usize,
     line: u64,
+    /// Value in the group column; empty without one.
+    group: Box<str>,
 }
 
 /// Marker of a row that cannot be kept.
@@ -247,19 +249,35 @@ impl Rows {
             *least = least.min(next);
         }
         for run in next.lines {
-            self.place_row(n_rows + run.row, n_lines + run.line);
+            self.place_row(n_rows + run.row, n_lines + run.line, &run.group);
         }
     }
 
+    fn run_of(&self, row: usize) -> &LineRun {
+        &self.lines[self.lines.partition_point(|run| run.row <= row) - 1]
+    }
+
     pub fn line_of(&self, row: usize) -> u64 {
-        let run = self.lines[self.lines.partition_point(|run| run.row <= row) - 1];
+        let run = self.run_of(row);
         run.line + (row - run.row) as u64
     }
 
-    fn place_row(&mut self, row: usize, line: u64) {
-        let follows = |last: &LineRun| last.line + (row - last.row) as u64 == line;
+    /// Returns the value of a row in the group column; empty without one.
+    pub fn group_of(&self, row: usize) -> &str {
+        &self.run_of(row).group
+    }
+
+    /// Returns the rows at which the value in the group column changes.
+    pub fn group_changes(&self) -> Vec<usize> {
+        let changes = self.lines.windows(2).filter(|pair| pair[0].group != pair[1].group);
+        changes.map(|pair| pair[1].row).collect()
+    }
+
+    fn place_row(&mut self, row: usize, line: u64, group: &str) {
+        let follows =
+            |last: &LineRun| last.line + (row - last.row) as u64 == line && *last.group == *group;
         if !self.lines.last().is_some_and(follows) {
-            self.lines.push(LineRun { row, line });
+            self.lines.push(LineRun { row, line, group: group.into() });
         }
     }
 
@@ -267,7 +285,7 @@ impl Rows {
         let (n_rows, n_gauges) = (self.times.len(), self.gauges.len());
         let n_auxiliary = self.auxiliary.len();
         match self.keep(row.clone(), plan) {
-            Ok(()) => self.place_row(n_rows, self.n_lines),
+            Ok(group) => self.place_row(n_rows, self.n_lines, &group),
             Err(Unusable) => {
                 self.gauges.truncate(n_gauges);
                 self.auxiliary.truncate(n_auxiliary);
@@ -277,8 +295,9 @@ impl Rows {
         self.n_table_rows += 1;
     }
 
-    /// Stores every cell of a row in its list.
-    fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<(), Unusable> {
+    /// Stores every cell of a row in its list, and returns the value in the group column.
+    fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<String, Unusable> {
+        let mut group = String::new();
         let mut loads = [0.0; Axis::ALL.len()];
         let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
         let mut time = if self.counts_rows { self.n_table_rows as f64 } else { 0.0 };
@@ -302,6 +321,10 @@ impl Rows {
                 Use::Status => {
                     value()?;
                 }
+                Use::Group => {
+                    let cell = row.next().filter(|cell| !cell.is_blank());
+                    group = cell.ok_or(Unusable)?.text();
+                }
             }
         }
         self.times.push(time);
@@ -318,12 +341,14 @@ impl Rows {
             let cause = Cause::TooManyCells { expected, actual };
             self.findings.note(self.n_lines, cause);
         }
-        Ok(())
+        Ok(group)
     }
 
     /// Reports why a row cannot be kept: the first reason as a cause, all bad cells as counts.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
-        let is_used = |(_, usage): &(Cell<'_>, &Use)| !usage.is_time() && **usage != Use::Ignored;
+        let is_used = |(_, usage): &(Cell<'_>, &Use)| {
+            !usage.is_time() && ![Use::Ignored, Use::Group].contains(usage)
+        };
         let mut used = row.clone().zip(&plan.uses).filter(is_used);
         if plan.may_be_blank && used.all(|(cell, _)| cell.is_blank()) {
             return;
@@ -412,7 +437,7 @@ impl Rows {
         let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
         let mut ends: Vec<(usize, usize)> = ends.map(|end| (end, 0)).collect();
         for (new, old) in rows.enumerate() {
-            self.place_row(new, before.line_of(old));
+            self.place_row(new, before.line_of(old), before.group_of(old));
             let ends = ends.iter_mut().filter(|(end, _)| old < *end);
             ends.for_each(|(_, kept)| *kept = new + 1);
         }

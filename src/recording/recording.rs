@@ -78,6 +78,8 @@ pub struct Recording {
     /// Offset that taring subtracted from each gauge; empty without a tare.
     offsets: Vec<f64>,
     left_out: Option<LeftOut>,
+    /// Group in the group column of the file.
+    group: Option<String>,
     /// Day in the file header.
     file_day: Option<Day>,
     /// Day that the user entered.
@@ -158,6 +160,7 @@ impl Recording {
             gap_secs: None,
             offsets: Vec::new(),
             left_out: None,
+            group: None,
             file_day: None,
             entered_day: None,
             auxiliary: AuxiliaryTable::default(),
@@ -391,6 +394,17 @@ impl Recording {
     pub fn started(&self) -> Option<f64> {
         let first = self.clock_time(0);
         (1e9..1e10).contains(&first).then_some(first)
+    }
+
+    /// Returns the recording with the group in the group column of its file.
+    pub(crate) fn with_group(mut self, group: Option<String>) -> Self {
+        self.group = group;
+        self
+    }
+
+    /// Returns the group in the group column of the file.
+    pub fn group(&self) -> Option<&str> {
+        self.group.as_deref()
     }
 
     /// Returns the recording with the day in its file header.

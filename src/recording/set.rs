@@ -55,7 +55,7 @@ pub struct Entry {
     pub recording: Arc<Recording>,
     /// Role of the recording.
     pub role: Role,
-    /// Group that the user set; see [`RecordingSet::groups`].
+    /// Group that the user set, or that a column of the file gives; see [`RecordingSet::groups`].
     pub group: Option<String>,
 }
 
@@ -69,7 +69,8 @@ impl Entry {
     /// Creates an entry with this role, or off without a reference.
     pub fn new(recording: Recording, role: Role) -> Self {
         let role = if recording.has_reference() { role } else { Role::Off };
-        Self { recording: Arc::new(recording), role, group: None }
+        let group = recording.group().map(str::to_owned);
+        Self { recording: Arc::new(recording), role, group }
     }
 }
 
@@ -210,10 +211,11 @@ impl RecordingSet {
         }
     }
 
-    /// Sets the group of a recording; with `None` the group follows from the name. An unknown index changes nothing.
+    /// Sets the group of a recording; with `None` the group follows from the file or the name. An unknown index changes
+    /// nothing.
     pub fn set_group(&mut self, index: usize, group: Option<String>) {
         if let Some(entry) = self.entries.get_mut(index) {
-            entry.group = group;
+            entry.group = group.or_else(|| entry.recording.group().map(str::to_owned));
         }
     }
 

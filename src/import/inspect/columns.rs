@@ -59,7 +59,7 @@ impl ColumnReport {
     /// Returns true if the cells fit the role of the column.
     pub(super) fn can_be_what_it_is(&self) -> bool {
         match self.is {
-            ColumnRole::Ignore | ColumnRole::Status | ColumnRole::Mount => true,
+            ColumnRole::Ignore | ColumnRole::Group | ColumnRole::Status | ColumnRole::Mount => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
             // Beside faster gauges, the clock of the reference repeats its value in most rows.

@@ -19,7 +19,7 @@ use crate::recording::{GroupPattern, Tare};
 /// | `tare` | subtracts the gauges' mean over an interval: `"auto"`, or `{ "interval": [from, to] }` in seconds |
 /// | `average_bursts_secs` | maximum step between gauge samples that are averaged into one; `None` averages none |
 /// | `gap_secs` | pause above which a recording ends; `None` derives it from the median step |
-/// | `group` | group of the recordings as a [`GroupPattern`]; `None` derives it from names, folders and files |
+/// | `group` | group of the recordings as a [`GroupPattern`]; `None` derives it from a group column, names, folders and files |
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnMap {

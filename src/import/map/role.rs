@@ -25,6 +25,8 @@ pub enum ColumnRole {
     Gauge,
     /// Channel that influences the gauges but is not one: temperature, supply voltage, humidity.
     Auxiliary,
+    /// Group of the sample, as a text or a number: press, condition, day. Each change of the value starts a new recording.
+    Group,
     /// Axis of the reference load.
     Load(Axis),
     /// Status word in hexadecimal digits. Rows in which it reports an error are skipped.
@@ -86,6 +88,7 @@ impl ColumnRole {
             Self::TimeFraction,
             Self::Gauge,
             Self::Auxiliary,
+            Self::Group,
         ];
         let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
         first
@@ -106,6 +109,7 @@ impl ColumnRole {
             Self::TimeFraction => "time_fraction",
             Self::Gauge => "gauge",
             Self::Auxiliary => "auxiliary",
+            Self::Group => "group",
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",
             Self::Pose(part) => part.into(),

@@ -116,8 +116,10 @@ impl Making<'_> {
     /// Returns the uses of columns other than time, gauges and loads.
     fn uses(&self) -> Result<Vec<Use>, TableError> {
         let mut uses = vec![Use::Ignored; self.head.n_columns];
-        if let Some((index, _)) = self.single(ColumnRole::Status)? {
-            uses[index] = Use::Status;
+        for (role, usage) in [(ColumnRole::Status, Use::Status), (ColumnRole::Group, Use::Group)] {
+            if let Some((index, _)) = self.single(role)? {
+                uses[index] = usage;
+            }
         }
         Ok(uses)
     }

@@ -75,6 +75,16 @@ impl Plan {
         NamedColumn::new(index, &self.names[index])
     }
 
+    /// Returns the index of the group column.
+    pub fn group_column(&self) -> Option<usize> {
+        self.uses.iter().position(|usage| *usage == Use::Group)
+    }
+
+    /// Returns the name of the group with this value, or `None` without a group column.
+    pub fn group_name(&self, value: &str) -> Option<String> {
+        Some(format!("{} {value}", self.names[self.group_column()?]))
+    }
+
     /// Returns the number of pose values per row.
     pub fn pose_width(&self) -> usize {
         self.pose.as_ref().map_or(0, |pose| pose.width)

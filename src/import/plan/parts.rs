@@ -34,6 +34,8 @@ pub(crate) enum Use {
         factor: f64,
     },
     Status,
+    /// Text that names the group of the row.
+    Group,
     /// Pose value with index `slot`; `factor` converts it to SI.
     Pose {
         slot: usize,
@@ -48,7 +50,7 @@ pub(crate) enum Use {
 impl Use {
     /// Returns true if the cells are read as numbers.
     pub const fn is_number(self) -> bool {
-        !matches!(self, Self::TimeText(_) | Self::Status | Self::Mount { .. })
+        !matches!(self, Self::TimeText(_) | Self::Status | Self::Group | Self::Mount { .. })
     }
 
     /// Returns true for a part of the time.
@@ -72,7 +74,7 @@ impl Use {
     /// Returns the noun for the column in messages.
     pub fn noun(self) -> &'static str {
         match self {
-            Self::Ignored | Self::Status | Self::Mount { .. } => "column",
+            Self::Ignored | Self::Status | Self::Group | Self::Mount { .. } => "column",
             Self::Pose { .. } => "pose",
             Self::Time | Self::TimeText(_) | Self::TimeFraction { .. } => "time",
             Self::Gauge { .. } => "gauge",
@@ -107,12 +109,12 @@ impl Side {
     /// Returns true if columns with this role are read.
     pub(super) fn reads(self, role: ColumnRole) -> bool {
         use ColumnRole::{
-            Auxiliary, Date, Gauge, Ignore, Load, Mount, Pose, Status, Time, TimeFraction,
+            Auxiliary, Date, Gauge, Group, Ignore, Load, Mount, Pose, Status, Time, TimeFraction,
             TimeReference,
         };
         match role {
             Ignore => false,
-            Gauge | Auxiliary => self.has_gauges(),
+            Gauge | Auxiliary | Group => self.has_gauges(),
             Load(_) | Pose(_) | Mount | Status => self != Self::Gauges,
             Time | Date | TimeFraction => self != Self::SecondClock,
             TimeReference => self == Self::SecondClock,

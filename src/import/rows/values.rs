@@ -68,6 +68,8 @@ pub(super) fn value_of(
             Some(true) => Err(Trouble::StatusError),
             None => Err(Trouble::NotANumber),
         },
+        Use::Group if cell.is_blank() => Err(Trouble::Empty),
+        Use::Group => Ok((0.0, false)),
         Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
         Use::Time
         | Use::TimeFraction { .. }

@@ -53,7 +53,7 @@ impl NestedFolds {
         numbers.sort_unstable();
         numbers.dedup();
         let n_groups = numbers.len();
-        let (pieces, parts, what) = if n_groups > 1 {
+        let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
             // The presses of one file are no groups: one press alone says little.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
@@ -95,7 +95,8 @@ impl NestedFolds {
             let parts = (1..=SEGMENTS).map(|at| format!("segment {at}")).collect();
             (training.into_iter().flat_map(segments).collect(), parts, what)
         };
-        let is_forward = is_one_run || n_groups == 1;
+        // Groups that return later in the file do not follow one another in time.
+        let is_forward = n_groups == 1 || is_one_run && pieces.is_sorted_by_key(|own| own.fold);
         Ok(Self::assembled(recordings, &pieces, parts, what, is_forward))
     }
 
