@@ -10,7 +10,7 @@ use crate::workshop::Workshop;
 const N_POSES: usize = 20;
 
 /// Returns six gauges and six axes under 2 kg in 20 poses, repeated three times, with noise on the gauges.
-fn poses(repeats: std::ops::Range<usize>) -> String {
+pub fn poses(repeats: std::ops::Range<usize>) -> String {
     let mut text =
         String::from("pose,S1,S2,S3,S4,S5,S6,Fx [N],Fy [N],Fz [N],Mx [Nm],My [Nm],Mz [Nm]\n");
     for repeat in repeats {

@@ -9,10 +9,12 @@ use loopscope::progress::Progress;
 use loopscope::questions::loops::asked::{AskFigures, AskLoops, LookAt};
 use loopscope::questions::loops::{Look, LoopQuestion, Question, Span, TableOf, TableQuestion, Up};
 use loopscope::recording::Axis;
+use loopscope::scoring::numbers::significant;
 use serde_json::{Value, json};
 
-use crate::program::succeed;
-use crate::workshop::Workshop;
+use crate::load_cases::poses;
+use crate::program::{numbers, succeed};
+use crate::workshop::{Workshop, recording};
 
 #[track_caller]
 fn settle(engine: &mut Engine) {
@@ -88,5 +90,40 @@ fn window_report_and_command_line_give_the_same_number() {
         assert!((own / value - 1.0).abs() < 1e-9, "{name}: {own} is not {value}");
         let shown = format!("{value:.4}");
         assert!(html.contains(&shown), "{name}: {shown}");
+    }
+}
+
+/// One axis in several files, one file that is cut into blocks, and load cases without times.
+#[test]
+fn errors_of_three_sensors_are_the_same_in_window_report_and_command_line() {
+    let several = Workshop::with_recordings();
+    let one = Workshop::new();
+    one.write("one.csv", recording(3.0, 600));
+    let cases = Workshop::new();
+    cases.write("poses.csv", poses(0..3));
+    let sets: [(Workshop, &[&str]); 3] =
+        [(several, &["a.csv", "b.csv", "c.csv"]), (one, &["one.csv"]), (cases, &["poses.csv"])];
+    for (workshop, names) in sets {
+        let mut engine = Engine::new(Arc::new(|| {}));
+        engine.act(Action::Open(names.iter().map(|name| workshop.file(name)).collect()));
+        settle(&mut engine);
+        let quality = &engine.analysis().expect("a fit").calibration.quality;
+        let quality = serde_json::to_value(quality).unwrap();
+        let fit = [&["fit", "--json", "--train"], names].concat();
+        let fit = succeed(workshop.path(), &fit);
+        let printed: Value = serde_json::from_slice(&fit.stdout).unwrap();
+        let report = [&["report", "--out", "r.html", "--train"], names].concat();
+        succeed(workshop.path(), &report);
+        let html = workshop.read("r.html");
+        for load in ["conventional", "compensated"] {
+            for score in ["train_rmse", "cv_rmse"] {
+                let in_window = numbers(&quality[load][score]);
+                assert_eq!(in_window, numbers(&printed[load][score]), "{names:?} {load} {score}");
+                for value in in_window {
+                    let shown = significant(value, 4);
+                    assert!(html.contains(&shown), "{names:?} {load} {score}: {shown}");
+                }
+            }
+        }
     }
 }

@@ -16,18 +16,16 @@ use crate::recording::median::{median, white_noise as noise};
 
 /// Radii of the play operators, as shares of half the range of their driver. The first stands for hysteresis that turns over
 /// at once, at any reversal.
-const RADII: [f64; 7] = [0.0, 0.012, 0.03, 0.06, 0.12, 0.25, 0.6];
-/// Radii for several axes with few drivers. With one axis, these radii would explain a part of the lag.
-const FINER_RADII: [f64; 13] =
+const RADII: [f64; 13] =
     [0.0, 0.008, 0.012, 0.02, 0.03, 0.045, 0.06, 0.085, 0.12, 0.17, 0.25, 0.4, 0.6];
-/// Maximum number of drivers for which the finer radii are used.
-const FEW_DRIVERS: usize = 6;
 /// Smallest radius. Below it, a play operator is the sign of the load's rate.
 const SMALLEST_RADIUS: f64 = 0.003;
 /// Smallest radius in standard deviations of the smoothed noise. A smaller one would follow the noise.
 const RADIUS_IN_NOISE: f64 = 4.0;
 /// Time constants of creep, as multiples of the time scale of the load. Shorter time constants are lag.
 const CREEP: [f64; 3] = [3.0, 12.0, 48.0];
+/// Time constant of quick creep, as a multiple of the time scale of the load. Such creep looks like a lag.
+const QUICK_CREEP: f64 = 1.0;
 /// Maximum number of gauges that each drive their own play operators.
 const MOST_DRIVERS: usize = 12;
 /// Half width of the narrowest smoothing window, in samples. Interpolation between samples reduces noise, most at their
@@ -36,9 +34,10 @@ const NARROWEST: usize = 3;
 const WIDEST: usize = 400;
 /// Maximum change of the load by smoothing, without its noise, as a share of its standard deviation.
 const MOST_SMOOTHED: f64 = 0.005;
-/// Maximum number of rows. Longer runs are sampled in windows spread over them.
+/// Maximum number of rows. Of longer intervals, parts spread over them become rows. Play operators and creep follow the whole
+/// interval, because they depend on what came before a part.
 const MOST_ROWS: usize = 8_000;
-const WINDOWS: usize = 8;
+const PARTS: usize = 8;
 /// Number of unused samples at either end of an interval, where states settle.
 const MARGIN: usize = 20;
 /// Smallest ratio of a jump to the mean of its neighbouring steps. The time of a jump between two samples is unknown.
@@ -47,7 +46,7 @@ const JUMP_IN_NOISE: f64 = 8.0;
 /// Number of unused samples before and after a jump.
 pub(super) const AROUND_JUMP: usize = 30;
 
-/// One uninterrupted interval of a run, smoothed and thinned.
+/// An uninterrupted interval of a run or a part of it, smoothed and thinned.
 pub(super) struct Grid {
     pub(super) run: usize,
     pub(super) times: Vec<f64>,
@@ -57,7 +56,7 @@ pub(super) struct Grid {
     pub(super) used: Vec<bool>,
     /// Share of the reference's squared steps that are jumps, on the axis with the largest share.
     pub(super) jumps: f64,
-    /// Columns: loads, then the terms of hysteresis, curvature and creep, then the constant 1.
+    /// Columns: loads, then the terms of hysteresis, curvature and creep, then the constant 1, then the terms of quick creep.
     pub(super) columns: Vec<Vec<f64>>,
     /// Values of each output.
     pub(super) outputs: Vec<Vec<f64>>,
@@ -77,6 +76,8 @@ pub(super) struct Grids {
     pub(super) parts: Vec<Grid>,
     pub(super) n_axes: usize,
     /// True for each column that the coarser description of hysteresis omits.
+    /// Number of columns before those of quick creep.
+    pub(super) n_usual: usize,
     pub(super) finer: Vec<bool>,
     /// Median time between samples (s).
     pub(super) step_secs: f64,
@@ -106,36 +107,35 @@ impl Grids {
         let hop = (half / 3).max(1);
         let n: usize = whole.iter().map(|piece| piece.times.len()).sum();
         let share = (MOST_ROWS * hop) as f64 / n as f64;
-        let pieces: Vec<Piece<'_>> = match share < 1.0 {
-            true => whole.iter().flat_map(|piece| piece.windows(share)).collect(),
-            false => whole,
-        };
         let shortest = 2 * (half + MARGIN) + 8 * hop;
         let pieces: Vec<_> =
-            pieces.into_iter().filter(|piece| piece.times.len() > shortest).collect();
+            whole.into_iter().filter(|piece| piece.times.len() > shortest).collect();
         if pieces.is_empty() {
             return Err(NoLag::TooShort);
         }
         let window = Window::new(half, hop);
         let drivers = drivers(&pieces, n_axes, driven_by);
-        let is_fine = n_axes > 1 && drivers.len() <= FEW_DRIVERS;
-        let radii: &[f64] = if is_fine { &FINER_RADII } else { &RADII };
         let slow_secs = slow_secs(&pieces, &window).ok_or(NoLag::ConstantLoad)?;
         let noise = driver_noise(&pieces, &drivers);
         let longest = pieces.iter().map(|piece| piece.secs()).fold(0.0, f64::max);
-        let creep = CREEP.map(|factor| factor * slow_secs);
-        let creep: Vec<f64> = creep.into_iter().filter(|tau| *tau < 0.5 * longest).collect();
+        let mut creep = CREEP.map(|factor| factor * slow_secs).to_vec();
+        creep.retain(|tau| *tau < 0.5 * longest);
+        let creep = [&creep[..], &[QUICK_CREEP * slow_secs]];
         let ranges = driver_ranges(&pieces, &drivers);
         let scale: Vec<_> = ranges.into_iter().zip(noise).collect();
-        let parts = pieces.iter().map(|piece| piece.grid(&window, &drivers, &scale, radii, &creep));
-        let per_driver = radii.len() + 2;
+        let parts: Vec<Grid> = (pieces.iter())
+            .flat_map(|piece| {
+                piece.grids(&piece.parts(share, shortest), &window, &drivers, &scale, creep)
+            })
+            .collect();
+        let per_driver = RADII.len() + 2;
         let finer = |column: usize| {
             let at = column.checked_sub(n_axes).filter(|at| *at < drivers.len() * per_driver);
-            at.map(|at| at % per_driver).is_some_and(|at| at < radii.len() && at % 2 == 1)
+            at.map(|at| at % per_driver).is_some_and(|at| at < RADII.len() && at % 2 == 1)
         };
-        let parts: Vec<Grid> = parts.collect();
         let finer = (0..parts[0].columns.len()).map(finer).collect();
-        Ok(Self { parts, n_axes, finer, step_secs, slow_secs })
+        let n_usual = parts[0].columns.len() - n_axes;
+        Ok(Self { parts, n_axes, n_usual, finer, step_secs, slow_secs })
     }
 }
 
@@ -167,22 +167,19 @@ impl Piece<'_> {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// Returns windows spread over the interval that hold this share of it together.
-    fn windows(&self, share: f64) -> impl Iterator<Item = Piece<'_>> {
+    /// Returns ranges of samples spread over the interval that hold this share of it together, each longer than `shortest`.
+    fn parts(&self, share: f64, shortest: usize) -> Vec<Range<usize>> {
         let n = self.times.len();
-        let length = (share * n as f64 / WINDOWS as f64) as usize;
-        (0..WINDOWS).map(move |at| {
-            let start = at * (n - length) / (WINDOWS - 1);
-            let own = start..start + length;
-            Piece {
-                run: self.run,
-                n_run: self.n_run,
-                samples: self.samples.start + own.start..self.samples.start + own.end,
-                times: &self.times[own.clone()],
-                loads: self.loads.iter().map(|load| load[own.clone()].to_vec()).collect(),
-                data: self.data,
+        let wanted = (share * n as f64) as usize;
+        let length = (wanted / PARTS).max(shortest + 1);
+        match (wanted / length).min(PARTS) {
+            _ if wanted >= n => std::iter::once(0..n).collect(),
+            0 | 1 => std::iter::once((n - length) / 2..(n + length) / 2).collect(),
+            n_parts => {
+                let start = |at: usize| at * (n - length) / (n_parts - 1);
+                (0..n_parts).map(|at| start(at)..start(at) + length).collect()
             }
-        })
+        }
     }
 
     /// Returns the strain of a driver: the mixture of the loads with these shares.
@@ -194,16 +191,22 @@ impl Piece<'_> {
         strain
     }
 
-    fn grid(
+    /// Returns the rows of each part; play operators and creep start with the interval.
+    fn grids(
         &self,
+        parts: &[Range<usize>],
         window: &Window,
         drivers: &[Vec<f64>],
         scale: &[((f64, f64), f64)],
-        radii: &[f64],
-        creep: &[f64],
-    ) -> Grid {
-        let mut columns: Vec<Vec<f64>> =
-            self.loads.iter().map(|load| window.thinned(load)).collect();
+        [slow, quick]: [&[f64]; 2],
+    ) -> Vec<Grid> {
+        let mut grids: Vec<Grid> = parts.iter().map(|part| self.bare_grid(part, window)).collect();
+        let mut push = |signal: &[f64]| {
+            for (grid, part) in grids.iter_mut().zip(parts) {
+                grid.columns.push(window.thinned(&signal[part.clone()]));
+            }
+        };
+        self.loads.iter().for_each(|load| push(load));
         for (driver, ((low, high), noise)) in drivers.iter().zip(scale) {
             let (half, middle) = (0.5 * (high - low), 0.5 * (high + low));
             let strain: Vec<f64> = self.strain(driver).iter().map(|own| own - middle).collect();
@@ -211,51 +214,52 @@ impl Piece<'_> {
             let is_noisy = RADIUS_IN_NOISE * noise > SMALLEST_RADIUS * half;
             let strain = if is_noisy { window.smoothed(&strain) } else { strain };
             let floor = (SMALLEST_RADIUS * half).max(RADIUS_IN_NOISE * noise * window.gain());
-            for radius in radii {
-                columns.push(window.thinned(&beside_play(&strain, floor.max(radius * half))));
+            for radius in RADII {
+                push(&beside_play(&strain, floor.max(radius * half)));
             }
             for power in [2, 3] {
-                let curved: Vec<f64> = strain.iter().map(|own| own.powi(power)).collect();
-                columns.push(window.thinned(&curved));
+                push(&strain.iter().map(|own| own.powi(power)).collect::<Vec<_>>());
             }
         }
-        for tau in creep {
-            for load in &self.loads {
-                let crept = LagKind::FirstOrder.late(self.times, load, *tau);
-                columns.push(window.thinned(&crept));
-            }
-        }
-        let times = window.thinned(self.times);
-        columns.push(vec![1.0; times.len()]);
+        let crept = |load: &[f64], tau: f64| LagKind::FirstOrder.late(self.times, load, tau);
+        slow.iter().for_each(|tau| self.loads.iter().for_each(|load| push(&crept(load, *tau))));
+        push(&vec![1.0; self.times.len()]);
+        quick.iter().for_each(|tau| self.loads.iter().for_each(|load| push(&crept(load, *tau))));
+        grids
+    }
+
+    /// Returns times, places and outputs of a part, without columns.
+    fn bare_grid(&self, part: &Range<usize>, window: &Window) -> Grid {
         let n_outputs = self.data.n_outputs();
+        let start = self.samples.start + part.start;
         let output = |at: usize| {
-            let rows = self.data.outputs.chunks_exact(n_outputs);
-            let rows = rows.skip(self.samples.start).take(self.samples.len());
+            let rows = self.data.outputs.chunks_exact(n_outputs).skip(start).take(part.len());
             window.thinned(&rows.map(|row| row[at]).collect::<Vec<_>>())
         };
-        let centre = |row: usize| self.samples.start + window.half + row * window.hop;
-        let place = |row| centre(row) as f64 / self.n_run as f64;
-        let (used, jumps) = self.used(window, times.len());
+        let times = window.thinned(&self.times[part.clone()]);
+        let place =
+            |row: usize| (start + window.half + row * window.hop) as f64 / self.n_run as f64;
+        let (used, jumps) = self.used(part, window, times.len());
         Grid {
             run: self.run,
             places: (0..times.len()).map(place).collect(),
             used,
             jumps,
+            columns: Vec::new(),
             outputs: (0..n_outputs).map(output).collect(),
             times,
-            columns,
         }
     }
 
     /// Returns true for each row away from the ends and from jumps of the reference, and the share of the squared steps that
     /// are jumps.
-    fn used(&self, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
-        let n = self.times.len();
+    fn used(&self, part: &Range<usize>, window: &Window, n_rows: usize) -> (Vec<bool>, f64) {
+        let n = part.len();
         let mut jumps = 0.0_f64;
         let mut blocked = vec![false; n];
         blocked[..MARGIN].fill(true);
         blocked[n - MARGIN..].fill(true);
-        for load in &self.loads {
+        for load in self.loads.iter().map(|load| &load[part.clone()]) {
             let noise = noise(load);
             let steps: Vec<f64> = load.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
             let mut jumped = 0.0;

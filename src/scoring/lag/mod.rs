@@ -10,7 +10,8 @@
 //! minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
 //!
 //! **Assumed** one lag for all loads of an output; hysteresis that is independent of the rate and a mixture of play
-//! operators; creep slower than three times the time scale of the load.
+//! operators; creep slower than three times the time scale of the load. If quicker creep without a lag leaves a smaller
+//! residual, the lag is unknown.
 //!
 //! **Uncertainty** from the disagreement of contiguous blocks of the recordings, and from the change of τ when hysteresis is
 //! described by fewer radii. If the uncertainty is too large, the answer is the reason ([`NoLag`]).
@@ -121,6 +122,10 @@ pub enum NoLag {
     )]
     Uncertain { uncertainty_secs: f64 },
     #[error(
+        "creep of the gauges explains their delay better than a lag; record the load moving faster"
+    )]
+    Creep,
+    #[error(
         "no lag shorter than a third of a cycle fits beside hysteresis; record the load moving at two rates, one twice the other"
     )]
     NotFound,
@@ -185,6 +190,9 @@ fn lag(grids: &[Grids], output: usize) -> Result<Lag, NoLag> {
     let (kind, kind_is_known, found) =
         chosen(delay, first, grids.step_secs).ok_or(instead(NoLag::NotFound))?;
     let uncertainty_secs = 2.0 * found.standard_error_secs;
+    if found.is_creep && found.seconds.abs() > uncertainty_secs {
+        return Err(instead(NoLag::Creep));
+    }
     if found.own_share < LEAST_SHARE {
         return Err(instead(NoLag::OneRate));
     }

@@ -20,6 +20,8 @@ const BLOCKS: usize = 12;
 pub(super) struct Fitted {
     pub(super) seconds: f64,
     pub(super) standard_error_secs: f64,
+    /// True if quick creep without a lag leaves a smaller residual.
+    pub(super) is_creep: bool,
     /// Share of the squared derivative by the lag that no column explains.
     pub(super) own_share: f64,
     /// Sum of squared residuals of each block.
@@ -44,7 +46,7 @@ pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) ->
         longest = longest.min(0.5 * AROUND_JUMP as f64 * grids.step_secs);
     }
     let shortest = if kind == LagKind::Delay { -longest } else { 0.0 };
-    let all: Vec<usize> = (0..grids.parts[0].columns.len()).collect();
+    let all: Vec<usize> = (0..grids.n_usual).collect();
     let mut seconds = start.max(shortest);
     for _ in 0..MOST_STEPS {
         let system = System::of(grids, output, kind, seconds, &all);
@@ -66,9 +68,8 @@ pub(super) fn fitted(grids: &Grids, output: usize, kind: LagKind, start: f64) ->
 
 /// Computes the uncertainty of a lag, and the sums of its blocks.
 fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option<Fitted> {
-    let n_columns = grids.parts[0].columns.len();
-    let all: Vec<usize> = (0..n_columns).collect();
-    let coarse: Vec<usize> = (0..n_columns).filter(|column| !grids.finer[*column]).collect();
+    let all: Vec<usize> = (0..grids.n_usual).collect();
+    let coarse: Vec<usize> = all.iter().copied().filter(|column| !grids.finer[*column]).collect();
     let system = System::of(grids, output, kind, seconds, &all);
     let (residual, slope, whole) = system.step(grids, kind, seconds)?;
     let squares = dot(&slope, &slope);
@@ -84,18 +85,23 @@ fn finished(grids: &Grids, output: usize, kind: LagKind, seconds: f64) -> Option
     let full = sums.iter().filter(|sums| sums[1] > 0.0).count() as f64;
     let scatter: f64 = sums.iter().map(|[ed, ..]| ed * ed).sum();
     let by_blocks = (scatter * few(full)).sqrt() / squares;
+    let left = dot(&residual, &residual);
     let by_radii = {
         let system = System::of(grids, output, kind, seconds, &coarse);
         let target = Mat::from_fn(residual.len(), 1, |row, _| whole[row]);
         let solver = Solver::new(&system.x)?;
         let (coarser, slope) = (solver.residual(&system.y), solver.residual(&target));
         // Error of the finer description, estimated from the ratio of the residuals.
-        let left = (dot(&residual, &residual) / dot(&coarser, &coarser)).sqrt();
-        left * dot(&coarser, &slope) / dot(&slope, &slope)
+        let share = (left / dot(&coarser, &coarser)).sqrt();
+        share * dot(&coarser, &slope) / dot(&slope, &slope)
     };
+    let everything: Vec<usize> = (0..grids.parts[0].columns.len()).collect();
+    let creeping = System::of(grids, output, LagKind::Delay, 0.0, &everything);
+    let crept = Solver::new(&creeping.x)?.residual(&creeping.y);
     Some(Fitted {
         seconds,
         standard_error_secs: by_blocks.hypot(by_radii),
+        is_creep: dot(&crept, &crept) < left,
         own_share: squares / dot(&whole, &whole),
         block_squares: sums.iter().map(|[.., ee]| *ee).collect(),
     })
@@ -141,7 +147,7 @@ impl System {
         let mut whole = Vec::with_capacity(self.y.nrows());
         for part in &grids.parts {
             let mut model = vec![0.0; part.times.len()];
-            for (at, column) in part.columns.iter().enumerate() {
+            for (at, column) in part.columns.iter().take(grids.n_usual).enumerate() {
                 let gain = gains[(at, 0)];
                 model.iter_mut().zip(column).for_each(|(model, own)| *model += gain * own);
             }
@@ -169,7 +175,7 @@ pub(super) fn explained_error_share(
     kind: LagKind,
     seconds: f64,
 ) -> f64 {
-    let constant = grids.parts[0].columns.len() - 1;
+    let constant = grids.n_usual - 1;
     let columns: Vec<usize> = (0..grids.n_axes).chain([constant]).collect();
     let [before, after] = [0.0, seconds].map(|seconds| {
         let system = System::of(grids, output, kind, seconds, &columns);

@@ -234,6 +234,23 @@ fn one_rate_jumps_and_slow_loads_have_no_lag() {
     assert_eq!(lags(&[still], &Progress::default()).unwrap(), [Err(NoLag::TooShort)]);
 }
 
+/// The gauge creeps by a tenth of the load, about as quickly as the load moves.
+#[test]
+fn quick_creep_is_not_reported_as_a_lag() {
+    let runs = (0..RUNS).map(|run| {
+        let [times, gauges, loads] = simulated(&SENSOR, 100 + run);
+        let crept = LagKind::FirstOrder.late(&times, &loads, 0.8);
+        let gauges: Vec<f64> =
+            gauges.iter().zip(crept).map(|(own, crept)| own + 0.1 * crept).collect();
+        [times, gauges, loads]
+    });
+    let runs: Vec<_> = runs.collect();
+    let runs: Vec<_> = (runs.iter())
+        .map(|[times, gauges, loads]| LagRun { times, gauges, loads, outputs: gauges })
+        .collect();
+    assert_eq!(lag_of(&runs, 0), Err(NoLag::Creep));
+}
+
 /// One of three recordings is late by two samples.
 #[test]
 fn each_recording_has_its_own_lag() {
