@@ -104,7 +104,7 @@ fn recording(name: String, forces: &[f64], displacements: Vec<f64>) -> Recording
     let targets = displacements.iter().map(|own| MILLIMETRES * own).collect();
     let (gauges, axes) = (vec!["u".to_owned()], vec![Axis::Fz]);
     Recording::new(name, Source::Simulated, times, gauges, forces, axes, targets)
-        .expect("the parts belong together")
+        .expect("the parts make a valid recording")
 }
 
 /// Returns the second of two periods, in which the effect of the start has decayed.
@@ -142,12 +142,13 @@ fn main() {
         within: WITHIN,
     };
     let start = Instant::now();
-    let best = find_best(&search, &Progress::default(), &|_| {}).expect("it can be fitted");
+    let best = find_best(&search, &Progress::default(), &|_| {}).expect("the model can be fitted");
     let secs = start.elapsed().as_secs_f64();
-    let proposed = best.proposed().expect("one is proposed");
+    let proposed = best.proposed().expect("the search proposes a model");
     println!("{} ({}) in {secs:.0} s\n", proposed.name, proposed.blocks);
     let request = Request::fit(recordings, proposed.model.settings.clone());
-    let calibration = train(&request, &Progress::default(), &mut |_| {}).expect("it can be fitted");
+    let calibration =
+        train(&request, &Progress::default(), &mut |_| {}).expect("the model can be fitted");
     println!("| test | rms of the displacement (m) | error of the proposed model (m) |");
     println!("|---|---|---|");
     for test in tests {

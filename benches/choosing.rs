@@ -338,7 +338,7 @@ fn recording(
     let times = (0..n).map(|k| k as f64 / RATE).collect();
     let names = (1..=g).map(|at| format!("S{at}")).collect();
     Recording::new(name, Source::Simulated, times, names, gauges, sensor.axes.to_vec(), loads)
-        .expect("the parts belong together")
+        .expect("the parts make a valid recording")
 }
 
 fn recordings(sensor: &Sensor, seed: u64) -> RecordingSet {
@@ -387,9 +387,11 @@ fn main() {
         };
         let errors: Vec<f64> =
             (0..best.tried.len()).map(|at| relative(test(at), test(0))).collect();
-        let least =
-            (0..errors.len()).min_by(|a, b| errors[*a].total_cmp(&errors[*b])).expect("some");
-        let chosen = best.tried.iter().position(|tried| tried.is_proposed).expect("one is");
+        let least = (0..errors.len())
+            .min_by(|a, b| errors[*a].total_cmp(&errors[*b]))
+            .expect("there are candidates");
+        let chosen =
+            best.tried.iter().position(|tried| tried.is_proposed).expect("a candidate is proposed");
         let above = errors[chosen] / errors[least] - 1.0;
         n_near += usize::from(above <= 0.05);
         worst = worst.max(errors[chosen]);

@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn the_features_are_those_that_it_was_built_with() {
+    fn the_listed_features_are_those_of_the_build() {
         let [_, _, (_, features), _] = built();
         assert_eq!(features.split(' ').any(|own| own == "gui"), cfg!(feature = "gui"));
         assert_eq!(features.split(' ').any(|own| own == "xlsx"), cfg!(feature = "xlsx"));

@@ -200,7 +200,7 @@ mod tests {
 
     /// Help texts of the command line must not mention controls of the window.
     #[test]
-    fn no_help_speaks_of_clicks_panes_and_buttons() {
+    fn no_help_text_mentions_clicks_panes_or_buttons() {
         let command = Cli::command();
         for mut job in command.get_subcommands().cloned() {
             let help = job.render_long_help().to_string().to_lowercase();

@@ -609,7 +609,7 @@ mod tests {
         ["click", "press ", "window", "Settings", "File >", "Hanging mass"];
 
     #[test]
-    fn no_finding_names_what_another_face_does() {
+    fn no_finding_mentions_controls_of_another_face() {
         for id in Id::iter() {
             let found = Finding::new(id, Verdict::Doubtful, "seen").with("1 N");
             let [command_line, window, page] =

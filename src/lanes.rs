@@ -44,7 +44,7 @@ fn row<const WIDTH: usize, const N: usize>(
     // `array::map` is not always inlined, so it is not used here and below.
     let mut columns = [[0.0; N]; WIDTH];
     for (i, own) in from.iter().enumerate() {
-        let own: &[f64; WIDTH] = own[..WIDTH].try_into().expect("as many");
+        let own: &[f64; WIDTH] = own[..WIDTH].try_into().expect("both rows have the same length");
         for (column, number) in columns.iter_mut().zip(own) {
             column[i] = *number;
         }

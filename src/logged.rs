@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_of_dialogs_are_kept_and_nothing_else_is() {
+    fn only_errors_of_dialogs_are_kept() {
         let logger = Logger(env_logger::Builder::new().filter_level(LevelFilter::Off).build());
         let log = |target: &str, level: Level, text: &str| {
             let arguments = format_args!("{text}");

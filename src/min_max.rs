@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn the_common_part_lies_in_all_and_all_lie_in_the_joined_one() {
+    fn the_common_part_is_in_all_ranges_and_all_are_in_the_joined_one() {
         let parts = [[0.0, 4.0], [-1.0, 3.0], [2.0, 9.0]].map(|ends| ends.iter().collect());
         let common = MinMax::common(parts.into_iter());
         assert_eq!(common.ends(), Some((2.0, 3.0)));

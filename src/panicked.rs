@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_becomes_its_message() {
+    fn a_panic_is_converted_to_its_message() {
         assert_eq!(caught(|| 7), Ok(7));
         let error = caught(|| -> u32 { panic!("no {}", 8) }).unwrap_err();
         assert_eq!(error.message, "no 8");

@@ -43,7 +43,7 @@ impl Random {
         }
     }
 
-    /// Returns an integer in `0..bound`. It is the high half of a product, so its bias is below `bound / 2⁶⁴`.
+    /// Returns an integer in `0..bound`. The integer is the high half of a product, so its bias is below `bound / 2⁶⁴`.
     fn below(&mut self, bound: usize) -> usize {
         ((u128::from(self.next()) * bound as u128) >> 64) as usize
     }

@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_acts_upon_a_terminal_or_a_reader_is_shown_by_its_code() {
+    fn control_characters_are_shown_by_their_codes() {
         assert_eq!(printable("a\u{1b}[2J\r\n\u{202e}b 力"), "a\\u{1b}[2J\\u{d}\\u{a}\\u{202e}b 力");
         assert!(matches!(printable("Fx [N·m]"), Cow::Borrowed(_)));
     }

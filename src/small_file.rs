@@ -7,7 +7,6 @@ use std::fs::{self, File};
 use std::io::{self, Read as _};
 use std::path::Path;
 
-/// Opens a regular file.
 pub(crate) fn open_regular(path: &Path) -> io::Result<File> {
     // Checked before opening, because opening a named pipe would wait for its other end.
     let kind = fs::metadata(path)?.file_type();
@@ -75,7 +74,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn what_never_ends_is_not_read() {
+    fn pipes_and_devices_are_not_read() {
         let error = read_small(Path::new("/dev/zero"), "a map", 5).unwrap_err();
         assert!(error.to_string().contains("device"), "{error}");
         // Files in /proc report a length of zero.

@@ -180,7 +180,7 @@ fn check_structs(folder: &Path) {
 }
 
 fn check_dated(path: &Path) {
-    let dated = sound(path).0.dated().expect("its file says so");
+    let dated = sound(path).0.dated().expect("the file gives the day");
     let (day, from) = (dated.day.to_string(), dated.from);
     assert_eq!((&*day, from), ("2024-03-05", DateSource::Header), "{path:?}");
 }

@@ -32,7 +32,7 @@ pub fn report() {
 fn row(name: &str, mut screen: Screen, view: View) {
     screen.shell.send(Action::Show(view));
     let mut shown = |key: &str, zoom: TimeMove| {
-        let shown = pane(key).expect("there is such a pane");
+        let shown = pane(key).expect("the pane exists");
         screen.shell.send(Command::ShowPane(shown));
         screen.shell.send(Command::Time(zoom));
         screen.settle();

@@ -98,7 +98,7 @@ fn delays(recordings: RecordingSet, work: Work) -> Vec<Duration> {
         }
     }
     if matches!(work, Work::Network | Work::Comparison) {
-        assert!(screen.shell.is_busy(), "it ended too early to be measured");
+        assert!(screen.shell.is_busy(), "the work ended too early to be measured");
     }
     delays
 }

@@ -139,7 +139,6 @@ pub struct Undetermined {
 }
 
 impl Undetermined {
-    /// Returns the finding for this fit.
     pub(crate) fn finding(&self) -> Finding {
         let Self { samples, coefficients } = self;
         let samples = counted(*samples as usize, "training sample");

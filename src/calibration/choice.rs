@@ -318,7 +318,7 @@ mod tests {
 
     /// An extreme block raises the standard error, and must not make its candidate eligible.
     #[test]
-    fn one_wild_block_does_not_make_a_candidate_good() {
+    fn one_extreme_block_does_not_make_a_candidate_eligible() {
         let mut wild = [0.3; 10];
         wild[7] = 50.0;
         let found = chosen(0.05, &[[1.0; 10], wild, [0.4; 10]]);
@@ -331,7 +331,7 @@ mod tests {
 
     /// A block with large errors in all fits must not hide a difference.
     #[test]
-    fn one_wild_block_does_not_hide_a_gain() {
+    fn one_extreme_block_does_not_hide_a_gain() {
         let (mut conventional, mut better) = ([1.0; 10], [0.5; 10]);
         (conventional[4], better[4]) = (80.0, 82.0);
         let blocks = Blocks::of_parts(&[1; 10]);
@@ -374,7 +374,7 @@ mod tests {
 
     /// With noise alone, a candidate is accepted in at most a tenth of the cases, as the confidence requires.
     #[test]
-    fn noise_is_taken_for_a_gain_in_a_tenth_of_the_cases() {
+    fn noise_is_accepted_as_a_gain_in_a_tenth_of_the_cases() {
         let mut random = Random::new(5, &[]);
         let mut taken = 0;
         for _ in 0..2_000 {
@@ -387,7 +387,7 @@ mod tests {
 
     /// Over three parts, the second setting is worse than the first by 1, 2, 3.
     #[test]
-    fn the_simplest_is_taken_unless_another_is_surely_better() {
+    fn the_simplest_is_chosen_unless_another_is_better_with_confidence() {
         let worse = [[5.0, 5.0, 5.0], [6.0, 7.0, 8.0]];
         assert_eq!(simplest_good(2, 3, |at, part| worse[at][part]), 0);
         let unsure = [[5.0, 5.0, 5.0], [5.0, 3.0, 8.0]];

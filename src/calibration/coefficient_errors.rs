@@ -56,7 +56,7 @@ mod tests {
     /// For a mean, the jackknife gives the known s²/n. The values 1, 2, 6 have the leave-one-out means 4, 3.5, 1.5, and
     /// s²/n is 7/3.
     #[test]
-    fn of_a_mean_it_is_the_variance_over_the_number() {
+    fn the_jackknife_of_a_mean_is_the_variance_over_the_number() {
         let fits = [4.0, 3.5, 1.5].map(|mean| LinearMap::new(Vec::new(), vec![vec![mean, -mean]]));
         let found = CoefficientErrors::of(CrossValidation::default(), &fits).unwrap();
         assert!((found.standard[0][0] - (7.0_f64 / 3.0).sqrt()).abs() < 1e-12);

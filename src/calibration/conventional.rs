@@ -29,7 +29,7 @@ impl Conventional {
     /// # Panics
     /// If there is no training recording, or their columns differ.
     pub fn fit(training: &[&Recording], offset: bool, progress: &Progress) -> Self {
-        let first = training.first().expect("there is a training recording");
+        let first = training.first().expect("the fit needs a training recording");
         let n_axes = first.axes().len();
         let design = Design {
             features: FeatureSettings::present(),

@@ -139,7 +139,7 @@ impl<'a> Pass<'a> {
                 let sums: Vec<T> =
                     runs.map(|samples| add(&mut FeatureStream::new(design), samples)).collect();
                 let mut sums = sums.into_iter();
-                let mut all = sums.next().expect("a piece has one run at least");
+                let mut all = sums.next().expect("a piece has at least one run");
                 sums.for_each(|run| all.add(&run));
                 all
             })

@@ -125,7 +125,6 @@ impl Calibration {
     }
 }
 
-/// Checks format and version of a file.
 pub(super) fn check_head(format: &str, version: u32) -> Result<(), CalibrationError> {
     if format != FORMAT {
         return Err(CalibrationError::Format);

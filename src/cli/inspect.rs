@@ -211,7 +211,6 @@ fn print_columns(table: &TableReport, out: &mut impl Write) -> io::Result<()> {
     }
 }
 
-/// Returns the start of a long cell.
 fn start(cell: &str) -> String {
     const SHOWN_CHARS: usize = 120;
     match cell.char_indices().nth(SHOWN_CHARS) {

@@ -190,7 +190,6 @@ pub struct Engine {
     unproven: Option<Arc<Calibration>>,
     /// Layout of the panes in the session that was just opened.
     pub layout: Option<serde_json::Value>,
-    /// Default thresholds for these recordings and this distance.
     default_thresholds: Option<(Arc<RecordingSet>, Distance, Thresholds)>,
     /// Thresholds in use while the minimum of cross-validation is searched for new recordings.
     first_thresholds: Option<(Arc<RecordingSet>, Thresholds)>,

@@ -27,15 +27,15 @@ fn session(round: u64) -> Session {
 fn round_of(read: &Session) -> u64 {
     let first = read.notes.split(' ').next().unwrap_or_default();
     let round = first.parse().expect("a number");
-    assert_eq!(*read, session(round), "it is of one piece");
+    assert_eq!(*read, session(round), "the session file is complete");
     round
 }
 
 /// Returns the number in the preferences.
 fn round_in(folder: &Path) -> u64 {
-    let kept = PreferencesFile::read_in(folder).expect("they can be read");
+    let kept = PreferencesFile::read_in(folder).expect("the preferences can be read");
     let round = kept.layout.and_then(|layout| layout["round"].as_u64());
-    round.expect("it was written by a program that is gone")
+    round.expect("the program that wrote the file has ended")
 }
 
 fn n_temporary(folder: &Path) -> usize {
@@ -46,7 +46,7 @@ fn n_temporary(folder: &Path) -> usize {
 
 #[test]
 #[ignore = "writes until it is killed, by the test below"]
-fn writes_until_it_is_killed() {
+fn writes_until_killed() {
     let Some(folder) = std::env::var_os(FOLDER) else {
         return;
     };
@@ -74,7 +74,7 @@ fn writes_until_it_is_killed() {
 }
 
 #[test]
-fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
+fn a_program_killed_while_writing_leaves_complete_files() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("saved")).unwrap();
@@ -82,7 +82,7 @@ fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
     for kill in 1..=KILLS {
         let mut program = Command::new(std::env::current_exe().unwrap())
             .args(["--ignored", "--exact"])
-            .arg("engine::killed_tests::writes_until_it_is_killed")
+            .arg("engine::killed_tests::writes_until_killed")
             .env(FOLDER, folder.path())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -90,7 +90,10 @@ fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
             .unwrap();
         let deadline = Instant::now() + Duration::from_secs(60);
         while !at("begun").exists() {
-            assert!(program.try_wait().unwrap().is_none(), "it ended by itself");
+            assert!(
+                program.try_wait().unwrap().is_none(),
+                "the program ended before it was killed"
+            );
             assert!(Instant::now() < deadline);
             thread::sleep(Duration::from_millis(1));
         }
@@ -108,7 +111,7 @@ fn a_program_that_is_killed_while_it_writes_leaves_whole_files() {
         let mut next = Recovery::begin(folder.path());
         assert_eq!(n_temporary(folder.path()), 0);
         let left = next.left();
-        assert_eq!(left.len(), kill, "each of them left one");
+        assert_eq!(left.len(), kill, "each killed program left one session");
         let newest = left[kill - 1].session.as_ref().unwrap();
         assert!(round_of(newest) <= now[1]);
         next.end();

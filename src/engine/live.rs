@@ -384,7 +384,6 @@ fn rms_errors(loads: [&Series; 2], reference: &Series) -> Option<[f64; 2]> {
 
 /// Result of one look at the file.
 enum Read {
-    /// Number of rows.
     Rows(usize),
     /// No row yet.
     Nothing,

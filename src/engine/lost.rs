@@ -145,7 +145,7 @@ mod tests {
         assert!(found(&lost, folder.path(), "gone").is_empty());
         let others = [folder.path().join("new/day1/a.csv")];
         let left = find(&lost, &folder.path().join("new"), &others);
-        assert_eq!(left.len(), 2, "one of them is open already");
+        assert_eq!(left.len(), 2, "the file that is already open is excluded");
     }
 
     #[test]
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_was_renamed_is_found_where_it_alone_is_missing_or_by_its_content() {
+    fn a_renamed_file_is_found_by_its_content_or_if_it_alone_is_missing() {
         let folder = folder(&["moved.csv", "b.csv"]);
         let mut two = ["/old/a.csv", "/old/b.csv"].map(lost);
         let own = |of| (of, "moved.csv".to_owned());

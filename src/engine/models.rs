@@ -30,7 +30,6 @@ pub enum ModelChange {
     Remove,
 }
 
-/// Origin of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
     /// A search and the index of the candidate.
@@ -104,7 +103,6 @@ pub struct Models {
 }
 
 impl Models {
-    /// Returns the number of the next run.
     pub(super) fn next_run(&mut self) -> u64 {
         self.n_runs += 1;
         self.n_runs

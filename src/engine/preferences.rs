@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn two_windows_keep_what_the_other_one_changed() {
+    fn two_windows_keep_the_changes_of_each_other() {
         let folder = tempfile::tempdir().unwrap();
         let (mut first, mut own) = window(folder.path());
         own.remember(Path::new("/old.csv"));

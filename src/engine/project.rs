@@ -441,7 +441,7 @@ impl Project {
             for entry in &set.entries()[before..] {
                 for set in [&mut fresh, &mut *whole] {
                     let refused = set.push(entry.clone()).err();
-                    debug_assert!(refused.is_none(), "it fits what it is added to");
+                    debug_assert!(refused.is_none(), "the recordings fit those of the split");
                 }
             }
             while set.entries().len() > before {
@@ -624,7 +624,7 @@ mod tests {
         project.edit(Edit::Role(1, Role::Off)).unwrap();
         let request = project.request(None);
         assert_eq!(request.recordings.entries()[1].role, Role::Off);
-        assert_eq!(before.entries()[1].role, Role::Train, "work goes on with what it was given");
+        assert_eq!(before.entries()[1].role, Role::Train, "the earlier document is unchanged");
         project.edit(Edit::AllRoles(Role::Test)).unwrap();
         assert_eq!(roles(&project), [Role::Test; 3]);
     }
@@ -661,9 +661,13 @@ mod tests {
         };
         project.edit(Edit::Split(0.5)).unwrap();
         assert_eq!(project.request(None).recordings.entries().len(), 6);
-        assert_eq!(project.view, View::One(1), "the first rest tests");
+        assert_eq!(project.view, View::One(1), "the first test segment is shown");
         project.edit(Edit::Split(0.25)).unwrap();
-        assert_eq!(samples(&project), [10, 30, 10, 30, 10, 30], "of the whole, not of the halves");
+        assert_eq!(
+            samples(&project),
+            [10, 30, 10, 30, 10, 30],
+            "the whole recordings are split, not their halves"
+        );
         project.edit(Edit::Unsplit).unwrap();
         assert!(Arc::ptr_eq(&project.recordings, &whole));
         assert!(project.split.is_none());
@@ -681,7 +685,7 @@ mod tests {
         assert_eq!(refused, Vec::<String>::new());
         let entries = project.recordings.entries();
         let of = |at: usize| (entries[at].recording.n_samples(), entries[at].role);
-        assert_eq!(of(1), (30, Role::Off), "the segments there are as they were");
+        assert_eq!(of(1), (30, Role::Off), "existing segments keep their roles");
         assert_eq!((of(6), of(7)), ((10, Role::Train), (30, Role::Test)));
         project.edit(Edit::Unsplit).unwrap();
         let entries = project.recordings.entries();
@@ -698,7 +702,7 @@ mod tests {
         let error = project.edit(Edit::Split(0.001)).unwrap_err();
         assert!(error.to_string().contains("nothing to split"), "{error}");
         assert!(project == before && project.view == before.view);
-        assert_eq!(project.split, before.split, "the cut can still be taken back");
+        assert_eq!(project.split, before.split, "the split can still be undone");
     }
 
     #[test]
@@ -733,7 +737,7 @@ mod tests {
         assert!(error.unwrap_err().to_string().contains("made for 2 gauges"));
         assert_eq!(project.factory, Some(own));
         project.edit(Edit::CloseAll).unwrap();
-        assert!(project.factory.is_some(), "until others are opened");
+        assert!(project.factory.is_some(), "the matrix stays until other recordings are opened");
         let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]], |_| None);
         assert!(refused[0].contains("made for 3 gauges"), "{refused:?}");
         assert!(project.factory.is_none());
@@ -793,9 +797,9 @@ mod tests {
         assert_eq!(project.thresholds().f_th, 3.0);
         project.edit(Edit::CloseAll).unwrap();
         project.add(vec![vec![scaled("small", 0.4)]], |_| None);
-        assert_eq!(project.thresholds().f_th, 0.5, "an eighth of 4 N");
+        assert_eq!(project.thresholds().f_th, 0.5, "F_th is an eighth of 4 N");
         project.add(vec![vec![scaled("large", 1000.0)]], |_| None);
-        assert_eq!(project.thresholds().f_th, 2000.0, "and of 10 kN, rounded up");
+        assert_eq!(project.thresholds().f_th, 2000.0, "F_th is an eighth of 10 kN, rounded up");
         let chosen = Thresholds { f_th: 3.0, t_th_secs: 4.0 };
         project.edit(Edit::Thresholds(chosen)).unwrap();
         project.add(vec![vec![scaled("more", 0.4)]], |_| None);
@@ -809,7 +813,7 @@ mod tests {
         project.settings.full_scale = vec![None, Some(12.0), None];
         project.measuring.reversal_thresholds = vec![None, None, Some(0.5)];
         add(&mut project, "a", &GAUGES, &FORCES);
-        assert_eq!(project.settings.full_scale.len(), 3, "the same axes");
+        assert_eq!(project.settings.full_scale.len(), 3, "the axes are the same");
         project.edit(Edit::CloseAll).unwrap();
         add(&mut project, "b", &["S1"], &[Axis::Fz]);
         fitted(&project);

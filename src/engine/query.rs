@@ -222,7 +222,7 @@ impl<Q: Query> Lane<Q> {
             let (shared, notify) = (Arc::clone(&self.shared), Arc::clone(&self.notify));
             thread::Builder::new()
                 .spawn(move || answer_questions(&shared, &replies, &notify))
-                .expect("the system gives a thread");
+                .expect("the system can start a thread");
         }
     }
 
@@ -448,7 +448,7 @@ mod tests {
         }
 
         fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-            assert_ne!(self.number, 13, "thirteen is one too many");
+            assert_ne!(self.number, 13, "question 13 panics");
             (work.show)(self.number + 100);
             self.started.send(self.number).unwrap();
             self.gate.lock().unwrap().recv().unwrap();
@@ -492,18 +492,18 @@ mod tests {
         open.send(()).unwrap();
         assert_eq!(started.recv().unwrap(), 30);
         lane.take_events();
-        assert_eq!(lane.answer(), Some(&130), "a part of the newest answer");
+        assert_eq!(lane.answer(), Some(&130), "a part of the newest answer is shown");
         assert!(!lane.is_current());
         open.send(()).unwrap();
         wait(&mut lane);
-        assert_eq!(lane.answer(), Some(&2030), "what was ready was used");
+        assert_eq!(lane.answer(), Some(&2030), "the cache was used");
         assert!(lane.is_current());
         lane.ask(question(30));
-        assert!(lane.is_idle(), "it is answered already");
+        assert!(lane.is_idle(), "the same question is not answered twice");
     }
 
     #[test]
-    fn cancel_reaches_what_runs_and_the_last_answer_stays() {
+    fn cancel_stops_the_running_question_and_keeps_the_last_answer() {
         let (mut lane, question, started, open) = lane();
         open.send(()).unwrap();
         lane.ask(question(1));
@@ -515,7 +515,7 @@ mod tests {
         assert_eq!(wait(&mut lane), [LaneEvent::Part, LaneEvent::Cancelled]);
         assert_eq!(lane.problem(), None);
         lane.ask(question(2));
-        assert!(lane.is_idle(), "nobody wants it any more");
+        assert!(lane.is_idle(), "the cancelled question has ended");
     }
 
     #[test]
@@ -534,7 +534,7 @@ mod tests {
         lane.cancel();
         open.send(()).unwrap();
         wait(&mut lane);
-        assert_eq!(whole(&lane), Some((1, 1001)), "the other one never came");
+        assert_eq!(whole(&lane), Some((1, 1001)), "the failed question has no answer");
         open.send(()).unwrap();
         lane.ask(question(3));
         wait(&mut lane);
@@ -550,7 +550,7 @@ mod tests {
         lane.ask(question(1));
         settle(&lane);
         lane.forget();
-        assert_eq!(lane.take_events().to_vec(), [], "it had ended, but nobody had looked");
+        assert_eq!(lane.take_events().to_vec(), [], "forgotten events are not taken");
         assert_eq!(lane.answer(), None);
         open.send(()).unwrap();
         lane.ask(question(2));
@@ -559,11 +559,11 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_a_problem_of_its_question_and_the_next_is_answered() {
+    fn a_panic_fails_only_its_question() {
         let (mut lane, question, _started, open) = lane();
         lane.ask(question(13));
         assert_eq!(wait(&mut lane), [LaneEvent::Problem]);
-        assert!(lane.problem().unwrap().contains("thirteen is one too many"));
+        assert!(lane.problem().unwrap().contains("question 13 panics"));
         open.send(()).unwrap();
         lane.ask(question(2));
         assert_eq!(lane.problem(), None, "another question");

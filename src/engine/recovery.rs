@@ -1,5 +1,4 @@
-//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. It
-//! also runs while the window is hidden and draws nothing.
+//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. The thread also runs while the window is hidden and draws nothing.
 //!
 //! Each window has its own file and a lock that ends with its process. A file whose lock no process holds is from a
 //! window that crashed.
@@ -378,9 +377,9 @@ mod tests {
             (path("autosave-3.json"), vec![PathBuf::from("/data/a.csv")]),
         ];
         assert_eq!(found, expected);
-        assert!(!path("autosave-2.lock").exists(), "there was nothing beside it");
+        assert!(!path("autosave-2.lock").exists(), "a lock without a session is removed");
         drop_left(&path("autosave-1.json"));
-        assert_eq!(left_in(folder.path()).len(), 1, "the other one stays");
+        assert_eq!(left_in(folder.path()).len(), 1, "the other session stays");
         living.end();
         assert!(!own.exists());
     }
@@ -411,7 +410,7 @@ mod tests {
         assert_eq!((left.len(), &left[0].path, left[0].bytes), (1, &path, 4));
         let reason = left[0].session.as_ref().unwrap_err();
         assert!(reason.contains("not a session"), "{reason}");
-        assert!(folder.path().join("other.lock").exists(), "it is not ours");
+        assert!(folder.path().join("other.lock").exists(), "locks with other names stay");
     }
 
     /// Waits until a condition holds that another thread causes.
@@ -473,7 +472,7 @@ mod tests {
         let trained = Arc::new(trained.unwrap());
         let other = FitSettings::default();
         window.autosave().take_trained(&set, &other, &trained);
-        assert!(window.autosave.lock().newest.trained.is_none(), "of other settings");
+        assert!(window.autosave.lock().newest.trained.is_none(), "the training has other settings");
         window.autosave().take_trained(&set, &settings, &trained);
         until(|| own.exists() && trained_beside(&own).exists());
         window.end();

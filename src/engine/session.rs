@@ -584,13 +584,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let now = folder.path();
         let old = Path::new("/elsewhere/sensors/17/calibration.json");
-        assert_eq!(found_again(old, now), old, "nowhere: as it was called");
+        assert_eq!(found_again(old, now), old, "the path of a missing file is unchanged");
         std::fs::write(now.join("calibration.json"), "").unwrap();
         assert_eq!(found_again(old, now), now.join("calibration.json"));
         std::fs::create_dir(now.join("17")).unwrap();
         let inside = now.join("17/calibration.json");
         std::fs::write(&inside, "").unwrap();
-        assert_eq!(found_again(old, now), inside, "as much as is alike");
+        assert_eq!(found_again(old, now), inside, "the longest equal end of the path is found");
         let there = now.join("other.json");
         std::fs::write(&there, "").unwrap();
         assert_eq!(found_again(&there, &now.join("17")), there);
@@ -607,7 +607,7 @@ mod tests {
     }
 
     #[test]
-    fn roles_settings_cut_view_and_notes_come_back() {
+    fn roles_settings_split_view_and_notes_are_restored() {
         let mut project = Project::default();
         for (path, names) in [("/data/a.csv", &["a.1", "a.2"][..]), ("/data/b.csv", &["b"])] {
             let refused = project.add(vec![recordings(path, names)], |_| None);
@@ -673,7 +673,7 @@ mod tests {
         let (back, notices) = opened.into_project();
         assert_eq!(back.lost, session.files[..1]);
         let again = Session::of(&back, None).with_hashes();
-        assert!(again.files.contains(&session.files[0]), "it is not forgotten");
+        assert!(again.files.contains(&session.files[0]), "the missing file stays in the session");
         let torn = Notice::new(Level::Error, "/data/b.csv: torn");
         assert_eq!(notices, [torn]);
         assert_eq!(back.files().collect::<Vec<_>>(), [Path::new("/data/c.csv")]);

@@ -257,7 +257,7 @@ fn other_settings_ask_for_one_analysis_and_the_same_for_none() {
     assert_eq!(second.calibration.features.look_backs[0].f_th, 1.5);
     assert_eq!(f_th(&engine), 1.5);
     engine.take();
-    assert!(!engine.is_busy(), "it is answered");
+    assert!(!engine.is_busy(), "the question is answered");
 }
 
 #[test]
@@ -294,14 +294,14 @@ fn results_before_a_split_are_not_shown_for_its_segments() {
     let whole = analysed(&mut engine).recordings.clone();
     edit(&mut engine, Edit::Split(0.5));
     assert_eq!(engine.project().recordings.entries().len(), 6);
-    assert_eq!(engine.project().view, View::One(1), "the first rest tests");
+    assert_eq!(engine.project().view, View::One(1), "the first test segment is shown");
     assert!((0..6).all(|at| engine.result_of(at).is_none()));
     assert_eq!(analysed(&mut engine).recordings.len(), 6);
     edit(&mut engine, Edit::Unsplit);
     assert!(engine.result_of(0).is_none());
     assert_eq!(analysed(&mut engine).recordings, whole);
     edit(&mut engine, Edit::Unsplit);
-    assert!(engine.is_current(), "nothing is cut");
+    assert!(engine.is_current(), "a refused split changes nothing");
 }
 
 #[test]
@@ -312,7 +312,7 @@ fn real_recordings_replace_simulated_ones() {
     finish(&mut engine, Done::Opened(vec![read(a)]));
     assert_eq!(names(engine.project()), ["a"]);
     assert_eq!(engine.project().view, View::One(0));
-    assert!(engine.analysis().is_none(), "what was fitted to the simulated ones is gone");
+    assert!(engine.analysis().is_none(), "the fit of the simulated recordings is removed");
     let test = of_file("test", &["G1", "G2"], &[Axis::Fz]);
     finish(&mut engine, Done::Opened(vec![read(test)]));
     assert_eq!(names(engine.project()), ["a", "test"]);
@@ -326,7 +326,7 @@ fn the_built_in_sensor_replaces_loaded_recordings_but_not_those_opened_during_th
     let replaced = Arc::clone(&engine.project().recordings);
     simulated(&mut engine, &replaced);
     assert!(engine.project().recordings.is_simulated());
-    assert_eq!(engine.project().view, View::One(1), "its test recording");
+    assert_eq!(engine.project().view, View::One(1), "the test recording is shown");
     assert!(engine.analysis().is_none());
     analysed(&mut engine);
 
@@ -351,7 +351,7 @@ fn a_calibration_opened_before_the_built_in_sensor_is_ready_is_applied_to_it() {
 }
 
 #[test]
-fn the_built_in_sensor_is_made_when_it_is_asked_for() {
+fn the_built_in_sensor_is_simulated_on_request() {
     let mut engine = engine();
     engine.act(Action::OpenBuiltIn(None));
     assert!(engine.is_busy());
@@ -359,7 +359,7 @@ fn the_built_in_sensor_is_made_when_it_is_asked_for() {
         engine.project().recordings.is_simulated()
     });
     assert!(engine.project().recordings.is_simulated());
-    assert!(!engine.is_unsaved(), "it can be made again");
+    assert!(!engine.is_unsaved(), "built-in recordings need no saving");
 }
 
 #[test]
@@ -376,7 +376,7 @@ fn other_gauges_are_refused_and_nothing_is_lost() {
 }
 
 #[test]
-fn a_file_that_failed_leaves_what_is_loaded_and_what_came_with_it() {
+fn a_file_that_failed_changes_nothing_else() {
     let failed = || ("x".into(), Err("x: cannot be read".to_owned()));
     for mut engine in [engine_with_files(), engine_with_built_in()] {
         let before = Arc::clone(&engine.project().recordings);
@@ -417,7 +417,10 @@ fn a_calibration_is_applied_until_fit_again() {
     assert!(!analysed(&mut engine).fitted);
 
     open(&mut engine, &["c"]);
-    assert!(applied(&engine).is_some(), "also to what is opened later");
+    assert!(
+        applied(&engine).is_some(),
+        "the calibration is also applied to recordings that are opened later"
+    );
 
     edit(&mut engine, Edit::Apply(None));
     assert!(applied(&engine).is_none());
@@ -435,7 +438,7 @@ fn a_calibration_of_other_gauges_is_refused() {
 }
 
 #[test]
-fn a_failed_analysis_keeps_the_last_one_and_says_why() {
+fn a_failed_analysis_keeps_the_last_one_and_gives_the_reason() {
     let mut engine = engine_with_files();
     let analysis = analysed(&mut engine);
     edit(&mut engine, Edit::AllRoles(Role::Test));
@@ -516,7 +519,10 @@ fn answers_about_recordings_that_were_closed_are_not_shown() {
         assert!(engine.analysis().is_none());
         assert!(engine.lane::<AskFigures>().answer().is_none());
         settle(&mut engine);
-        assert!(engine.lane::<AskFigures>().answer().is_none(), "nobody asked about these");
+        assert!(
+            engine.lane::<AskFigures>().answer().is_none(),
+            "there is no question about these recordings"
+        );
         assert_eq!(analysed(&mut engine).calibration.trained_on, ["e", "f"]);
         edit(&mut engine, Edit::CloseAll);
     }
@@ -553,7 +559,7 @@ fn a_threshold_study_of_other_recordings_goes() {
     let other = Thresholds { f_th: 2.5, ..engine.project().thresholds() };
     edit(&mut engine, Edit::Thresholds(other));
     ask_study(&mut engine);
-    assert!(has_map(&engine), "it stays for other thresholds");
+    assert!(has_map(&engine), "the map stays for other thresholds");
     settle(&mut engine);
     assert!(has_map(&engine) && engine.lane::<StudyThresholds>().is_current());
 
@@ -585,7 +591,7 @@ fn cancel_does_not_ask_the_same_again() {
     for _ in 0..3 {
         engine.take();
         ask_study(&mut engine);
-        assert!(!engine.is_busy(), "nobody waits for it");
+        assert!(!engine.is_busy(), "the outdated question has ended");
     }
     let other = with_f_th(&engine, 4.5);
     edit(&mut engine, other);
@@ -593,7 +599,7 @@ fn cancel_does_not_ask_the_same_again() {
 }
 
 #[test]
-fn export_needs_an_analysis_and_an_ending_that_says_the_format() {
+fn export_needs_an_analysis_and_a_known_ending() {
     let folder = tempfile::tempdir().unwrap();
     let export = |name: &str| Action::Export(folder.path().join(name), Existing::Ask);
     let mut engine = engine_with_files();
@@ -656,7 +662,7 @@ fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
     engine.act(Action::Replace(true));
     settle(&mut engine);
     let doubt = engine.replacing.as_ref().map(|(_, _, doubt)| *doubt);
-    assert_eq!(doubt, Some(Doubt::IsThere), "a file that is there is still asked about");
+    assert_eq!(doubt, Some(Doubt::IsThere), "the user is also asked about an existing file");
 }
 
 #[test]
@@ -742,7 +748,7 @@ fn notices_are_capped_oldest_first_and_can_be_dismissed() {
 fn files_are_read_and_an_empty_list_does_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
-    assert!(engine.calibration_content().is_none(), "nothing is fitted yet");
+    assert!(engine.calibration_content().is_none(), "there is no fit yet");
     engine.act(Action::Open(Vec::new()));
     engine.act(Action::Cancel);
     assert!(!engine.is_busy());
@@ -757,7 +763,7 @@ fn files_are_read_and_an_empty_list_does_nothing() {
     edit(&mut engine, Edit::CloseAll);
     engine.act(Action::Open(vec![folder.path().to_owned()]));
     settle(&mut engine);
-    assert_eq!(names(engine.project()), ["a", "b"], "all of a folder");
+    assert_eq!(names(engine.project()), ["a", "b"], "all files of the folder are opened");
 }
 
 /// A file that is opened repeatedly must not be read several times at once.
@@ -771,7 +777,7 @@ fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() 
             engine.act(Action::Open(vec![file.clone()]));
         }
     }
-    assert_eq!(engine.running().len(), 1, "at a time");
+    assert_eq!(engine.running().len(), 1, "one task runs at a time");
     settle(&mut engine);
     assert_eq!(names(engine.project()), ["b", "a"]);
     assert!(engine.notices.is_empty(), "{:?}", engine.notices);
@@ -781,7 +787,7 @@ fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() 
     engine.act(Action::Cancel);
     settle(&mut engine);
     let read = names(engine.project());
-    assert!(!read.contains(&"a"), "what waits is forgotten: {read:?}");
+    assert!(!read.contains(&"a"), "waiting requests are dropped: {read:?}");
 }
 
 #[test]
@@ -883,20 +889,20 @@ fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
     engine.act(Action::Cancel);
     settle(&mut engine);
     let importing = engine.importing.as_ref().unwrap();
-    assert!(!importing.is_detecting, "the background work was stopped, not this");
+    assert!(!importing.is_detecting, "the inspection has ended");
     assert_eq!((importing.problem.as_deref(), &importing.map), (None, &map));
     engine.act(import(ImportCommand::Load));
     assert!(engine.importing.is_none());
     settle(&mut engine);
     assert_eq!(names(engine.project()), ["a", "b", "test", "x", "y"]);
     assert_eq!(engine.project().maps[&x], map);
-    assert_eq!(engine.project().maps[&y], map, "y is read by it since it has the same shape");
+    assert_eq!(engine.project().maps[&y], map, "y has the same shape, so it is read by the map");
     last_notice(&engine, Level::Info, "y.csv: read with the column map");
     assert_eq!(engine.preferences.maps, [map]);
 }
 
 #[test]
-fn files_that_wait_to_be_imported_come_one_after_another() {
+fn waiting_files_are_imported_one_after_another() {
     let wants = |path: &str| (path.into(), Ok(Opened::WantsMap("no names".to_owned())));
     let mut engine = engine();
     let files = ["x", "y", "z"].map(wants).to_vec();
@@ -926,7 +932,7 @@ fn a_cancelled_queue_of_imports_names_some_files_and_counts_the_rest() {
     engine.act(Action::Import(ImportCommand::CancelAll));
     last_notice(&engine, Level::Info, "0.dat, 1.dat");
     last_notice(&engine, Level::Info, "7.dat and 32 more");
-    assert_eq!(engine.project().recordings, before, "what is loaded stays");
+    assert_eq!(engine.project().recordings, before, "the loaded recordings stay");
 }
 
 /// Returns network settings with few samples and epochs.
@@ -941,7 +947,7 @@ fn network(epochs: usize) -> FitSettings {
 fn a_training_is_shown_only_for_its_recordings_and_settings() {
     let mut engine = engine_with_files();
     engine.act(Action::Train);
-    assert!(engine.training().is_none(), "a linear fit needs none");
+    assert!(engine.training().is_none(), "a linear fit needs no training");
     edit(&mut engine, Edit::Settings(network(3)));
     assert!(analysed(&mut engine).calibration.learned.is_none());
     engine.act(Action::Train);
@@ -984,12 +990,12 @@ fn a_network_that_is_stopped_keeps_its_best_and_the_one_before_stays_until_then(
     assert!(engine.fitting().is_none());
     engine.act(Action::StopTraining);
     settle(&mut engine);
-    assert!(engine.fitting().is_some(), "the best so far");
+    assert!(engine.fitting().is_some(), "the best network so far is kept");
     assert!(engine.notices.is_empty());
 }
 
 #[test]
-fn a_training_that_fails_says_why() {
+fn a_training_that_fails_gives_the_reason() {
     let mut engine = engine_with_files();
     edit(&mut engine, Edit::Settings(network(3)));
     edit(&mut engine, Edit::AllRoles(Role::Test));
@@ -1028,7 +1034,7 @@ fn of_mark(engine: &Engine, mark: Mark) -> Vec<&Row> {
 }
 
 #[test]
-fn a_search_lists_what_it_tries_and_coming_back_is_one_step_of_undo() {
+fn a_search_lists_its_models_and_using_one_is_one_step_of_undo() {
     let mut engine = engine_with_files();
     find_best(&mut engine);
     assert!(engine.is_trying());
@@ -1097,7 +1103,7 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
 }
 
 #[test]
-fn a_search_that_cannot_begin_says_why_and_keeps_the_list() {
+fn a_search_that_cannot_begin_gives_the_reason_and_keeps_the_list() {
     let mut engine = engine_with_files();
     engine.act(Action::KeepModel);
     last_notice(&engine, Level::Error, "no model to keep yet");
@@ -1113,11 +1119,11 @@ fn a_search_that_cannot_begin_says_why_and_keeps_the_list() {
 }
 
 #[test]
-fn a_model_that_is_kept_comes_back_with_what_was_trained() {
+fn a_kept_model_can_be_used_again_with_its_training() {
     let mut engine = engine_with_files();
     edit(&mut engine, Edit::Settings(network(3)));
     settle(&mut engine);
-    assert!(!engine.can_keep(), "nothing is trained");
+    assert!(!engine.can_keep(), "there is no training for these settings");
     engine.act(Action::Train);
     settle(&mut engine);
     let trained = Arc::clone(engine.fitting().unwrap());
@@ -1135,11 +1141,11 @@ fn a_model_that_is_kept_comes_back_with_what_was_trained() {
     assert_eq!(engine.fitting().unwrap().learned, trained.learned);
     assert!(engine.can_keep());
     edit(&mut engine, Edit::Role(0, Role::Off));
-    assert!(engine.fitting().is_none(), "other recordings");
+    assert!(engine.fitting().is_none(), "the training is of other recordings");
 }
 
 #[test]
-fn the_comparison_of_the_paper_fits_what_has_no_result_that_holds() {
+fn the_comparison_of_the_paper_fits_only_missing_models() {
     let mut engine = engine_with_files();
     let mut settings = network(2);
     settings.regressor = Regressor::Linear;
@@ -1222,7 +1228,7 @@ fn the_title_has_a_star_while_there_are_unsaved_changes() {
     assert!(!engine.closes);
     assert!(matches!(engine.leaving, Some(Leaving::Close)), "the user is asked first");
     engine.act(Action::Undo);
-    assert_eq!(engine.title(), "s – LoopScope", "as it was saved");
+    assert_eq!(engine.title(), "s – LoopScope", "the session is unchanged");
     edit(&mut engine, Edit::Notes("oiled".to_owned()));
     assert!(engine.is_unsaved());
     engine.act(Action::Discard);
@@ -1230,7 +1236,7 @@ fn the_title_has_a_star_while_there_are_unsaved_changes() {
 }
 
 #[test]
-fn a_session_opened_over_what_is_not_saved_waits_for_an_answer() {
+fn a_session_opened_over_unsaved_changes_waits_for_an_answer() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
     open(&mut engine, &["a"]);
@@ -1251,12 +1257,12 @@ fn a_session_opened_over_what_is_not_saved_waits_for_an_answer() {
     finish(&mut engine, empty_session("u.json"));
     assert_eq!(engine.project().notes, "t.json");
     save_session(&mut engine, &folder.path().join("t.json"));
-    assert_eq!(engine.project().notes, "u.json", "once it is saved");
-    assert!(!engine.history().can_undo(), "the session begins anew");
+    assert_eq!(engine.project().notes, "u.json", "the other session opens after saving");
+    assert!(!engine.history().can_undo(), "a new session has no undo");
 }
 
 #[test]
-fn a_session_shows_nothing_of_what_was_there_before_it() {
+fn a_session_replaces_all_loaded_data() {
     let mut engine = engine_with_files();
     analysed(&mut engine);
     let recording = of_file("other", &GAUGES, &FORCES);
@@ -1274,7 +1280,7 @@ fn a_session_shows_nothing_of_what_was_there_before_it() {
 }
 
 #[test]
-fn a_session_of_the_built_in_sensor_is_saved_when_it_is_there() {
+fn a_session_of_the_built_in_sensor_is_unchanged_after_opening() {
     let mut engine = engine();
     let session = Session { built_in: true, cut: Some(0.75), ..Session::default() };
     finish(&mut engine, session_file(Path::new("s.json"), session, Vec::new()));
@@ -1317,20 +1323,20 @@ fn autosaved_sessions_stay_until_they_are_restored_or_discarded() {
     settle(&mut engine);
     last_notice(&engine, Level::Error, "3.json");
     assert_eq!(engine.recoverable, [left("1"), left("3")]);
-    let session = Session { notes: "what was left".to_owned(), ..Session::default() };
+    let session = Session { notes: "text of a crashed window".to_owned(), ..Session::default() };
     fs::write(path("3"), session.to_json(folder.path())).unwrap();
     engine.act(Action::Restore(path("3")));
     settle(&mut engine);
-    assert!(engine.leaving.is_some(), "a is not saved");
+    assert!(engine.leaving.is_some(), "session a is not saved");
     assert_eq!(engine.recoverable.len(), 2);
     engine.act(Action::Discard);
     assert_eq!(engine.recoverable, [left("1")]);
     assert!(path("3").exists() && path("1").exists());
-    assert_eq!(engine.project().notes, "what was left");
+    assert_eq!(engine.project().notes, "text of a crashed window");
     assert!(engine.session.is_none() && engine.is_unsaved());
     save_session(&mut engine, &path("saved"));
     engine.write_down(&|| serde_json::Value::Null);
-    assert!(!path("3").exists(), "its content is safe");
+    assert!(!path("3").exists(), "the restored file is removed once its content is saved");
     engine.act(Action::ShowLeft(false));
     assert_eq!(engine.recoverable, [left("1")]);
     assert!(path("1").exists());
@@ -1340,8 +1346,11 @@ fn autosaved_sessions_stay_until_they_are_restored_or_discarded() {
 fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("autosave-1.json");
-    let session =
-        Session { built_in: true, notes: "what was left".to_owned(), ..Session::default() };
+    let session = Session {
+        built_in: true,
+        notes: "text of a crashed window".to_owned(),
+        ..Session::default()
+    };
     fs::write(&path, session.to_json(folder.path())).unwrap();
     let mut engine = engine();
     engine.recover_in(folder.path());
@@ -1357,7 +1366,7 @@ fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
         if !path.exists() {
             break;
         }
-        assert!(Instant::now() < deadline, "it stays");
+        assert!(Instant::now() < deadline, "the autosaved session stays complete");
         thread::sleep(Duration::from_millis(1));
     }
     assert!(engine.is_unsaved() && engine.recoverable.is_empty());
@@ -1370,7 +1379,7 @@ fn a_restored_session_of_the_built_in_sensor_is_not_saved_yet() {
         panic!("one autosaved session")
     };
     let own = Session::read(own).unwrap();
-    assert!(own.built_in && own.notes == "what was left");
+    assert!(own.built_in && own.notes == "text of a crashed window");
     engine.end();
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -1385,7 +1394,7 @@ fn lost(name: &str) -> SessionPart {
 }
 
 #[test]
-fn a_file_that_moved_is_asked_for_and_takes_its_role_where_it_is_found() {
+fn a_moved_file_is_asked_for_and_keeps_its_role() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
     let parts = ["a", "b", "c"].map(lost).to_vec();
@@ -1498,7 +1507,7 @@ fn saved_with_training(folder: &Path) -> Engine {
     assert!(!engine.is_unsaved() && !folder.join("s.trained.json").exists());
     engine.act(Action::Train);
     settle(&mut engine);
-    assert!(engine.is_unsaved(), "a training is not saved yet");
+    assert!(engine.is_unsaved(), "a new training is unsaved");
     save_session(&mut engine, &folder.join("s.json"));
     last_notice(&engine, Level::Info, "s.trained.json");
     assert!(!engine.is_unsaved());
@@ -1551,7 +1560,7 @@ fn a_crash_costs_no_training() {
     drop(crashed);
     let mut engine = engine();
     engine.recover_in(&left);
-    assert_eq!(engine.recoverable.len(), 1, "the pair is one session");
+    assert_eq!(engine.recoverable.len(), 1, "session and training are one autosave");
     engine.act(Action::Restore(engine.recoverable[0].path.clone()));
     settle(&mut engine);
     assert_eq!(engine.project().notes, "not saved");
@@ -1619,7 +1628,7 @@ fn a_trained_calibration_waits_for_files_that_moved() {
 }
 
 #[test]
-fn a_saved_session_opens_again_as_it_was() {
+fn a_saved_session_opens_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let files = ["a", "b", "test"].map(|name| write_recording(folder.path(), name, true));
     let path = folder.path().join("s.json");

@@ -140,13 +140,13 @@ mod tests {
 
     #[track_caller]
     fn undo(project: &mut Project, history: &mut History) {
-        assert!(history.can_undo(), "a step to take back");
+        assert!(history.can_undo(), "a step can be undone");
         history.undo(project);
     }
 
     #[track_caller]
     fn redo(project: &mut Project, history: &mut History) {
-        assert!(history.can_redo(), "a step to make again");
+        assert!(history.can_redo(), "a step can be redone");
         history.redo(project);
     }
 
@@ -164,7 +164,7 @@ mod tests {
     fn each_choice_is_a_step_and_a_gesture_is_one() {
         let (mut project, mut history) = (Project::default(), History::default());
         open(&mut project, &mut history, "a", "S1");
-        assert!(!history.can_undo(), "nothing was there before");
+        assert!(!history.can_undo(), "opening the first recordings is no step");
         let first = f_th(&project);
         let set = |project: &mut Project, history: &mut History, f_th, gesture| {
             let other = with_f_th(project, f_th);
@@ -187,12 +187,12 @@ mod tests {
         }
         undo(&mut project, &mut history);
         set(&mut project, &mut history, 9.0, Some(8));
-        assert!(!history.can_redo(), "another way was taken");
-        assert_eq!(history.before.len(), 4, "a gesture ends where it is taken back");
+        assert!(!history.can_redo(), "a new edit removes the redo steps");
+        assert_eq!(history.before.len(), 4, "undo ends a gesture");
     }
 
     #[test]
-    fn opening_files_is_a_step_and_those_before_it_stay() {
+    fn opening_files_is_a_step_and_earlier_steps_stay() {
         let (mut project, mut history) = (Project::default(), History::default());
         open(&mut project, &mut history, "a", "S1");
         let first = f_th(&project);
@@ -324,12 +324,12 @@ mod tests {
     }
 
     #[test]
-    fn every_edit_is_taken_back_and_made_again() {
+    fn every_edit_is_undone_and_redone() {
         let own = with_files();
         let edits = every_edit(&own);
         for at in 0..=18 {
             let mut places = edits.iter().map(place);
-            assert!(places.any(|place| place == at), "edit {at} is not tried");
+            assert!(places.any(|place| place == at), "edit {at} is not tested");
         }
         for asked in edits {
             let (mut project, mut history) = (own.clone(), History::default());
@@ -352,10 +352,10 @@ mod tests {
             assert!(after != before, "{asked:?} changes something");
             for _ in 0..2 {
                 undo(&mut project, &mut history);
-                assert!(project == before, "{asked:?} taken back");
+                assert!(project == before, "{asked:?} is undone");
                 assert!(!history.can_undo());
                 redo(&mut project, &mut history);
-                assert!(project == after, "{asked:?} made again");
+                assert!(project == after, "{asked:?} is redone");
                 assert!(!history.can_redo());
             }
         }
@@ -375,7 +375,7 @@ mod tests {
         let before = project.clone();
         project.view = View::All;
         history.step(before, &project, None);
-        assert!(history.can_redo(), "looking elsewhere is no step");
+        assert!(history.can_redo(), "showing another recording is no step");
         redo(&mut project, &mut history);
         assert_eq!((names(&project), project.view), (vec!["a", "b"], View::All));
     }
@@ -396,6 +396,6 @@ mod tests {
         let refused = project.add(vec![vec![of_file("a", &["G1"], &[Axis::Fz])]], |_| None);
         assert!(refused.is_empty());
         history.step(before, &project, None);
-        assert!(history.can_undo(), "the built-in sensor was there before");
+        assert!(history.can_undo(), "replacing the built-in sensor is a step");
     }
 }

@@ -469,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn while_it_is_written_a_file_is_known_and_locked() {
+    fn a_file_is_registered_and_locked_while_it_is_written() {
         let directory = tempfile::tempdir().unwrap();
         let mut temporary = PathBuf::new();
         write_atomically(&directory.path().join("a.txt"), |_| {

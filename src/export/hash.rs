@@ -31,7 +31,7 @@ pub fn sha256(path: &Path) -> io::Result<String> {
 fn digits_of(hasher: Sha256) -> String {
     let mut text = String::new();
     for byte in hasher.finalize() {
-        write!(text, "{byte:02x}").expect("a string takes everything");
+        write!(text, "{byte:02x}").expect("writing to a string cannot fail");
     }
     text
 }

@@ -17,7 +17,6 @@ pub(super) fn environment(trims: bool) -> Environment<'static> {
     templates
 }
 
-/// Fills a template of text.
 pub(super) fn filled(template: &str, values: Value) -> String {
     let filled = environment(true).render_str(template, values);
     filled.expect("the templates are this program's own")

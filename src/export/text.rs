@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_name_becomes_a_name_of_the_language() {
+    fn a_file_name_is_converted_to_an_identifier() {
         assert_eq!(identifier("left arm-2"), "left_arm_2");
         assert_eq!(identifier("2nd"), "cal_2nd");
         assert_eq!(identifier("_x"), "cal__x");

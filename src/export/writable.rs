@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn one_file_by_two_names_is_found_whether_it_is_there_or_not() {
+    fn two_names_of_one_file_are_detected_even_if_it_does_not_exist() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("sub")).unwrap();
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_never_written_and_what_is_there_only_replaced() {
+    fn inputs_are_never_written_and_existing_files_only_if_allowed() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::write(at("a.csv"), "").unwrap();

@@ -204,7 +204,7 @@ impl Design {
         }
         if self.offset {
             let moved = at_shift(gauges, &self.scale);
-            *rest.last_mut().expect("there is an offset column") -= moved;
+            *rest.last_mut().expect("the design has an offset column") -= moved;
         }
         for history in rest[..self.n_histories_end() - g].chunks_exact_mut(g) {
             for ((value, gauge), factor) in
@@ -328,7 +328,7 @@ impl<'a> FeatureStream<'a> {
     fn rest_of_row(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], rest: &mut [f64]) {
         self.blocks_row(time, gauges, auxiliary, rest);
         if self.design.offset {
-            *rest.last_mut().expect("there is an offset column") = 1.0;
+            *rest.last_mut().expect("the design has an offset column") = 1.0;
         }
     }
 }

@@ -271,7 +271,6 @@ impl FeatureSettings {
         n_gauges * (1 + self.look_backs.len()) + appended.sum::<usize>()
     }
 
-    /// Returns the number of columns of one block.
     pub(super) fn n_columns_of(&self, block: &dyn Block, values: &[f64], n_gauges: usize) -> usize {
         match block.appends() {
             Appends::Auxiliary => values.len() * self.auxiliary.len() * (1 + n_gauges),
@@ -399,7 +398,7 @@ mod tests {
 
     /// Keys that have been in calibration and session files from the first version. Newer blocks have additional keys.
     #[test]
-    fn every_block_stands_in_files_under_its_own_key() {
+    fn every_block_has_its_own_key_in_files() {
         let chosen = FeatureSettings {
             blocks: Blocks::default()
                 .with(&FixedLag, &[0.5])

@@ -127,7 +127,6 @@ impl Array {
         self.shape.iter().filter(|&&length| length != 1).count() <= 1
     }
 
-    /// Returns true if the array has `n_rows` rows.
     fn has_rows(&self, n_rows: usize) -> bool {
         match self.shape[..] {
             _ if n_rows == 0 || self.values.is_empty() => false,

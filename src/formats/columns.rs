@@ -39,7 +39,7 @@ pub(crate) struct Column {
     pub name: String,
     /// Unit given by the file; empty if there is none.
     pub unit: String,
-    /// Offset to be added to each value. It keeps all digits of large whole numbers.
+    /// Offset to be added to each value. The offset keeps all digits of large whole numbers.
     pub since: i64,
     pub values: Vec<f64>,
 }

@@ -324,6 +324,6 @@ pub(super) fn written(entry: &Entry) -> Vec<u8> {
     let unpadded = 10 + header.len() + 1;
     header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
     header.push('\n');
-    let length = u16::try_from(header.len()).expect("a header is some hundred bytes");
+    let length = u16::try_from(header.len()).expect("a header has a few hundred bytes");
     [MAGIC, b"\x01\x00", &length.to_le_bytes()[..], header.as_bytes(), &data].concat()
 }

@@ -1,8 +1,7 @@
 //! Estimates the offset between two clocks from the measured values, for the user to accept or reject.
 //!
 //! The gauges follow the load, so they explain most of it at the right offset. The measure is the share of the
-//! reference's variance that a linear combination of the gauges explains (R²). It equals the cross-correlation with
-//! gauges that were made orthogonal.
+//! reference's variance that a linear combination of the gauges explains (R²). This share equals the cross-correlation with orthogonalised gauges.
 //!
 //! [`scoring::lag`](crate::scoring::lag) measures something else: a lag within a fraction of a cycle, beside hysteresis,
 //! in samples that are already joined. Here the clocks may be hours apart, and each side has its own sample times.

@@ -180,7 +180,7 @@ pub(super) struct DeviceRows {
     n_cells: usize,
     n_rows: f64,
     last_secs: f64,
-    /// Channel names of the calibration. The first one begins a Teleplot row.
+    /// Channel names of the calibration. The first name begins a Teleplot row.
     cycle: Vec<String>,
     /// Values of the incomplete Teleplot row.
     pending: Vec<(String, String)>,

@@ -299,7 +299,7 @@ impl LiveTable {
         lines: &[String],
         source: LiveSource<'_>,
     ) -> Result<(Self, Vec<LiveRow>), ReadError> {
-        Ok(Self::begun(lines, source, 0)?.expect("no more rows are needed"))
+        Ok(Self::begun(lines, source, 0)?.expect("all rows are available"))
     }
 
     /// Returns `None` with fewer rows than `n_needed`, if the step of the rows must give the unit of the times.
@@ -599,7 +599,7 @@ mod tests {
         for (step, unit) in [(0.05, "s"), (50.0, "ms"), (5e4, "us"), (5e7, "ns")] {
             let lines = lines(step);
             let early = LiveTable::begin(&lines[..5], of(Some(0.05))).unwrap();
-            assert!(early.is_none(), "four rows are too few");
+            assert!(early.is_none(), "four rows do not determine the unit");
             let (table, rows) = LiveTable::begin(&lines, of(Some(0.05))).unwrap().unwrap();
             assert_eq!(table.assumed_unit(), Some(unit));
             assert!((rows[4].time - 0.2).abs() < 1e-9, "{unit}: {}", rows[4].time);
@@ -712,7 +712,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_followed_while_it_grows_and_when_another_takes_its_place() {
+    fn a_growing_file_and_its_replacement_are_followed() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
         let mut out = File::create(&path).unwrap();

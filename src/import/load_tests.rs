@@ -454,7 +454,6 @@ fn roles_that_exclude_each_other_are_named() {
     assert!(with(&format!("{time}, {clock}")).contains("no reference load among"));
 }
 
-/// The map that is proposed for a file reads it like its names do.
 #[test]
 fn a_proposed_map_reads_its_file_like_its_names_do() {
     for content in [

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_becomes_a_recording_in_si() {
+    fn a_table_is_converted_to_a_recording_in_si() {
         let recording = sound("t_ms,S1,S2,Tz_Nmm,Fx\n0,1,-2,3000,4\n50,1.5,-2.5,0,5e0\n");
         assert_eq!(recording.name(), "run");
         assert!(matches!(recording.source(), Source::File(path) if path.ends_with("run.csv")));

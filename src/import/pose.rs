@@ -66,7 +66,7 @@ fn is_rotation(rotation: &Rotation) -> bool {
 /// Returns the acceleration of a weight's centre of mass in the world for each pose (m/s²).
 ///
 /// A parabola is fitted to the path of the centre in a window of `smoothing_secs` around each pose. The window looks
-/// ahead, so this is only for references. It ends where time goes back. With fewer than five poses in the window the
+/// ahead, so this is only for references. The window ends where time goes back. With fewer than five poses in the window the
 /// acceleration is zero.
 pub fn accelerations(
     times: &[f64],
@@ -201,7 +201,7 @@ pub fn estimate_weight(
         moment_rms: None,
         n_samples: rotations.len(),
     };
-    // Twice the sum of products of variances along two directions. It is zero if gravity turned along only one.
+    // Twice the sum of products of variances along two directions. The result is zero if gravity turned along only one direction.
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments

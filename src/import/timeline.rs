@@ -6,8 +6,7 @@ use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pa
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// Minimum number of pauses that are taken for the rhythm of a logger that writes rows in bursts. They must also be more
-/// frequent than one step in [`STEPS_PER_BURST`].
+/// Minimum number of pauses that are taken for the rhythm of a logger that writes rows in bursts. The pauses must also be more frequent than one step in [`STEPS_PER_BURST`].
 const FEWEST_BURSTS: usize = 20;
 /// Maximum mean number of steps per burst, see [`FEWEST_BURSTS`].
 const STEPS_PER_BURST: usize = 50;
@@ -20,9 +19,9 @@ const SLOWEST_STEP_SECS: f64 = 60.0;
 
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// Minimum median step of whole numbers in microseconds. It decides for 1 kHz instead of milliseconds at 1 Hz.
+/// Minimum median step of whole numbers in microseconds. Steps of 1000 are taken as microseconds at 1 kHz, not as milliseconds at 1 Hz.
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// Minimum median step of whole numbers in nanoseconds. It decides for 3 kHz instead of microseconds at 3 Hz.
+/// Minimum median step of times in nanoseconds. Steps of 333,000 are taken as nanoseconds at 3 kHz, not as microseconds at 3 Hz.
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Starts of recordings and repeated times.
@@ -162,7 +161,7 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
     };
     let nearest = UNITS.into_iter().map(off);
     let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
-    let (unit, off) = nearest.expect("there are units");
+    let (unit, off) = nearest.expect("the list of units is not empty");
     if off <= 10.0 { Ok(unit) } else { Err((unit, off)) }
 }
 
@@ -304,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn presses_are_recordings_though_their_rows_come_in_bursts() {
+    fn presses_are_recordings_even_if_rows_come_in_bursts() {
         let press = runs(20, 15, 0.0004, 0.16);
         let presses =
             (0..60).flat_map(|k| press.iter().map(move |time| time + 12.0 * f64::from(k)));

@@ -26,7 +26,6 @@ pub(super) struct Table {
     pub day: Option<Day>,
 }
 
-/// Returns the path of the reference for the gauges in `path`.
 pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(reference.file.replace("{stem}", &stem))

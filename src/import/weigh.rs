@@ -180,7 +180,7 @@ mod tests {
     /// A file of its own gives robot states at 0 s and 10 s, level and rolled by 90°. The loads are (0, 0, −W) and
     /// (0, −W, 0), and interpolated halfway between.
     #[test]
-    fn the_pose_may_stand_in_the_file_of_another_clock() {
+    fn the_pose_may_be_in_a_file_with_another_clock() {
         let mut map = map(&QUATERNION[..6], r#"{ "mass_kg": 1, "centre_m": [0, 0, 0] }"#);
         let mut states = map.table.clone();
         states.columns.retain(|rule| rule.is != ColumnRole::Gauge);
@@ -217,7 +217,7 @@ mod tests {
     }
 
     /// A sensor swings by sin(2π t) rad about x with a weight at 1 m. At the ends the weight's own acceleration is 4π² m/s²,
-    /// four times gravity. It is reported with and without `inertia`.
+    /// four times gravity. This acceleration is reported with and without `inertia`.
     #[test]
     fn the_acceleration_of_a_swung_weight_is_reported() {
         let columns = [

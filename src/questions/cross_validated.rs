@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stopped_cross_validation_keeps_the_network_and_says_that_there_is_no_score() {
+    fn a_stopped_cross_validation_keeps_the_network_without_a_score() {
         let recordings = recordings(&[60, 50, 70]);
         let mut set = RecordingSet::default();
         for recording in recordings {

@@ -6,7 +6,7 @@ use crate::min_max::MinMax;
 const ONE_WAY: f64 = 0.1;
 
 /// Returns the full scale of an axis with this range of load: half the peak-to-peak load. For a load that goes one way
-/// only, as in a press, this is the largest magnitude. It is 0 if the load does not change.
+/// only, as in a press, this is the largest magnitude. The full scale is 0 if the load does not change.
 ///
 /// **Units** as the load.
 pub fn full_scale_of(range: MinMax) -> f64 {

@@ -107,7 +107,6 @@ pub struct Groups {
     pub by: GroupedBy,
     /// Group number of each recording of the set.
     pub of: Vec<usize>,
-    /// Names of the groups.
     names: Vec<String>,
     /// Groups that were found but are not used, with the reason.
     pub unused: Option<UnusedGroups>,
@@ -508,7 +507,6 @@ fn day(words: &[String]) -> Option<String> {
     })
 }
 
-/// Returns the words without the last number, and that number.
 fn without_last_number(words: &[String]) -> Option<(Vec<String>, u64)> {
     let at = words.iter().rposition(|word| is_number(word))?;
     let number = words[at].parse().ok()?;
@@ -718,7 +716,7 @@ mod tests {
     }
 
     #[test]
-    fn groups_set_by_the_user_are_kept_and_only_training_recordings_decide() {
+    fn groups_set_by_the_user_are_kept_and_only_training_recordings_count() {
         let names = [("/a", "path1 a"), ("/a", "path1 b"), ("/a", "path2 a"), ("/a", "path3 b")];
         let mut set = set_of(&names);
         assert_eq!(set.groups().of, [0, 0, 1, 2]);

@@ -80,9 +80,7 @@ pub struct Recording {
     left_out: Option<LeftOut>,
     /// Group in the group column of the file.
     group: Option<String>,
-    /// Day in the file header.
     file_day: Option<Day>,
-    /// Day that the user entered.
     entered_day: Option<Day>,
 }
 
@@ -606,7 +604,6 @@ impl Recording {
     }
 }
 
-/// Returns the index of the first number that is not finite.
 fn first_not_finite(values: &[f64]) -> Option<usize> {
     let parts = values.par_chunks(SAMPLES_A_THREAD).enumerate();
     parts.find_map_first(|(part, values)| {

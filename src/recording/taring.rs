@@ -172,7 +172,6 @@ fn is_unloaded(recording: &Recording, samples: Range<usize>) -> bool {
     n_axes > 0 && axes.iter().enumerate().all(is_near_zero)
 }
 
-/// Returns the mean of a column over these rows.
 fn mean(values: &[f64], width: usize, column: usize, rows: Range<usize>) -> f64 {
     let own = values[rows.start * width + column..].iter().step_by(width);
     own.take(rows.len()).sum::<f64>() / rows.len() as f64
@@ -214,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_a_chosen_interval_is_taken_off() {
+    fn the_mean_of_a_chosen_interval_is_subtracted() {
         let (tared, place) = run().tared(Tare::Interval(1.5, 2.49)).unwrap();
         assert!((place.0 - 1.5).abs() < 1e-9 && (place.1 - 2.49).abs() < 1e-9, "{place:?}");
         assert!((tared.gauges_at(200)[0] - 1e-3).abs() < 1e-12);

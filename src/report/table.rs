@@ -27,10 +27,10 @@ pub struct Table {
 /// Alignment of the cells of a column.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Align {
-    /// Words.
+    /// Left-aligned, for words.
     #[default]
     Left,
-    /// Numbers.
+    /// Right-aligned, for numbers.
     Right,
     /// Hexadecimal digits, which may break anywhere.
     Anywhere,
@@ -476,7 +476,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_says_where_it_stands_and_why_there_is_no_number() {
+    fn the_spoken_text_of_a_cell_has_its_place_and_the_reason_for_a_missing_number() {
         let mut table = table();
         assert_eq!(table.spoken(0, 1), "Uncompensated Fx 0.667 N");
         assert_eq!(table.spoken(0, 2), "Compensated Fx 1 cycle: only one cycle");
@@ -490,7 +490,7 @@ mod tests {
         };
         table.columns[1].group = Some(("Test".to_owned(), String::new()));
         assert_eq!(table.spoken(0, 1), "Test RMSE Fx 0.360 N");
-        assert_eq!(table.spoken(1, 1), "Test RMSE Fx -50.0 %", "named above");
+        assert_eq!(table.spoken(1, 1), "Test RMSE Fx -50.0 %", "the row has the name above it");
     }
 
     #[test]
@@ -506,7 +506,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_copied_in_full_and_reasons_stand_in_each_cell() {
+    fn numbers_are_copied_in_full_and_reasons_are_in_each_cell() {
         let full = (2.0_f64 / 3.0).to_string();
         let expected = format!(
             "Axis\tUncompensated [N]\tCompensated [N]\nFx\t{full}\tonly one cycle\nFy\tFy is never loaded\tFy is never loaded\n\
@@ -538,7 +538,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_ordered_by_a_column_and_what_is_missing_comes_last() {
+    fn rows_are_sorted_by_a_column_with_missing_values_last() {
         assert_eq!(table().order(0, true), [2, 1, 0]);
         assert_eq!(table().order(1, false), [0, 1, 2], "one number");
         let mut table = table();
@@ -551,7 +551,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_from_nothing_says_nothing() {
+    fn a_change_from_zero_is_a_dash() {
         assert_eq!(Cell::change(2.0, 1.0), Cell::number(-50.0, "-50.0 %"));
         assert_eq!(Cell::change(0.0, 1.0), Cell::none());
     }

@@ -244,7 +244,7 @@ mod tests {
 
     /// Four dwells at three loads (the first load comes twice), each of four samples with noise of 1 % of the range.
     #[test]
-    fn held_loads_are_counted_once_and_again_when_they_come_back() {
+    fn a_dwell_is_one_case_and_a_repeated_load_is_one_more_change() {
         let held = [0.0, 4.0, 9.9, 0.0].into_iter();
         let noisy = held.flat_map(|load| [0.0, 0.1, 0.0, 0.05].map(|noise| [1.0, load + noise]));
         let found = of(noisy.flatten().collect(), vec![1.0, 1.0]);

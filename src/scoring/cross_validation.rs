@@ -148,7 +148,7 @@ mod tests {
             [vec![(0..4, 0)], vec![(0..5, 1)], vec![(0..6, 1)]]
         );
         assert_eq!(folds(&[4, 5, 6], &[2; 3]), folds(&[4, 5, 6], &[0; 3]));
-        assert_eq!(folds(&[4, 5, 6], &[2; 3])[0].len(), 2, "blocks of three samples");
+        assert_eq!(folds(&[4, 5, 6], &[2; 3])[0].len(), 2, "blocks have three samples");
     }
 
     #[test]

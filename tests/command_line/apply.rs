@@ -350,7 +350,7 @@ fn rows_on_standard_input_are_an_instrument() {
 /// Linux refuses to read a folder like an unplugged serial port.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_source_that_breaks_off_has_its_own_exit_code() {
+fn a_source_that_ends_early_has_its_own_exit_code() {
     let workshop = Workshop::with_recordings();
     calibrate(&workshop, &[]);
     let input = fs::File::open(workshop.path()).unwrap();

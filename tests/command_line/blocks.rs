@@ -117,7 +117,7 @@ fn settings_out_of_range_are_refused_with_a_correction() {
     ] {
         let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], choices].concat());
         let message = stderr(&output);
-        assert!(!output.status.success(), "{choices:?} was done");
+        assert!(!output.status.success(), "{choices:?} succeeded");
         for word in words {
             assert!(message.contains(word), "{choices:?}: no {word:?} in {message}");
         }

@@ -113,7 +113,7 @@ fn an_offset_between_two_clocks_is_shown_and_not_applied() {
         let report = fit(workshop.path(), &[&["--train"], &columns[..]].concat());
         numbers(&report["conventional"]["train_rmse"])[0]
     };
-    assert!(rmse() > 0.1, "applied silently");
+    assert!(rmse() > 0.1, "the estimated offset is not applied");
     let join = "\"join\": { \"clock_offset_secs\": 0.5 }, \"table\"";
     workshop.write("map.json", map.replace("\"table\"", join));
     assert!(rmse() < 1e-6);
@@ -143,7 +143,7 @@ fn unusable_maps_are_refused_with_their_names() {
     ] {
         let output = run(workshop.path(), arguments);
         let message = stderr(&output);
-        assert!(!output.status.success(), "{arguments:?} was done");
+        assert!(!output.status.success(), "{arguments:?} succeeded");
         assert_eq!(message.lines().count(), 1, "{message}");
         for word in words {
             assert!(message.contains(word), "{arguments:?}: no {word} in {message}");

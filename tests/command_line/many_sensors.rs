@@ -13,7 +13,7 @@ fn block(start: &str) -> &'static str {
 }
 
 #[test]
-fn make_calibrates_the_good_sensors_and_goes_on_after_one_that_fails() {
+fn make_calibrates_the_good_sensors_and_continues_after_a_failure() {
     let workshop = Workshop::new();
     for (at, name) in ["s1", "s2", "s3"].iter().enumerate() {
         fs::create_dir_all(workshop.file("sensors").join(name)).unwrap();

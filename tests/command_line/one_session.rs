@@ -28,7 +28,7 @@ fn settle(engine: &mut Engine) {
                 return;
             }
         }
-        assert!(Instant::now() < deadline, "an end");
+        assert!(Instant::now() < deadline, "the work does not end");
         thread::sleep(Duration::from_millis(1));
     }
 }

@@ -23,7 +23,7 @@ fn refused(workshop: &Workshop, arguments: &str, words: &[&str]) {
     let arguments: Vec<&str> = arguments.split(' ').collect();
     let output = run(workshop.path(), &arguments);
     let message = stderr(&output);
-    assert!(!output.status.success(), "{arguments:?} was done");
+    assert!(!output.status.success(), "{arguments:?} succeeded");
     for word in words {
         assert!(message.contains(word), "{arguments:?}: no {word} in {message}");
     }

@@ -14,7 +14,7 @@ fn refused(workshop: &Workshop, arguments: &[&str]) -> String {
     let is_note = |line: &&str| line.starts_with("loopscope: note: ");
     let message: Vec<&str> = message.lines().filter(|line| !is_note(line)).collect();
     let message = message.join("\n");
-    assert!(!output.status.success(), "{arguments:?} was done");
+    assert!(!output.status.success(), "{arguments:?} succeeded");
     assert!(output.stdout.is_empty(), "{arguments:?}");
     assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
     assert!(message.starts_with("loopscope: "), "{arguments:?}: {message}");
@@ -197,7 +197,7 @@ fn exports_that_cannot_be_written_are_refused_and_leave_old_files_whole() {
 }
 
 #[test]
-fn demo_does_not_write_where_a_file_stands() {
+fn demo_does_not_overwrite_files() {
     let workshop = Workshop::with_recordings();
     let message = refused(&workshop, &["demo", "a.csv", "--pattern", "b"]);
     assert!(message.contains("a.csv"), "{message}");

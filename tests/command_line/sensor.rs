@@ -106,7 +106,11 @@ fn fewer_than_three_groups_give_a_reason_instead_of_an_expected_error() {
     }
     workshop.write("limits.toml", "expected_error = 1e6\n");
     let words = ["fit", "--train", "a.csv", "b.csv", "--limits", "limits.toml"];
-    assert_eq!(run(workshop.path(), &words).status.code(), Some(3), "not known does not pass");
+    assert_eq!(
+        run(workshop.path(), &words).status.code(),
+        Some(3),
+        "an unknown figure does not pass"
+    );
 }
 
 #[test]

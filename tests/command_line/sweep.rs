@@ -11,7 +11,7 @@ const RANGES: [&str; 4] = ["--f-th", "0:4:1", "--t-th", "0.5,3,10"];
 fn sweep(workshop: &Workshop, arguments: &[&str]) -> Value {
     let arguments = [&["sweep", "--json"], &ALL_FILES[..], &RANGES, arguments].concat();
     let output = succeed(workshop.path(), &arguments);
-    assert_eq!(stderr(&output), "", "progress is for terminals");
+    assert_eq!(stderr(&output), "", "progress is only shown in a terminal");
     serde_json::from_slice(&output.stdout).unwrap()
 }
 

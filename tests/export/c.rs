@@ -128,7 +128,7 @@ fn fed(program: &Path, directory: &Path, fed: &Samples) -> Command {
 }
 
 #[test]
-fn every_calibration_runs_in_c_as_it_does_here() {
+fn every_calibration_gives_the_same_loads_in_c() {
     if !is_there("cc", &["--version"]) {
         return;
     }

@@ -34,7 +34,7 @@ fn octave_is_there() -> bool {
 }
 
 #[test]
-fn every_calibration_runs_in_octave_as_it_does_here() {
+fn every_calibration_gives_the_same_loads_in_octave() {
     if !octave_is_there() {
         return;
     }

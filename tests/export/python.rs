@@ -28,7 +28,7 @@ for sample, *whole in zip(samples, loads, conventional):
 ";
 
 #[test]
-fn every_calibration_runs_in_python_as_it_does_here() {
+fn every_calibration_gives_the_same_loads_in_python() {
     if !is_there("python3", &["-c", "import numpy"]) {
         return;
     }

@@ -90,7 +90,7 @@ fn parsed(html: &str) -> (Vec<String>, String) {
 }
 
 #[test]
-fn notes_and_the_factory_s_errors_stand_in_the_report_as_text() {
+fn notes_and_the_errors_of_the_factory_are_in_the_report_as_text() {
     let directory = tempfile::tempdir().unwrap();
     let recordings = hostile_set(&[Role::Train, Role::Train, Role::Test]);
     let fitted = report(&Request::fit(Arc::clone(&recordings), FitSettings::default()));
@@ -101,7 +101,7 @@ fn notes_and_the_factory_s_errors_stand_in_the_report_as_text() {
     data.notes = format!("bolted anew\n\n{HOSTILE}");
     let own = data.calibration.quality.conventional.test_rmse.as_ref().unwrap()[0];
     let scored = data.factory.as_ref().unwrap().test_rmse[0].unwrap();
-    assert!((own - scored).abs() < 1e-9, "the conventional one itself");
+    assert!((own - scored).abs() < 1e-9, "the factory calibration is the conventional one");
     let html = written(&data, &directory.path().join("r.html"));
     let (_, text) = parsed(&html);
     assert!(html.contains("id=\"notes\"") && text.contains("bolted anew"));
@@ -122,7 +122,7 @@ const SECTIONS: [&str; 9] = [
 ];
 
 #[test]
-fn a_report_is_well_formed_and_whole_whatever_names_files_have() {
+fn a_report_is_well_formed_and_complete_for_any_file_names() {
     let directory = tempfile::tempdir().unwrap();
     let data = reported(&[Role::Train, Role::Train, Role::Train, Role::Test]);
     assert!(data.thresholds.is_ok() && data.metrology.is_ok());

@@ -31,7 +31,7 @@ fn main() {
 "#;
 
 #[test]
-fn every_calibration_runs_in_rust_as_it_does_here() {
+fn every_calibration_gives_the_same_loads_in_rust() {
     if !is_there("rustc", &["--version"]) {
         return;
     }

@@ -60,11 +60,11 @@ fn all_explained(window: &mut Window) {
             silent.insert(label);
         }
     }
-    assert!(silent.is_empty(), "without a word on hover: {silent:#?}");
+    assert!(silent.is_empty(), "no hover text: {silent:#?}");
 }
 
 #[test]
-fn every_control_of_every_pane_says_on_hover_what_it_does() {
+fn every_control_of_every_pane_has_a_hover_text() {
     let files = Files::new();
     let mut window = window(files.three());
     window.set_size(Vec2::new(1800.0, 2400.0));
@@ -97,7 +97,7 @@ fn every_control_of_every_pane_says_on_hover_what_it_does() {
 }
 
 #[test]
-fn every_control_of_the_import_window_says_on_hover_what_it_does() {
+fn every_control_of_the_import_window_has_a_hover_text() {
     let files = Files::new();
     let path = files.write("bare.csv", &importing::headerless(50));
     let mut window = window(vec![path]);
@@ -120,7 +120,7 @@ fn every_control_of_the_import_window_says_on_hover_what_it_does() {
 }
 
 #[test]
-fn the_program_says_what_it_is_and_whose_work_is_in_it() {
+fn the_about_window_lists_version_and_licences() {
     let mut window = window(Vec::new());
     window.set_size(Vec2::new(1600.0, 1200.0));
     quick_to_explain(&mut window);
@@ -138,7 +138,7 @@ fn the_program_says_what_it_is_and_whose_work_is_in_it() {
 }
 
 #[test]
-fn every_item_of_a_menu_says_on_hover_what_it_does() {
+fn every_menu_item_has_a_hover_text() {
     let files = Files::new();
     let mut window = window(files.three());
     quick_to_explain(&mut window);

@@ -3,13 +3,13 @@
 use super::*;
 
 #[test]
-fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
+fn the_text_of_a_table_cell_has_its_row_column_and_unit() {
     let files = Files::new();
     let mut window = window(files.three());
     let quality = &analysis(&window).calibration.quality;
     let scores = &quality.compensated;
     for (set, rmse) in [("Train", &scores.train_rmse), ("Test", &scores.test_rmse)] {
-        let rmse = rmse.as_ref().expect("it is scored")[1];
+        let rmse = rmse.as_ref().expect("the recording has scores")[1];
         let cell = format!("{set} Compensated Fy ");
         let printed = window.query_all_by_label_contains(&cell);
         let printed: Vec<String> =
@@ -28,7 +28,7 @@ fn a_cell_of_a_table_says_its_row_its_column_and_its_unit() {
 }
 
 #[test]
-fn a_plot_says_its_values_at_the_pointer_or_the_cursor_else_what_it_shows() {
+fn the_text_of_a_plot_has_its_values_or_its_contents() {
     let files = Files::new();
     let mut window = window(files.three());
     let plot = |window: &Window| {
@@ -49,7 +49,10 @@ fn a_plot_says_its_values_at_the_pointer_or_the_cursor_else_what_it_shows() {
     window.state_mut().as_mut().unwrap().send(Command::Time(loopscope::ui::TimeMove::Step(1)));
     window.run_steps(3);
     let (_, printed) = plot(&window);
-    assert!(printed.starts_with("Fx at ") && value.is_finite(), "by keys too: {printed}");
+    assert!(
+        printed.starts_with("Fx at ") && value.is_finite(),
+        "the keys give the same text: {printed}"
+    );
 }
 
 #[test]

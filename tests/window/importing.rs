@@ -39,7 +39,7 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
     assert!(has(&window, "Would load 1 recording, 400 samples at 20"));
     click(&mut window, Role::Button, "Load it");
     assert_eq!(names(&window), ["first"]);
-    assert!(train_rmse(&window)[0][0] < 1e-9, "the force is a gauge's double");
+    assert!(train_rmse(&window)[0][0] < 1e-9, "the force is twice a gauge");
 
     let send = window.state_mut().as_mut().unwrap();
     send.send(Action::Open(vec![second]));
@@ -173,13 +173,16 @@ fn a_row_of_imports_ends_at_once() {
             type_into(&mut window, "Column map", "other.json");
             window.key_press(Key::Escape);
             settle(&mut window);
-            assert!(has(&window, "Import bare1"), "the field alone was left");
+            assert!(has(&window, "Import bare1"), "Escape leaves only the field");
             for command in [Command::ToggleHelp, Command::ShowPalette] {
                 window.state_mut().as_mut().unwrap().send(command);
                 settle(&mut window);
                 window.key_press(Key::Escape);
                 settle(&mut window);
-                assert!(has(&window, "Import bare1"), "what lay over it was left");
+                assert!(
+                    has(&window, "Import bare1"),
+                    "Escape closes only the list over the window"
+                );
             }
             window.key_press(Key::Escape);
             settle(&mut window);
@@ -260,7 +263,8 @@ fn the_weight_is_found_from_poses_and_forces_and_mounts_are_added() {
     click(&mut window, Role::CheckBox, weight);
     click(&mut window, Role::Button, "Find the weight");
     message(&mut window, Level::Info, "off by 0.5000, -0.2500, 1.0000 N");
-    let importing = |window: &Window| state(window).importing.clone().expect("it goes on");
+    let importing =
+        |window: &Window| state(window).importing.clone().expect("the estimate is shown");
     let found = importing(&window).map.weight.and_then(|weight| weight.mass_kg);
     assert!((found.unwrap() - 2.0).abs() < 1e-6, "{found:?}");
     click(&mut window, Role::Button, "Add a mount");

@@ -49,7 +49,7 @@ fn chosen(window: &Window, button: &str) -> String {
 }
 
 #[test]
-fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
+fn text_typed_right_after_the_palettes_keys_goes_into_the_palette() {
     let files = Files::new();
     // The key works without a focus, and with a text field in focus.
     for field in [None, Some("CSV")] {
@@ -78,7 +78,7 @@ fn what_is_typed_right_after_the_palettes_keys_is_all_its_own() {
         assert_eq!(typed.value().as_deref(), Some("table c"));
         if let Some(path) = path {
             let field = window.get_by_role_and_label(Role::TextInput, field.unwrap());
-            assert_eq!(field.value(), path, "nothing of it went elsewhere");
+            assert_eq!(field.value(), path, "all of the text is in the field");
         }
         press(&mut window, &[Key::Escape]);
         assert!(!has(&window, "Find an action"));
@@ -151,7 +151,7 @@ fn the_palette_opens_recent_files() {
 }
 
 #[test]
-fn arrows_lead_through_a_list_from_what_is_chosen_and_enter_takes_it() {
+fn arrows_move_through_a_list_from_the_chosen_item_and_enter_chooses() {
     let files = Files::new();
     let mut window = window(files.three());
     let list = "on screen";
@@ -162,17 +162,21 @@ fn arrows_lead_through_a_list_from_what_is_chosen_and_enter_takes_it() {
     press(&mut window, &[Key::ArrowDown]);
     assert_eq!(focused(&window).as_deref(), Some("b"));
     press(&mut window, &[Key::ArrowDown, Key::ArrowDown]);
-    assert_eq!(focused(&window).as_deref(), Some("All, end to end"), "around the end");
+    assert_eq!(
+        focused(&window).as_deref(),
+        Some("All, end to end"),
+        "the arrows wrap around the end"
+    );
     press(&mut window, &[Key::ArrowUp, Key::Enter]);
     assert_eq!(chosen(&window, list), "test_c");
     assert_eq!(focused(&window).as_deref(), Some(list), "the button has the focus again");
     press(&mut window, &[Key::Enter, Key::ArrowUp, Key::Escape]);
-    assert_eq!(chosen(&window, list), "test_c", "Escape leaves it");
+    assert_eq!(chosen(&window, list), "test_c", "Escape changes nothing");
     assert_eq!(focused(&window).as_deref(), Some(list));
 }
 
 #[test]
-fn no_key_of_a_list_is_lost_where_several_come_in_one_frame() {
+fn no_key_of_a_list_is_lost_if_several_come_in_one_frame() {
     let files = Files::new();
     let mut window = window(files.three());
     let list = "on screen";

@@ -89,7 +89,7 @@ fn window(files: Vec<PathBuf>) -> Window {
 }
 
 fn shell(window: &Window) -> &Shell {
-    window.state().as_ref().expect("made in the first frame")
+    window.state().as_ref().expect("the shell is made in the first frame")
 }
 
 fn state(window: &Window) -> &Engine {
@@ -413,7 +413,7 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
 }
 
 #[test]
-fn without_a_training_recording_the_window_says_what_to_do() {
+fn without_a_training_recording_the_window_offers_a_remedy() {
     let files = Files::new();
     let mut window = window(files.three());
     menu(&mut window, "Roles", "All off");
@@ -440,7 +440,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
 }
 
 #[test]
-fn closing_a_recording_takes_it_out_of_the_fit() {
+fn closing_a_recording_removes_it_from_the_fit() {
     let files = Files::new();
     let mut window = window(files.three());
     click_first(&mut window, Role::Button, "×");
@@ -484,7 +484,7 @@ fn recordings_are_cut_in_time_and_put_together_again() {
 }
 
 #[test]
-fn files_come_in_by_menu_shortcut_drop_and_path() {
+fn files_are_opened_by_menu_shortcut_drop_and_path() {
     let files = Files::new();
     let choices = Choices::default();
     let mut window = window_with(vec![], choices.clone());
@@ -492,7 +492,7 @@ fn files_come_in_by_menu_shortcut_drop_and_path() {
 
     choices.open.replace(vec![open("menu.csv"), open("test_menu.csv")]);
     menu(&mut window, "File", "Open…");
-    assert_eq!(names(&window), ["menu", "test_menu"], "in place of the built-in sensor");
+    assert_eq!(names(&window), ["menu", "test_menu"], "files replace the built-in sensor");
 
     choices.open.replace(vec![open("key.csv")]);
     window.key_press_modifiers(Modifiers::COMMAND, Key::O);
@@ -530,7 +530,7 @@ fn recordings_opened_while_the_built_in_sensor_is_made_stay() {
 }
 
 #[test]
-fn files_that_do_not_fit_are_told_and_lose_nothing() {
+fn files_that_do_not_fit_are_reported_and_lose_nothing() {
     let files = Files::new();
     let mut window = window(files.three());
     let broken = files.write("broken.csv", "t,S1,Fx\nno,recording,this\n");
@@ -577,7 +577,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     assert!(has(&window, "Applying "));
     assert!(!analysis(&window).fitted);
     let slider = window.get_by_role_and_label(Role::Slider, "F_th");
-    assert!(slider.accesskit_node().is_disabled(), "its thresholds are fixed");
+    assert!(slider.accesskit_node().is_disabled(), "an applied calibration fixes the thresholds");
 
     window.run_steps(10);
     click(&mut window, Role::Button, "Fit again");
@@ -588,7 +588,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     window.run_steps(10);
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     settle(&mut window);
-    assert!(has(&window, "Applying "), "it is applied again");
+    assert!(has(&window, "Applying "), "the calibration is applied again");
     assert!(!analysis(&window).fitted);
 }
 
@@ -608,7 +608,7 @@ fn a_calibration_named_at_the_start_is_applied_to_the_built_in_sensor() {
 }
 
 #[test]
-fn export_goes_through_the_dialog_too_and_an_unknown_ending_is_told() {
+fn export_uses_the_dialog_and_an_unknown_ending_is_reported() {
     let files = Files::new();
     let choices = Choices::default();
     let mut window = window_with(files.three(), choices.clone());
@@ -642,7 +642,7 @@ fn a_report_and_the_traces_on_screen_go_through_the_dialog() {
     menu(&mut window, "File", "Save traces on screen…");
     let traces = std::fs::read_to_string(&path).unwrap();
     let rows = traces.lines().filter(|line| line.starts_with("a,"));
-    assert_eq!(rows.count(), 400, "the recording on screen, no other");
+    assert_eq!(rows.count(), 400, "only the recording on screen is written");
 }
 
 #[test]
@@ -656,7 +656,7 @@ fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
     show(&mut window, "traces");
     type_into(&mut window, "Open", path.to_str().unwrap());
     click(&mut window, Role::Button, "Load");
-    let scores = analysis(&window).factory.clone().expect("it is scored");
+    let scores = analysis(&window).factory.clone().expect("the recording has scores");
     let conventional = analysis(&window).calibration.quality.conventional.clone();
     let [factory, fitted] = [scores.test_rmse[0].unwrap(), conventional.test_rmse.unwrap()[0]];
     assert!((factory - fitted).abs() < 0.05 * fitted, "{factory} {fitted}");
@@ -715,7 +715,7 @@ fn the_wheel_zooms_and_fit_view_shows_all_again() {
 }
 
 #[test]
-fn cancel_ends_the_reading_and_keeps_what_is_loaded() {
+fn cancel_ends_the_reading_and_keeps_the_loaded_recordings() {
     let files = Files::new();
     let mut window = window(files.three());
     let large = files.recording("large.csv", 0.0, 20_000, &FORCES);
@@ -847,7 +847,7 @@ fn blocks_are_switched_on_with_defaults_and_take_typed_numbers() {
 }
 
 #[test]
-fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
+fn a_kernel_is_trained_in_the_background_and_becomes_stale_with_its_settings() {
     let files = Files::new();
     let mut window = window(files.three());
     click(&mut window, Role::ComboBox, "Method");
@@ -870,7 +870,7 @@ fn a_kernel_is_trained_beside_the_sliders_and_goes_stale_with_its_settings() {
 }
 
 #[test]
-fn a_training_that_cannot_begin_says_why() {
+fn a_training_that_cannot_begin_gives_the_reason() {
     let files = Files::new();
     let mut window = window(files.three());
     click(&mut window, Role::ComboBox, "Method");
@@ -911,9 +911,12 @@ fn models_are_found_sorted_brought_back_and_saved() {
     type_into(&mut window, "CSV", path.to_str().unwrap());
     click(&mut window, Role::Button, "Save");
     let table = std::fs::read_to_string(&path).unwrap();
-    assert_eq!(table.lines().count(), rows.len() + 2, "a head and the kept model");
+    assert_eq!(table.lines().count(), rows.len() + 2, "the table has a header and the kept model");
     assert!(table.starts_with(",model,train relative RMSE [%],test relative RMSE [%]"), "{table}");
-    assert!(table.lines().nth(1).unwrap().contains("Conventional"), "by name: {table}");
+    assert!(
+        table.lines().nth(1).unwrap().contains("Conventional"),
+        "the table is not sorted by name: {table}"
+    );
 }
 
 #[test]
@@ -1027,7 +1030,7 @@ fn a_press_on_a_notice_dismisses_it() {
         let words = label.accesskit_node().value().unwrap_or_default();
         words.contains("missing.csv").then(|| label.rect().center())
     });
-    let at = text.expect("it stands over the window");
+    let at = text.expect("the text is over the window");
     window.hover_at(at);
     window.drag_at(at);
     window.drop_at(at);
@@ -1133,11 +1136,11 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 6 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Reversal threshold Fx", "100");
-    assert!(has(&window, "constant"), "no load comes back by 100 N");
+    assert!(has(&window, "constant"), "no load turns back by 100 N");
 }
 
 #[test]
-fn a_sample_of_a_loop_is_told_and_a_press_isolates_its_cycle() {
+fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
     let files = Files::new();
     let mut window = window(files.three());
     window.key_press(Key::F4);
@@ -1196,7 +1199,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
         window.drop_at(at);
         settle(&mut window);
         assert!(shell(&window).visible_time().is_some());
-        assert!(has(&window, "of 1 recording"), "it is shown alone");
+        assert!(has(&window, "of 1 recording"), "the cycle is shown alone");
         window.hover_at(plot.left_top());
         window.key_press(Key::F4);
         settle(&mut window);

@@ -26,7 +26,7 @@ fn a_session_comes_back_with_its_files_roles_and_settings() {
     let files = Files::new();
     let path = saved(&files);
     let text = std::fs::read_to_string(&path).unwrap();
-    assert!(text.contains("\"path\": \"a.csv\""), "relative where it can be: {text}");
+    assert!(text.contains("\"path\": \"a.csv\""), "the path is not relative: {text}");
     let window = window(vec![path]);
     assert_eq!(names(&window), ["a", "b", "test_c"]);
     let roles: Vec<_> =
@@ -62,7 +62,7 @@ fn a_changed_file_is_reported_and_a_moved_file_is_asked_for() {
 }
 
 #[test]
-fn what_is_not_saved_is_asked_about_before_the_window_closes() {
+fn unsaved_changes_are_asked_about_before_the_window_closes() {
     let files = Files::new();
     let mut window = window(files.three());
     menu(&mut window, "File", "Quit");
@@ -72,7 +72,7 @@ fn what_is_not_saved_is_asked_about_before_the_window_closes() {
 }
 
 #[test]
-fn a_session_dropped_over_what_is_not_saved_is_asked_about() {
+fn a_session_dropped_over_unsaved_changes_is_asked_about() {
     let files = Files::new();
     let session = saved(&files);
     let other = files.recording("other.csv", 0.5, 300, &FORCES);
@@ -99,7 +99,7 @@ fn a_session_dropped_over_what_is_not_saved_is_asked_about() {
 }
 
 #[test]
-fn a_broken_session_says_why_and_loses_nothing() {
+fn a_broken_session_gives_the_reason_and_loses_nothing() {
     let files = Files::new();
     let mut window = window(files.three());
     let newer = r#"{"format": "loopscope session", "version": 99}"#;
@@ -140,7 +140,7 @@ fn a_window_that_did_not_close_leaves_its_session_to_the_next() {
     assert!(exists(1) && !exists(2) && !exists(3));
     click(&mut window, Role::Button, "Restore");
     assert_eq!(names(&window), ["a", "b", "test_c"]);
-    assert!(state(&window).is_unsaved(), "it is saved nowhere yet");
+    assert!(state(&window).is_unsaved(), "the restored session is unsaved");
     // Waits until the unsaved session is stored.
     until(&mut window, |_| !exists(1));
 }

@@ -10,7 +10,7 @@ fn ctrl(window: &mut Window, key: Key) {
 }
 
 pub fn named(key: &str) -> Pane {
-    loopscope::ui::pane(key).expect("there is such a pane")
+    loopscope::ui::pane(key).expect("the pane exists")
 }
 
 fn on_screen(window: &Window, pane: Pane) -> bool {
@@ -45,7 +45,7 @@ fn a_pane_is_closed_opened_again_and_maximised() {
     toggle(&mut window);
     assert!(window.query_by_role_and_label(Role::Button, "Traces").is_none());
     toggle(&mut window);
-    assert!(on_screen(&window, named("traces")), "and it is in front");
+    assert!(on_screen(&window, named("traces")), "the pane is in front");
     let traces = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect().center();
     window.hover_at(traces);
     window.step();
@@ -58,7 +58,7 @@ fn a_pane_is_closed_opened_again_and_maximised() {
 }
 
 #[test]
-fn workspaces_come_by_press_and_key_and_are_remembered() {
+fn workspaces_are_opened_by_click_and_key_and_are_remembered() {
     let files = Files::new();
     let mut window = window(files.three());
     window.key_press(Key::F4);
@@ -129,7 +129,7 @@ fn settings_and_roles_are_undone_and_made_again() {
     menu(&mut window, "Roles", "All off");
     wait(&mut window, 10);
     ctrl(&mut window, Key::Z);
-    assert_eq!(state(&window).problem(), None, "there are training recordings again");
+    assert_eq!(state(&window).problem(), None, "the training recordings are back");
     assert_eq!(f_th(&window), 1.5);
     ctrl(&mut window, Key::Z);
     assert_eq!(f_th(&window), first);
@@ -176,7 +176,7 @@ fn each_tick_is_a_step_and_a_drag_is_one() {
 }
 
 #[test]
-fn what_was_set_before_files_were_opened_can_be_undone() {
+fn settings_before_files_were_opened_can_be_undone() {
     let files = Files::new();
     let mut window = window(files.three());
     let first = f_th(&window);
@@ -203,7 +203,7 @@ fn the_palette_finds_an_action_by_a_part_of_its_name() {
     window.key_press(Key::Enter);
     settle(&mut window);
     assert!(on_screen(&window, named("loops")));
-    assert!(!has(&window, "Find an action"), "it closes");
+    assert!(!has(&window, "Find an action"), "the palette closes");
 }
 
 #[test]
@@ -260,7 +260,7 @@ fn a_click_puts_a_cursor_and_with_shift_the_span_has_figures() {
         wait(window, 3);
     };
     press(&mut window, pane.center(), Modifiers::NONE);
-    assert!(!has(&window, "Shift and click puts cursor B"), "nobody asked");
+    assert!(!has(&window, "Shift and click puts cursor B"), "the hint is not shown");
     click(&mut window, Role::Button, "Cursors");
     assert!(has(&window, "Shift and click puts cursor B"));
     press(&mut window, pane.center() + Vec2::new(60.0, 0.0), Modifiers::SHIFT);
@@ -284,14 +284,14 @@ fn space_plays_through_time_and_stops() {
     window.key_press(Key::A);
     window.key_press(Key::T);
     wait(&mut window, 3);
-    assert!(has(&window, "Shift and click puts cursor B"), "cursor A stands where it stopped");
+    assert!(has(&window, "Shift and click puts cursor B"), "cursor A is where playing stopped");
     window.key_press(Key::Escape);
     settle(&mut window);
     assert!(has(&window, "Play"));
 }
 
 #[test]
-fn a_zoom_is_gone_back_from_and_forward_to() {
+fn zooms_can_be_undone_and_redone() {
     let files = Files::new();
     let mut window = window(files.three());
     wait(&mut window, 10);
@@ -343,7 +343,7 @@ fn keys_zoom_and_step_through_time() {
     press(&mut window, Modifiers::NONE, Key::T);
     assert!(
         has(&window, "A 0.1500000 s, B 0.2000000 s"),
-        "20 samples a second, three steps and four"
+        "at 20 Hz, the cursors are at steps three and four"
     );
 }
 
@@ -490,10 +490,13 @@ fn a_recording_is_tared_and_undone() {
     let shell = window.state_mut().as_mut().unwrap();
     shell.send(Action::Tare(vec![0], recording::Tare::Interval(0.0, 0.0)));
     settle(&mut window);
-    assert_eq!(first(&window), 0.0, "the first sample alone is the tare");
+    assert_eq!(first(&window), 0.0, "only the first sample is the tare");
     wait(&mut window, 10);
     ctrl(&mut window, Key::Z);
     assert_eq!(first(&window), before);
     menu(&mut window, "Roles", "Tare all over");
-    assert!(has(&window, "no half second without movement"), "these recordings never rest");
+    assert!(
+        has(&window, "no half second without movement"),
+        "these recordings have no unloaded interval"
+    );
 }

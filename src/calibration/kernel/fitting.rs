@@ -16,7 +16,7 @@ use crate::calibration::normal_equations::NormalEquations;
 use crate::features::ColumnKind;
 use crate::progress::{Cancelled, Progress};
 
-/// Added to the diagonal of the landmarks' kernel matrix, so that it can be inverted. Its entries are at most 1.
+/// Term added to the diagonal of the landmarks' kernel matrix, so that the matrix can be inverted. The entries of the matrix are at most 1.
 const JITTER: f64 = 1e-6;
 /// Candidates for the length scale, in units of a sample's typical distance from the mean. Typical samples are √2 of
 /// these units apart.
@@ -334,7 +334,7 @@ impl<'a> Whitened<'a> {
                     if parts.last().is_none_or(|(last, _)| *last != block.fold) {
                         parts.push((block.fold, NormalEquations::new(n_columns, q)));
                     }
-                    let sums = &mut parts.last_mut().expect("was just pushed").1;
+                    let sums = &mut parts.last_mut().expect("a list was pushed above").1;
                     let stride = sums.stride();
                     let mut padded = vec![0.0; taken.len() * stride];
                     for ((column, k), row) in
@@ -671,7 +671,7 @@ mod tests {
 
     /// The second input is nearly random, and varies by a thirtieth of the first.
     #[test]
-    fn a_small_column_counts_less_where_it_is_noise_and_alike_where_it_is_the_target() {
+    fn a_small_column_counts_less_if_it_is_noise_and_fully_if_it_is_the_target() {
         let second = |x: f64| 0.05 * (12_345.6 * x).sin();
         let powers = |target: &dyn Fn(f64) -> f64| {
             let rows = Beside { function: Function::new(target, 9.0), second };
@@ -697,7 +697,7 @@ mod tests {
     /// Compares with the textbook formula, with every sample a landmark. The mean is `k(x)ᵀ (K + λI)⁻¹ y`, and the
     /// variance divided by the noise variance is `1 + (1 − k(x)ᵀ (K + λI)⁻¹ k(x)) / λ`.
     #[test]
-    fn with_every_sample_a_landmark_it_is_the_gaussian_process() {
+    fn with_every_sample_a_landmark_the_kernel_is_the_gaussian_process() {
         let rows = Function {
             runs: vec![
                 (0..12).map(|k| f64::from(k * k % 12) - 5.5).map(|x| (x, x.cos())).collect(),

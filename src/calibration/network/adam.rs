@@ -5,7 +5,7 @@
 
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
-/// Added to keep the step finite if the second moment is zero.
+/// Term that keeps the step finite if the second moment is zero.
 const EPSILON: f32 = 1e-8;
 /// Minimum size of a moment. Compared with [`EPSILON`], smaller moments have no effect.
 const FLUSH_BELOW: f32 = 1e-30;

@@ -180,7 +180,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn parameters_come_back_in_their_order() {
+    fn parameters_keep_their_order() {
         let network = any_network(&[3, 5]);
         let parameters = network.parameters::<f32>();
         assert_eq!(parameters.len(), (2 + 1) * 3 + (3 + 1) * 5 + (5 + 1) * 2);

@@ -125,7 +125,7 @@ impl<T: Real> Backward<T> {
 
     /// Returns the derivatives with respect to the outputs, to be written before [`Backward::run`].
     pub fn output_slopes(&mut self) -> &mut [T] {
-        self.slopes.last_mut().expect("there are outputs")
+        self.slopes.last_mut().expect("a network has an output layer")
     }
 
     /// Writes the derivatives with respect to the parameters, after `forward` ran on the same `n_samples` samples.

@@ -245,7 +245,7 @@ mod tests {
 
     /// The held-out samples follow another function, so their loss soon rises.
     #[test]
-    fn the_network_kept_is_the_best_on_held_out_samples() {
+    fn the_result_is_the_network_with_the_best_held_out_loss() {
         let learned = samples(300, 1, curved);
         let held_out = samples(50, 2, |a, b| [1.5 * curved(a, b)[0] + 0.4 * (9.0 * a).sin()]);
         let trained = train(&learned, Some(&held_out), &settings(40));

@@ -132,7 +132,6 @@ impl Language {
         format!("{open}\n    {}\n{close}", rows.join(between))
     }
 
-    /// Fills the template.
     fn fill(self, values: Value) -> Result<String, minijinja::Error> {
         let mut templates = environment(true);
         templates.add_filter("comment", move |text: String| (self.comment)(&text));
@@ -296,7 +295,6 @@ impl fmt::Display for Footprint {
     }
 }
 
-/// Returns the number of constants of a program.
 fn n_constants(program: &Program) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
     let constants = program.blocks.iter().flat_map(|block| &block.source.constants);

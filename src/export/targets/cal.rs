@@ -105,7 +105,6 @@ pub fn name_gauges(calibration: &mut Calibration, names: &[String]) {
     calibration.gauges = names.to_vec();
 }
 
-/// Attributes by name.
 type Attributes = BTreeMap<String, String>;
 
 /// Reads the `UserAxis` rows; gauges are called SG0, SG1 and so on.

@@ -46,7 +46,6 @@ pub fn target_for(path: &Path) -> Option<&'static Target> {
     targets.find(|target| target.endings.contains(&&*ending))
 }
 
-/// Returns true if a path names a folder.
 pub(super) fn asks_for_folder(path: &Path) -> bool {
     let last = path.as_os_str().as_encoded_bytes().last();
     last.is_some_and(|last| is_separator(char::from(*last)))

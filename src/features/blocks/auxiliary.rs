@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn two_channels_stand_side_by_side() {
+    fn two_channels_have_separate_columns() {
         let channels = [channel(20.0, 1.0), channel(5.0, 10.0)];
         let mut stream = Auxiliary.stream(&[0.0], &GaugeScale::identity(1), &channels, 0.0);
         let mut out = [0.0; 4];

@@ -205,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn monomials_stand_in_the_order_of_their_columns() {
+    fn monomials_have_the_order_of_their_columns() {
         let z = [2.0_f64, 5.0];
         let mut out = [0.0; 5];
         let mut stream = Polynomial.stream(&[3.0], &GaugeScale::identity(2), &[], 0.0);

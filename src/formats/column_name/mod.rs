@@ -185,12 +185,10 @@ fn kind_of(name: &str) -> Option<Kind> {
     plain_kind(name)
 }
 
-/// Returns true if a column with this name is a gauge.
 pub(crate) fn is_gauge_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Gauge)
 }
 
-/// Returns true if a column with this name is the time.
 pub(crate) fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }

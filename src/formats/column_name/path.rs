@@ -59,7 +59,7 @@ const GAUGES: [&str; 12] = [
     "straingauges",
     "coinft",
 ];
-/// Words that occur in the paths of gauges and of other signals. Beside a word for a load they do not make a gauge.
+/// Words that occur in the paths of gauges and of other signals. A path that also has a word for a load is no gauge.
 const CHANNELS: [&str; 8] = ["raw", "adc", "channel", "channels", "ch", "ai", "volts", "voltages"];
 /// Parts of a path without meaning.
 const NEUTRAL: [&str; 4] = ["data", "value", "values", "field"];

@@ -71,7 +71,7 @@ mod tests {
 
     /// Header, one text of 2 bytes with its end, a number of 8 bytes: the text ends at 15, so the number is aligned to 16.
     #[test]
-    fn values_stand_at_multiples_of_their_size() {
+    fn values_are_aligned_to_their_size() {
         let mut message = vec![0, 1, 0, 0];
         message.extend(7_i32.to_le_bytes());
         message.extend(500_000_000_u32.to_le_bytes());
@@ -90,6 +90,6 @@ mod tests {
         let sequence = Cdr::new(&message).unwrap().sequence(Number::Float(8));
         assert_eq!(sequence, None);
         assert_eq!(Cdr::new(&message).unwrap().skip_texts(), None);
-        assert!(Cdr::new(&[0, 0, 0, 0]).is_none(), "the high byte first");
+        assert!(Cdr::new(&[0, 0, 0, 0]).is_none(), "big-endian messages are refused");
     }
 }

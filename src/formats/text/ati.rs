@@ -17,7 +17,6 @@ pub(crate) struct Preamble {
     pub moment: CountedUnit,
 }
 
-/// Unit, and the number of counts per unit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CountedUnit {
     pub unit: String,

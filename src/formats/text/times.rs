@@ -16,7 +16,6 @@ const EPOCH: Date = civil::date(1970, 1, 1);
 /// Marks between the parts of a date.
 const MARKS: [char; 3] = ['-', '/', '.'];
 
-/// Order of the parts of a date.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DateOrder {
     YearMonthDay,
@@ -230,7 +229,7 @@ mod tests {
         assert_eq!(form(&["03/13/2025", "03/14/2025"]), (MONTH_FIRST, None));
         assert_eq!(form(&["13/03/2025", "14/03/2025"]), (DAY_FIRST, None));
         let one_day = ["03/04/2025 10:00", "03/04/2025 10:01"];
-        assert_eq!(form(&one_day), (MONTH_FIRST, None), "times apart are the same");
+        assert_eq!(form(&one_day), (MONTH_FIRST, None), "the intervals are equal in both orders");
         assert_eq!(form(&["2025-03-04", "2025-04-04"]), (ISO, None));
     }
 

@@ -56,8 +56,7 @@ impl ColumnReport {
             && first.windows(2).all(is_step)
     }
 
-    /// Returns true if the cells fit the role of the column.
-    pub(super) fn can_be_what_it_is(&self) -> bool {
+    pub(super) fn cells_fit_role(&self) -> bool {
         match self.is {
             ColumnRole::Ignore | ColumnRole::Group | ColumnRole::Status | ColumnRole::Mount => true,
             ColumnRole::Date => self.content == Content::Times,

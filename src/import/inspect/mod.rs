@@ -212,7 +212,7 @@ fn is_for(opened: &Opened, table: &TableMap) -> bool {
         return has_shape;
     }
     let columns = columns::reports(table, &head, &opened.sample(&table.text, &head));
-    opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::can_be_what_it_is)
+    opened.is_cut_by(&table.text) && columns.iter().all(ColumnReport::cells_fit_role)
 }
 
 fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {

@@ -106,7 +106,6 @@ impl Side {
         matches!(self, Self::Both | Self::Gauges)
     }
 
-    /// Returns true if columns with this role are read.
     pub(super) fn reads(self, role: ColumnRole) -> bool {
         use ColumnRole::{
             Auxiliary, Date, Gauge, Group, Ignore, Load, Mount, Pose, Status, Time, TimeFraction,

@@ -173,7 +173,7 @@ mod tests {
 
     /// Twice (half the load + 3) is the load + 6, and the tare subtracts the 6.
     #[test]
-    fn a_right_matrix_has_no_error_once_it_is_tared() {
+    fn a_right_matrix_has_no_error_after_taring() {
         let directory = tempfile::tempdir().unwrap();
         let set = set();
         let names = &set.layout().gauge_names;

@@ -458,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fit_through_every_sample_says_so_and_has_no_left_out_errors() {
+    fn an_undetermined_fit_is_reported_and_has_no_held_out_errors() {
         let thin = fitted(&recordings(&[3, 3, 3], &[0, 1, 2]), None);
         let undetermined = thin.undetermined().unwrap();
         assert_eq!((undetermined.samples, undetermined.coefficients), (9, 10));

@@ -79,7 +79,7 @@ mod tests {
     /// The time of the panes and the clock of the first recording both begin at zero, so both intervals choose the same
     /// samples of it. The panes show the second recording after the first.
     #[test]
-    fn what_is_on_screen_is_counted_within_each_recording() {
+    fn visible_samples_are_counted_within_each_recording() {
         let set = simulated::recordings(1);
         let mut two = RecordingSet::default();
         for entry in &set.entries()[..2] {

@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_moved_threshold_gives_what_a_fit_from_nothing_gives_to_the_last_bit() {
+    fn a_moved_threshold_gives_the_same_bits_as_a_new_fit() {
         let two = FeatureSettings {
             look_backs: vec![Thresholds::default(); 2],
             ..FeatureSettings::present()
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_that_are_made_where_somebody_looks_are_those_that_are_kept() {
+    fn computed_loads_equal_stored_loads() {
         let two = FeatureSettings {
             look_backs: vec![Thresholds::default(); 2],
             blocks: Blocks::default().with(&Polynomial, &[2.0]),

@@ -82,7 +82,7 @@ mod tests {
     use crate::recording::simulated;
 
     #[test]
-    fn the_copied_table_holds_what_the_pane_shows() {
+    fn the_copied_table_equals_the_pane() {
         let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
         let settings = FitSettings { decimation: 20, ..FitSettings::default() };
         let request = Request::fit(recordings, settings);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_scored_has_a_reason() {
+    fn missing_scores_have_a_reason() {
         let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
         let settings = FitSettings { decimation: 50, ..FitSettings::default() };
         let request = Request::fit(recordings, settings);

@@ -197,7 +197,6 @@ struct FixedAxis {
     traces: AxisTraces,
 }
 
-/// Returns the next trace, if `is_there`.
 fn next(series: &mut impl Iterator<Item = Series>, is_there: bool) -> Option<Arc<Series>> {
     series.by_ref().take(usize::from(is_there)).next().map(Arc::new)
 }
@@ -263,7 +262,7 @@ impl FixedTraces {
         let axes = axes
             .map(|((&axis, truth), factory)| {
                 let (has_truth, has_factory) = (truth.is_some(), factory.is_some());
-                let conventional = next(&mut series, true).expect("one for each axis");
+                let conventional = next(&mut series, true).expect("one trace per axis");
                 let traces = AxisTraces {
                     axis,
                     compensated: Arc::clone(&conventional),
@@ -345,7 +344,7 @@ impl FixedTraces {
         let mut series = Series::all_of(all, progress).into_iter();
         progress.check()?;
         let moving = self.axes.iter().zip(bands).map(|(fixed, band)| Moving {
-            compensated: next(&mut series, true).expect("one for each axis"),
+            compensated: next(&mut series, true).expect("one trace per axis"),
             error: next(&mut series, fixed.truth.is_some()),
             band,
         });

@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn two_groups_state_nothing_and_three_test_recordings_may_stand_in() {
+    fn two_groups_have_no_expected_error_but_three_test_recordings_do() {
         let entries = [entry("r", path(0.0))];
         let of = |n_tests: usize| {
             let tested = match n_tests {
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_that_stands_still_has_no_figure() {
+    fn an_axis_that_hardly_moves_has_no_expected_error() {
         let still = |share: f64| [10.0 * (7.0 * share).sin(), 0.01 * share];
         let entries = [entry("r", still)];
         let found = weighed(&entries, errors(3, std::iter::once(0.1)), HeldOutErrors::new(2));

@@ -61,7 +61,6 @@ impl Inks {
 /// Loops with the display settings.
 #[derive(Clone, Debug)]
 pub(crate) struct LoopView<'a> {
-    /// The loops.
     pub(crate) plot: &'a LoopPlot,
     /// Name and unit of the gauge on the vertical axis, if it shows one.
     pub(crate) gauge: (&'a str, &'a str),

@@ -18,7 +18,6 @@ impl Output {
     /// Both outputs, in the order used everywhere.
     pub const ALL: [Self; 2] = [Self::Conventional, Self::Compensated];
 
-    /// Returns the loads of this output.
     pub(crate) fn of(self, applied: &AppliedLoads) -> &[f64] {
         match self {
             Self::Conventional => &applied.conventional,

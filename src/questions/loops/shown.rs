@@ -215,7 +215,7 @@ mod tests {
 
     /// Full scale is 20 N: a width of 1 N is 5 %, and an area of 8 N² is 2 % of its square.
     #[test]
-    fn figures_stand_in_units_in_percent_and_as_a_change() {
+    fn figures_are_in_units_in_percent_and_as_a_change() {
         let of =
             LoopScale { axis: Axis::Fz, full_scale: 20.0, gauge_unit: None, output_scale: 20.0 };
         let basis = Basis { reversal_threshold_halved: Some(1.1), ..Basis::new(3, 0.5) };

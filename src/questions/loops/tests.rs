@@ -173,7 +173,7 @@ fn very_many_branches_are_all_drawn_in_few_points() {
 }
 
 #[test]
-fn conventional_and_compensated_stand_side_by_side_and_errors_are_less_the_load() {
+fn loads_have_two_curves_and_errors_are_relative_to_the_load() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
     let mut request = request(&recordings, Question::Loops(loops(Up::Load, Span::All)));
     let load = picture(&request);
@@ -188,7 +188,7 @@ fn conventional_and_compensated_stand_side_by_side_and_errors_are_less_the_load(
 }
 
 #[test]
-fn only_what_is_on_screen_is_looked_at() {
+fn only_visible_samples_are_plotted() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz]), with_play("b", vec![Axis::Fz])]);
     let mut request = request(&recordings, Question::Loops(loops(Up::Error, Span::Visible)));
     assert_eq!(picture(&request).n_samples, 4000);
@@ -354,7 +354,7 @@ fn the_reversal_threshold_is_the_same_in_every_view() {
 }
 
 #[test]
-fn a_cancelled_look_says_so() {
+fn a_cancelled_question_is_an_error() {
     let recordings = set(vec![with_play("a", vec![Axis::Fz])]);
     let progress = Progress::default();
     progress.cancel();
@@ -424,7 +424,7 @@ fn twenty_million_samples_are_drawn_to_the_pixel() {
     };
     for at in 0..measured.len() {
         assert!(!measured[at] || is_near(&drawn, at), "cell {at} is missing");
-        assert!(!drawn[at] || is_near(&measured, at), "nothing is in {at}");
+        assert!(!drawn[at] || is_near(&measured, at), "no sample is near drawn cell {at}");
     }
     for k in (0..n).step_by(997) {
         let column = place(load(k), loads, n_across) as usize;

@@ -8,7 +8,6 @@ use crate::questions::metrology::quantity::Quantity;
 use crate::questions::metrology::reason::Reason;
 use crate::scoring::holds::{Drift, Hold};
 
-/// Dwells of one axis.
 pub(crate) struct DwellRows<'a> {
     view: &'a AxisView<'a>,
     /// Longest dwell with the axis loaded.
@@ -50,7 +49,7 @@ impl<'a> DwellRows<'a> {
         let largest = pairs.iter().map(returned).reduce(|largest, other| {
             if other.size.abs() > largest.size.abs() { other } else { largest }
         });
-        Ok(largest.expect("the list has a pair if it is no reason"))
+        Ok(largest.expect("a found list has at least one pair"))
     }
 
     fn drift(

@@ -110,7 +110,6 @@ pub(crate) struct Measured<'a> {
     pub(crate) full_scale: &'a [f64],
     pub(crate) settings: &'a MetrologySettings,
     pub(crate) runs: Vec<Columns<'a>>,
-    /// Reversal threshold of each axis.
     pub(crate) reversal_thresholds: Vec<f64>,
     /// Dwells of each run, of all axes that have a reference.
     pub(crate) holds: Vec<Vec<Hold>>,
@@ -227,7 +226,6 @@ pub(crate) struct AxisView<'a> {
 
 #[derive(Debug)]
 pub(crate) struct AxisRun<'a> {
-    /// Index of the run.
     pub(crate) index: usize,
     pub(crate) run: &'a Columns<'a>,
     pub(crate) loads: &'a [f64],

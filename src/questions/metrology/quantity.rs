@@ -324,7 +324,7 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn every_row_has_an_id_of_its_own_and_says_what_it_is() {
+    fn every_row_has_its_own_id_and_a_definition() {
         let all = Quantity::all(&Axis::ALL);
         assert_eq!(all.len(), 28);
         let definitions = all.iter().map(|quantity| quantity.definition());

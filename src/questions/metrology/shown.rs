@@ -105,7 +105,6 @@ fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: S
     }
 }
 
-/// Returns the hover text of a figure.
 fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     let mut about = format!("{} {}", significant(value.value, 4), cell.unit);
     if let Some(percent) = value.percent_fs {

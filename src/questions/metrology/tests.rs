@@ -309,7 +309,7 @@ fn crosstalk_is_the_reading_of_the_other_axes_while_one_axis_is_loaded() {
 }
 
 #[test]
-fn what_the_data_cannot_give_says_why() {
+fn missing_figures_have_a_reason() {
     use Quantity::*;
     let axis = Axis::Fz;
     let of = |load: Vec<f64>| One::new(load.clone(), load).table(10.0);
@@ -340,7 +340,7 @@ fn what_the_data_cannot_give_says_why() {
 }
 
 #[test]
-fn without_a_reference_every_figure_says_so() {
+fn without_a_reference_every_figure_has_this_reason() {
     let load = path(&[0.0, 10.0, 0.0], 100);
     let one = One::new(load.clone(), load);
     let bare = Run { reference_axes: &[], reference: &[], ..one.run() };
@@ -526,7 +526,7 @@ fn repeatability_is_only_of_cycles_that_repeat() {
 }
 
 #[test]
-fn what_does_not_fit_together_is_refused() {
+fn mismatched_inputs_are_refused() {
     let load = path(&[0.0, 1.0], 9);
     let one = One::new(load.clone(), load);
     let settings = MetrologySettings::default();

@@ -131,6 +131,6 @@ mod tests {
         };
         assert_eq!(change("RMSE, held-out"), Some(-45.0));
         assert_eq!(change("Largest error"), Some(250.0));
-        assert_eq!(change("Creep"), None, "the load never dwells");
+        assert_eq!(change("Creep"), None, "there is no dwell");
     }
 }

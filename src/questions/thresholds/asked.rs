@@ -27,7 +27,6 @@ pub struct StudyThresholds {
     recordings: Arc<RecordingSet>,
     /// Settings of the fit, with the first look-back's thresholds set to a fixed pair.
     settings: FitSettings,
-    /// Present thresholds.
     thresholds: Thresholds,
     datasets: Datasets,
 }
@@ -183,7 +182,7 @@ mod tests {
     use crate::recording::simulated;
 
     #[test]
-    fn the_map_stays_while_other_thresholds_begin_it_again() {
+    fn the_map_stays_while_new_thresholds_restart_it() {
         let request = Request::fit(Arc::new(simulated::recordings(4)), FitSettings::default());
         let study = |thresholds| StudyThresholds::of(&request, thresholds);
         let thresholds = Thresholds::default();

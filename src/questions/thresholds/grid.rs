@@ -7,7 +7,7 @@ use crate::scoring::numbers::{decimals, round_step};
 
 /// Maximum number of values of one threshold. More could not be distinguished in a plot.
 pub const MAX_VALUES: usize = 2000;
-/// Maximum number of pairs of thresholds. Their errors would fill the memory beyond it.
+/// Maximum number of pairs of thresholds. The errors of more pairs would fill the memory.
 const MAX_PAIRS: usize = 250_000;
 /// Approximate number of rows in the first, coarsest level.
 const COARSEST: usize = 5;
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_grid_is_refused_with_what_to_do() {
+    fn invalid_grids_are_refused_with_a_remedy() {
         let even = |start, stop, step| even_values("F_th", start, stop, step);
         assert!(matches!(even(0.0, 1.0, 0.0), Err(GridError::Step { .. })));
         assert!(matches!(even(0.0, 1.0, f64::NAN), Err(GridError::Step { .. })));

@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unfinished_map_suggests_from_what_has_come() {
+    fn an_unfinished_map_suggests_among_its_computed_rows() {
         let full = map(&[[3.0; 4], [2.0; 4], [1.0; 4]]);
         let mut half = map(&[[3.0; 4], [2.0; 4], [1.0; 4]]);
         half.rows[2] = None;

@@ -70,7 +70,7 @@ pub fn recordings(seed: u64) -> RecordingSet {
 /// Returns the recordings of a calibration bench, `bench_Fx` to `bench_Mz`, with the role off.
 ///
 /// Each recording loads one axis alone: rest, four cycles to the rated load in both directions, rest, a staircase with
-/// dwells up to 80 % and back, rest. They show zero return, creep, repeatability and crosstalk.
+/// dwells up to 80 % and back, rest. These recordings show zero return, creep, repeatability and crosstalk.
 pub fn bench(seed: u64) -> Vec<Entry> {
     let axes = Axis::ALL.into_iter().enumerate();
     axes.map(|(at, axis)| {

@@ -139,10 +139,10 @@ mod tests {
         let [picture] = &pictures[..] else { panic!("one frame is one picture") };
         assert_eq!(picture.size, [8, 4]);
         let at = |column: usize, row: usize| &picture.rgba[4 * (8 * row + column)..][..4];
-        assert_eq!(at(3, 3), [200, 0, 0, 51], "passed only");
-        assert_eq!(at(7, 0), [0, 0, 200, 255], "nine samples");
+        assert_eq!(at(3, 3), [200, 0, 0, 51], "a path only crosses the cell");
+        assert_eq!(at(7, 0), [0, 0, 200, 255], "the cell has nine samples");
         assert_eq!(at(7, 2), [0, 0, 200, 51]);
-        assert_eq!(at(7, 3), [100, 0, 100, 89], "one sample of each");
+        assert_eq!(at(7, 3), [100, 0, 100, 89], "the cell has one sample of each colour");
         assert!((0..3).all(|row| (0..7).all(|column| at(column, row)[3] == 0)));
         let pixels = &CloudPicture::of(&[cloud(&there, [0, 0, 200])], 2)[0];
         assert_eq!(pixels.size, [4, 2]);

@@ -207,7 +207,7 @@ mod tests {
 
     /// In an image whose y axis points down, an arrow along a rising line must point up.
     #[test]
-    fn an_arrow_points_the_way_of_its_line() {
+    fn an_arrow_points_in_the_direction_of_its_line() {
         let arrow = |way| Arrow { at: [1.0, 2.0], way, color: [0; 3] };
         let place = |[x, y]: [f64; 2]| [10.0 * x, 100.0 - 10.0 * y];
         let up = arrow([[0.0, 0.0], [0.0, 3.0]]).corners(place).unwrap();

@@ -382,7 +382,7 @@ mod tests {
 
     /// 0 to 10 maps to 80 to 776 horizontally and 540 to 50 vertically, so the point (10, 1) is at (776, 491).
     #[test]
-    fn points_stand_where_the_scales_say() {
+    fn points_are_placed_by_the_scales() {
         let svg = figure("Loops", (0.0, 10.0)).svg(SIZE);
         assert!(svg.contains(r#"d="M80.0 540.0L776.0 491.0""#), "{svg}");
         assert!(svg.contains("#d55e00") && svg.contains("stroke-dasharray"));

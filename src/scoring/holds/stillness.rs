@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn every_axis_must_stand_still() {
+    fn a_dwell_needs_every_axis_to_stand_still() {
         let still = [3.0; 40];
         let stepping: Vec<f64> = (0..40).map(|k| f64::from(k / 20)).collect();
         let found = holds(&seconds(40), &[&still, &stepping], &[0.1; 2], 9.0);

@@ -279,7 +279,7 @@ fn hysteresis(sensor: &Sensor, lag: &Lag) -> [f64; 3] {
 }
 
 #[test]
-fn what_is_left_without_the_lag_is_the_hysteresis() {
+fn the_width_without_the_lag_is_the_hysteresis() {
     for (kind, samples) in LAGS {
         for (play, n_axes) in [(0.0, 1), (0.01, 1), (0.1, 1), (0.05, 6)] {
             let is_quick = n_axes == 1 || samples == 5.0;

@@ -23,7 +23,6 @@ pub type BlockStrengths = Vec<Vec<Option<f64>>>;
 /// Choices that have been tried, with their errors.
 struct Tried<'a> {
     left_out: LeftOut<'a>,
-    /// Columns of each block.
     blocks: &'a [Vec<usize>],
     squares: HashMap<Levels, Vec<f64>>,
 }
@@ -172,7 +171,7 @@ mod tests {
     const TERMS: Terms<'_> = Terms { used: &[0, 1, 2, 3], kinds: &KINDS, known: &[] };
 
     #[test]
-    fn a_block_is_there_for_the_axis_that_it_helps() {
+    fn a_block_is_used_only_on_the_axis_that_it_helps() {
         let parts = parts(8);
         let total = total(&parts);
         let left_out = LeftOut::of(&total, &parts, TERMS);

@@ -197,7 +197,7 @@ mod tests {
 
     /// Columns of blocks that a ridge shrinks need no samples of their own.
     #[test]
-    fn what_is_shrunk_needs_no_samples() {
+    fn shrunk_columns_need_no_samples() {
         let kinds = [ColumnKind::Gauge, ColumnKind::Appended];
         let too_short = |samples: &[u64], strength| {
             too_short(samples.iter().copied(), kinds.into_iter(), &[strength])
@@ -296,7 +296,7 @@ mod tests {
         parts.iter().for_each(|part| total.add(part));
         let terms = Terms { used: &[0, 1], kinds: &[ColumnKind::Gauge; 2], known: &[] };
         let left_out = LeftOut::of(&total, &parts, terms);
-        assert!((left_out.squares(0.0)[0] - 125.0).abs() < 1e-9, "five errors of 5");
+        assert!((left_out.squares(0.0)[0] - 125.0).abs() < 1e-9, "there are five errors of 5");
     }
 
     /// The fit is a mean. The parts {0, 0} and {3} are predicted as 3 and 0, so every error is 3.

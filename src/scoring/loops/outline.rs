@@ -13,7 +13,7 @@ const REACH: f64 = 0.4;
 /// Mean number of lines over a touched pixel above which lines hide each other. At the opacity of this many lines, one more
 /// is not visible.
 const MAX_PASSES: f64 = 4.0;
-/// Largest number of cells in either direction. It bounds the memory for any requested size.
+/// Largest number of cells in either direction. This limit bounds the memory for any requested size.
 const MAX_CELLS: f64 = 16_384.0;
 
 /// A rectangle of the plane that is drawn.
@@ -91,7 +91,6 @@ pub fn outline<P: IntoIterator<Item = [f64; 2]>>(
 #[derive(Clone, Copy, Debug)]
 struct Grid {
     low: [f64; 2],
-    /// Size of a cell.
     size: [f64; 2],
     /// Number of cells in each direction. The numbers are whole.
     cells: [f64; 2],
@@ -490,7 +489,7 @@ mod tests {
     /// A circle is drawn as a line. The same circle twenty times, or noise that fills a spot, is drawn as a density. Twenty
     /// circles with few samples stay lines, because their density would be dots.
     #[test]
-    fn what_passes_over_itself_is_drawn_by_how_often_however_few_samples_it_has() {
+    fn paths_that_overlap_are_drawn_as_density_for_any_number_of_samples() {
         let circle = |n: usize, turns: usize| {
             path(n, |k| {
                 let angle = (k * turns) as f64 * std::f64::consts::TAU / (n - 1) as f64;
@@ -511,7 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_is_cut_off_and_what_crosses_is_not() {
+    fn paths_are_clipped_at_the_frame() {
         let across = vec![[-9.0, 0.0], [9.0, 0.0], [9.0, 5.0], [9.0, 9.0]];
         let lines = outline([across], FRAME, PIXELS, 100);
         assert_eq!(lines, Outline::Lines(vec![vec![[-1.0, 0.0], [1.0, 0.0]]]));

@@ -31,9 +31,9 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
             if !closes || beside == [span; 2] {
                 break;
             }
-            let mut after = residue.pop().expect("there are three");
-            let own = residue.pop().expect("there are three");
-            let before = residue.pop().expect("there are three");
+            let mut after = residue.pop().expect("the stack holds three ranges");
+            let own = residue.pop().expect("the stack holds three ranges");
+            let before = residue.pop().expect("the stack holds three ranges");
             let back = closing_sample(&own, &after, loads);
             let n_within = (after.nested).partition_point(|nested| nested.end <= back);
             let rest = after.nested.split_off(n_within);
@@ -149,7 +149,7 @@ mod tests {
 
     /// ASTM E1049-85, 5.4.4 and figure 6: ranges 3, 4, 6, 8, 9 occur 0.5, 1.5, 0.5, 1.0 and 0.5 times.
     #[test]
-    fn the_standards_own_example_is_counted_as_it_says() {
+    fn the_example_of_the_standard_has_its_counts() {
         let loads = [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0];
         let expected = [(9.0, 0.5), (8.0, 1.0), (6.0, 0.5), (4.0, 1.5), (3.0, 0.5)];
         assert_eq!(counts_of(&loads), expected);

@@ -76,7 +76,6 @@ impl Raster {
         self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0));
     }
 
-    /// Returns true if this cell was touched.
     pub(crate) fn is_touched(&self, cell: [usize; 2]) -> bool {
         self.levels[0].has(cell)
     }

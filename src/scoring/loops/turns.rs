@@ -13,7 +13,7 @@ use crate::scoring::quantile::quantile;
 pub const NOISE_FACTOR: f64 = 10.0;
 /// Smallest default reversal threshold, as a share of the load's range.
 pub const MIN_SHARE: f64 = 0.05;
-/// Maximum number of differences of a recording that are used for its noise. They determine it to about 5 %.
+/// Maximum number of differences of a recording that are used for its noise. This number determines the noise to about 5 %.
 const MAX_DIFFERENCES: usize = 1024;
 /// Median of the magnitude of a normal deviate, in standard deviations.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_750_196_081_7;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_move_has_no_branch() {
+    fn a_constant_load_has_no_branch() {
         for loads in [&[][..], &[1.0], &[2.0; 9]] {
             assert_eq!(branches(loads, 0.0), []);
         }

@@ -7,7 +7,7 @@ use loopscope::import::map::ColumnMap;
 fuzz_target!(|text: &[u8]| {
     if let Ok(map) = ColumnMap::from_json(text) {
         let mut written = Vec::new();
-        map.write_json(&mut written).expect("a list takes all");
-        assert_eq!(ColumnMap::from_json(&written).expect("it was written so"), map);
+        map.write_json(&mut written).expect("writing to a list cannot fail");
+        assert_eq!(ColumnMap::from_json(&written).expect("a written map is valid"), map);
     }
 });

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_is_found_where_the_layout_says() {
+    fn a_table_is_found_by_its_layout() {
         let head = b"x\nA;B [N]\n[s];[N]\n# c\n1;2\n3;4\n";
         let layout = TextLayout {
             delimiter: Semicolon,

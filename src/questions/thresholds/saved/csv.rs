@@ -77,7 +77,7 @@ mod tests {
     use crate::recording::Axis;
 
     #[test]
-    fn every_pair_and_set_has_a_row_and_what_is_not_known_has_none() {
+    fn every_known_pair_and_set_has_a_row() {
         let point = |train: f64, cv: Option<f64>| PointScores {
             scores: Scores {
                 train_rmse: Some(vec![train]),

@@ -170,7 +170,7 @@ fn without_past_samples_the_errors_are_exactly_conventional() {
 }
 
 #[test]
-fn rows_are_told_once_each_and_make_up_the_map() {
+fn each_row_is_reported_once_and_the_rows_make_the_map() {
     let received = Mutex::new(None::<ThresholdMap>);
     let study =
         Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
@@ -197,7 +197,7 @@ fn rows_are_told_once_each_and_make_up_the_map() {
 }
 
 #[test]
-fn a_map_that_is_cancelled_ends_after_the_row_it_is_at() {
+fn a_cancelled_map_ends_after_its_current_row() {
     let study =
         Study::prepare(&Datasets::default(), some(30), settings(|_| {}), &Progress::default())
             .unwrap();
@@ -237,7 +237,7 @@ fn test_recordings_take_no_part_in_any_suggestion() {
 }
 
 #[test]
-fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
+fn recordings_too_short_to_leave_a_part_out_are_refused_with_a_remedy() {
     let all = simulated::recordings(5);
     let short = |n: usize| -> Recording {
         let recording = &all.entries()[0].recording;
@@ -284,7 +284,7 @@ fn recordings_too_short_to_leave_a_part_out_are_refused_with_what_to_do() {
 
 /// The error of a proposed list equals that of a fit with this list, and is lower than without it.
 #[test]
-fn a_suggested_list_keeps_what_it_promises() {
+fn the_error_of_a_suggested_list_is_that_of_its_fit() {
     let recordings = some(12);
     let plain = settings(|s| s.features = FeatureSettings::present());
     let progress = Progress::default();
@@ -310,7 +310,7 @@ fn a_suggested_list_keeps_what_it_promises() {
 
 /// Applies the paper's rule and cross-validation to the simulated sensor, whose mean hysteresis is 2.64 N.
 #[test]
-fn the_mean_hysteresis_of_the_built_in_sensor_is_near_the_one_it_was_made_with() {
+fn the_mean_hysteresis_of_the_built_in_sensor_is_near_its_design() {
     let recordings = Arc::new(simulated::recordings(simulated::DEFAULT_SEED));
     let study = Study::prepare(
         &Datasets::default(),
