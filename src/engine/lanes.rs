@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use crate::engine::query::{Background, Lane, LaneEvent, Notify, Running};
+use crate::questions::check::cold_start::AskColdStart;
 use crate::questions::check::faulty::FindFaults;
 use crate::questions::check::query::CheckData;
 use crate::questions::errors::asked::Analyse;
@@ -31,6 +32,7 @@ impl Lanes {
             Box::new(Lane::<CheckData>::new(notify)),
             Box::new(Lane::<AskExpectedError>::new(notify)),
             Box::new(Lane::<AskHistory>::new(notify)),
+            Box::new(Lane::<AskColdStart>::new(notify)),
             Box::new(Lane::<ChooseBlock>::new(notify)),
             Box::new(Lane::<Train>::new(notify)),
             Box::new(Lane::<Compare>::new(notify)),

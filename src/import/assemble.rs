@@ -380,7 +380,7 @@ mod tests {
         assert_eq!(*repeat, Cause::RepeatedTime { time_secs: 0.0 });
     }
 
-    /// Each change of the value starts a recording, also within a burst; an empty cell skips its row.
+    /// Each change of the value starts a recording; an empty cell skips its row.
     #[test]
     fn a_group_column_starts_recordings_and_names_their_groups() {
         let text = "t,S1,group\n0,1,a\n0.1,2,a\n0.2,3,b\n0.3,4,\n0.4,5,b\n0.5,6,a\n9,7,a\n";

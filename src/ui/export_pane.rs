@@ -1,9 +1,12 @@
 //! Pane of the exports: one card for each format with its contents, and buttons that write several files at once.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::engine::{Action, Edit, Engine, Existing};
 use crate::export::{Footprint, TARGETS, caution, target_endings};
+use crate::finding::Face;
+use crate::questions::check::cold_start::AskColdStart;
 use crate::questions::history::AskHistory;
 use crate::shown::first;
 use crate::ui::command::{Command, Kind, Pane};
@@ -49,6 +52,16 @@ impl PaneView for View {
         }
         if let Some(caution) = caution(calibration, Path::new(self.path.trim())) {
             ui.warn(caution);
+        }
+        if let Some((of, exact)) = cx.engine.exact().filter(|(_, exact)| exact.fitted) {
+            let calibration = Arc::clone(&exact.calibration);
+            let ask = AskColdStart { request: of.clone(), calibration };
+            if let Some((asked, Some(found))) = cx.engine.lane::<AskColdStart>().whole()
+                && *asked == ask
+            {
+                ui.warn(found.text(Face::Window));
+            }
+            cx.ask(ask);
         }
         let footprint = Footprint::of(calibration);
         let about = "To need less memory, set a history rate or a smaller t_th, or replace the look-back by play";

@@ -25,7 +25,7 @@ use dropped::Dropped;
 use loopscope::calibration::{Regressor, RidgeChoice};
 use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
-use loopscope::features::{Column, Play, Polynomial};
+use loopscope::features::{Column, Creep, Play, Polynomial};
 use loopscope::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use loopscope::questions::{Analysis, View};
 use loopscope::recording;
@@ -590,6 +590,37 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     settle(&mut window);
     assert!(has(&window, "Applying "), "the calibration is applied again");
     assert!(!analysis(&window).fitted);
+}
+
+/// A new load every two seconds; the gauge creeps by as much as the load. Directly after a start, creep is unknown.
+#[test]
+fn the_export_pane_warns_of_a_cold_start_that_is_worse() {
+    let files = Files::new();
+    let mut numbers = 1_u64;
+    let paths = ["a.csv", "b.csv", "c.csv", "d.csv"].map(|name| {
+        let (mut slow, mut load) = (0.0, 0.0);
+        let mut text = "t [s],S1,Fz [N]".to_owned();
+        for k in 0..1200 {
+            if k % 20 == 0 {
+                numbers = numbers.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                load = (numbers >> 33) as f64 / f64::from(1_u32 << 27) - 8.0;
+            }
+            slow += (load - slow) * 0.01;
+            write!(text, "\n{},{},{load}", 0.1 * f64::from(k), load + slow).unwrap();
+        }
+        files.write(name, &text)
+    });
+    let mut window = window(paths.to_vec());
+    show(&mut window, "export");
+    let mut settings = state(&window).project().settings.clone();
+    settings.features.look_backs.clear();
+    for (taus, warns) in [(vec![], false), (vec![10.0], true)] {
+        settings.features.blocks.set(&Creep, taus);
+        let shell = window.state_mut().as_mut().unwrap();
+        shell.send(Edit::Settings(settings.clone()));
+        settle(&mut window);
+        assert_eq!(has(&window, "after a cold start"), warns);
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //!
 //! The findings are determined once; window, command line and report show the same list.
 
-use crate::calibration::{Calibration, ErrorBlocks, GridEdge, HARM};
+use crate::calibration::{Calibration, GridEdge};
 use crate::features::{Auxiliary, AuxiliaryChannel};
 use crate::finding::{Finding, Id, Verdict};
 use crate::min_max::MinMax;
@@ -15,16 +15,11 @@ use crate::questions::error::AnalysisError;
 use crate::questions::request::Request;
 use crate::questions::travels::{MOST_UNKNOWN, Travels};
 use crate::recording::in_role;
-use crate::recording::{Axis, GroupedBy, LoneGroup, Recording, Role};
+use crate::recording::{Axis, GroupedBy, LoneGroup, Role};
 use crate::scoring::coverage::{Coverage, OUTSIDE_SHARE, Outside, largest};
 use crate::scoring::cross_validation::FEWEST_RECORDINGS;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
-
-/// Number of cold starts in each training recording, evenly spread.
-const STARTS: usize = 8;
-/// Number of times that the time after a start is halved, until the calibration is worse in the remaining time.
-const HALVINGS: i32 = 6;
 
 /// Maximum range of an axis that stands still, as a share of its full scale, or of the largest range among axes of its unit.
 pub(crate) const STANDS_STILL: f64 = 0.02;
@@ -117,55 +112,6 @@ impl Dataset {
         let figures = format!("in {} of the samples of a group", percent(unknown));
         let found = Finding::new(Id::UnknownState, Doubtful, seen).with(figures);
         (unknown > MOST_UNKNOWN).then_some(found)
-    }
-
-    /// Returns how long after a cold start the calibration errs more than the conventional one. The training recordings are
-    /// started anew at several samples each, as a robot that is switched on under load.
-    ///
-    /// # Errors
-    /// [`AnalysisError`] if the calibration cannot be applied.
-    pub(crate) fn worse_at_start(
-        &self,
-        calibration: &Calibration,
-    ) -> Result<Option<Finding>, AnalysisError> {
-        if !calibration.features.has_memory() {
-            return Ok(None);
-        }
-        let training = in_role(&self.entries, Role::Train).into_iter();
-        let timed = training.filter(|own| !own.is_static());
-        let runs: Vec<_> = timed.flat_map(|own| own.segments(STARTS)).collect();
-        let longest = runs.iter().map(Recording::duration_secs).fold(0.0, f64::max);
-        let n_axes = calibration.axes.len();
-        let applied =
-            runs.iter().map(|run| calibration.apply(run)).collect::<Result<Vec<_>, _>>()?;
-        let worse = (0..=HALVINGS).find_map(|halvings| {
-            let secs = longest * 0.5_f64.powi(halvings);
-            let [mut samples, mut own, mut conventional] = [const { Vec::new() }; 3];
-            for (run, applied) in runs.iter().zip(&applied) {
-                let start = run.times().first().copied().unwrap_or_default();
-                let n = run.times().iter().take_while(|time| *time - start <= secs).count();
-                let square = |loads: &[f64]| -> f64 {
-                    let errors = loads.iter().zip(run.loads()).take(n * n_axes);
-                    let scaled = errors.zip(calibration.full_scale.iter().cycle());
-                    let scaled = scaled.filter(|(_, scale)| **scale > 0.0);
-                    scaled.map(|((own, load), scale)| ((own - load) / scale).powi(2)).sum()
-                };
-                samples.push(n as f64);
-                own.push(square(&applied.compensated));
-                conventional.push(square(&applied.conventional));
-            }
-            let blocks = ErrorBlocks { groups: vec![0; samples.len()], samples };
-            let ratio = (own.iter().sum::<f64>() / conventional.iter().sum::<f64>()).sqrt();
-            blocks.is_below(&conventional, &own, 1.0 / HARM).then_some((secs, ratio))
-        });
-        Ok(worse.map(|(secs, ratio)| {
-            let [secs, ratio] = [secs, ratio].map(|own| significant(own, 2));
-            let seen = format!(
-                "on average worse than the conventional calibration over the first {secs} s after a cold start"
-            );
-            let figures = format!("{ratio} times its error, {} starts", runs.len());
-            Finding::new(Id::ColdStart, Doubtful, seen).with(figures)
-        }))
     }
 
     fn few_recordings(&self) -> Option<Finding> {
@@ -337,7 +283,7 @@ mod tests {
     use crate::questions::errors::query::analyse;
     use crate::random::Random;
     use crate::recording::simulated::{Late, late_set};
-    use crate::recording::{Entry, RecordingSet, Source, simulated};
+    use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
     /// What is to be known of a fit to recordings with these names and loads on two axes; `t` in a name makes it test.
     fn of(recordings: &[(&str, Vec<[f64; 2]>)], features: FeatureSettings) -> Vec<Finding> {

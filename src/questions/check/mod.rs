@@ -2,6 +2,7 @@
 
 mod alternating;
 pub mod cautions;
+pub mod cold_start;
 pub mod faulty;
 pub mod independent_loads;
 mod judgement;
