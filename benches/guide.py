@@ -1,19 +1,24 @@
 """Measures the figures of the guide's page on the built-in sensor, and writes them into the page.
 
     python3 benches/guide.py target/release/loopscope              all figures; the networks take most of an hour
-    python3 benches/guide.py target/release/loopscope --quick      without the rows of networks
+    python3 benches/guide.py target/release/loopscope --quick      without networks
 """
 
+import html
 import json
 import math
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 PAGE = Path(__file__).parent.parent / "assets/guide/built-in-sensor.md"
 ALL, TENTH = [], ["--decimate", "10"]
 NO_PAST = ["--look-back", "none"]
+NETWORK, HYBRID = ["--regressor", "network"], ["--regressor", "hybrid-network"]
+PLAY = ["--look-back", "3", "--play", "--ridge", "auto"]
+FEW_EPOCHS = [*TENTH, "--epochs", "400"]
 EVERY_BLOCK = ["--look-back", "3,8", "--fixed-lag", "--creep", "--play", "--polynomial", "3", "--ridge", "auto"]
 # First cell of each row: the arguments of its fits, and its columns (all samples, every tenth).
 ROWS = {
@@ -23,55 +28,100 @@ ROWS = {
     "linear + play operators": ([*NO_PAST, "--play", "--ridge", "auto"], [ALL, None]),
     "linear + every block": (EVERY_BLOCK, [ALL, None]),
     "kernel + look-back": (["--regressor", "kernel"], [ALL, TENTH]),
-    "network, no past": ([*NO_PAST, "--regressor", "network"], [None, TENTH]),
-    "network + look-back": (["--regressor", "network"], [ALL, TENTH]),
-    "linear + network, look-back": (["--regressor", "hybrid-network"], [None, TENTH]),
+    "network, no past": ([*NO_PAST, *NETWORK], [None, TENTH]),
+    "network + look-back": (NETWORK, [ALL, TENTH]),
+    "linear + network, look-back": (HYBRID, [None, TENTH]),
 }
+FORCES = "#, #, # N"
 
 
-def printed(program, *arguments):
-    done = subprocess.run([program, *arguments, "--json"], check=True, capture_output=True, text=True)
-    return json.loads(done.stdout)
+class Page:
+    """The page, and the program that measures it."""
 
+    def __init__(self, program):
+        self.program = program
+        self.text = PAGE.read_text()
 
-def force_errors(found):
-    return found["test_rmse"][:3]
+    def fill(self, template, *values):
+        """Replaces the numbers in the one place that reads like the template, in which # stands for a number."""
+        pieces = [r"\s+".join(map(re.escape, piece.split(" "))) for piece in template.split("#")]
+        found = list(re.finditer(r"(-?\d[\d.]*)".join(pieces), self.text))
+        if len(found) != 1 or len(pieces) != len(values) + 1:
+            sys.exit(f"{PAGE}: {len(found)} places read like {template!r}, not one; edit the page or the script")
+        for at, value in reversed(list(enumerate(values, 1))):
+            start, end = found[0].span(at)
+            self.text = self.text[:start] + value + self.text[end:]
 
+    def printed(self, *arguments):
+        done = subprocess.run([self.program, *arguments, "--json"], check=True, capture_output=True, text=True)
+        return json.loads(done.stdout)
 
-def row(program, name):
-    arguments, columns = ROWS[name]
-    cells = []
-    for column in columns:
-        if column is None:
-            cells.append("")
-            continue
-        found = printed(program, "fit", *arguments, *column)
-        cells.append(", ".join(f"{error:.3f}" for error in force_errors(found["compensated"])) + " N")
-    return f"| {name} | {' | '.join(cells)} |".replace("|  |", "| |")
+    def forces(self, *arguments, scores="test_rmse", of="compensated"):
+        """Returns the errors of the forces by a fit with these arguments (N)."""
+        return [f"{error:.3f}" for error in self.printed("fit", *arguments)[of][scores][:3]]
 
+    def bench(self, *arguments):
+        """Returns the figures of Fx on the bench by a fit with these arguments: uncompensated, compensated (N)."""
+        with tempfile.TemporaryDirectory() as folder:
+            report = Path(folder) / "report.html"
+            subprocess.run([self.program, "report", *arguments, "--out", report], check=True, capture_output=True)
+            text = report.read_text()
+        figures = {}
+        for row in re.findall(r"<tr.*?</tr>", text, re.S):
+            name, *cells = [html.unescape(re.sub("<[^>]+>", "", cell)).strip() for cell in re.findall(r"<t[dh].*?</t[dh]>", row, re.S)] or [""]
+            if name in ("Repeatability", "Zero return", "Creep", "Largest error") and name not in figures:
+                figures[name] = [f"{float(cells[at]):.2f}" for at in (0, 2)]
+        return figures
 
-def sentences(program):
-    """Returns a pattern and its new text for each sentence with figures of a sweep over the thresholds."""
-    found = printed(program, "sweep", "--f-th", "0.5:6:0.5", "--t-th", "1,10,15")
-    error = {(point["f_th"], point["t_th"]): math.hypot(*force_errors(point)) for point in found["points"]}
-    best = min((at for at in error if at[1] == 15), key=error.get)[0]
-    width = found["mean_hysteresis"]
-    return {
-        r"is least at [\d.]+ N": f"is least at {best:g} N",
-        r"recordings is [\d.]+ N over \d+ reversals": f"recordings is {width['value']:.2f} N over {width['n_reversals']} reversals",
-        r"falls from [\d.]+ N at 1 s to [\d.]+ N": f"falls from {error[3, 1]:.3f} N at 1 s to {error[3, 10]:.3f} N",
-    }
+    def rows(self, quick):
+        for name, (arguments, columns) in ROWS.items():
+            if quick and "network" in name:
+                continue
+            cells = ["" if column is None else ", ".join(self.forces(*arguments, *column)) + " N" for column in columns]
+            row = f"| {name} | {' | '.join(cells)} |".replace("|  |", "| |")
+            self.text, count = re.subn(rf"\| {re.escape(name)} \|.*", lambda _: row, self.text)
+            if count != 1:
+                sys.exit(f"{PAGE}: {count} rows begin with {name!r}, not one")
+
+    def linear_sentences(self):
+        uncompensated, compensated = self.forces(of="conventional"), self.forces()
+        self.fill(f"the uncompensated load errs by {FORCES} (Fx, Fy, Fz), the compensated load at 3 N and 15 s by {FORCES}", *uncompensated, *compensated)
+        found = self.printed("sweep", "--f-th", "0.5:6:0.5", "--t-th", "1,10,15")
+        error = {(point["f_th"], point["t_th"]): math.hypot(*point["test_rmse"][:3]) for point in found["points"]}
+        best = min((at for at in error if at[1] == 15), key=error.get)[0]
+        width = found["mean_hysteresis"]
+        self.fill("is least at # N", f"{best:g}")
+        self.fill("recordings is # N over # reversals", f"{width['value']:.2f}", str(width["n_reversals"]))
+        self.fill("falls from # N at 1 s to # N", f"{error[3, 1]:.3f}", f"{error[3, 10]:.3f}")
+
+    def bench_sentences(self):
+        usual, longer, play = self.bench(), self.bench("--t-th", "200"), self.bench(*PLAY)
+        three = "Repeatability", "Creep", "Largest error"
+        self.fill("repeatability # → # N, creep # → # N, largest error # → # N", *[value for name in three for value in usual[name]])
+        self.fill("creep # N and zero return # → # N are smaller", longer["Creep"][1], *longer["Zero return"])
+        tests = self.forces(*PLAY)
+        self.fill(f"the three figures of Fx are #, # and # N, and the test errors {FORCES}", *[play[name][1] for name in three], *tests)
+
+    def network_sentences(self):
+        self.fill(f"overfits the training paths ({FORCES} there)", *self.forces(*NETWORK, scores="train_rmse"))
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([self.program, "demo", folder], check=True, capture_output=True)
+            files = ["--train", *sorted(map(str, Path(folder).glob("train_path1_*"))), "--test", *sorted(map(str, Path(folder).glob("test_*")))]
+            few = [self.forces(*FEW_EPOCHS, *regressor, *files) for regressor in ([], NETWORK, HYBRID)]
+        template = f"has {FORCES} on the test recordings, the network with look-back {FORCES}, the hybrid {FORCES}."
+        self.fill(template, *few[0], *few[1], *few[2])
+        template = f"the network with look-back (400 epochs) has {FORCES} against {FORCES}"
+        self.fill(template, *self.forces(*FEW_EPOCHS, *NETWORK), *self.forces(*TENTH))
 
 
 def main():
-    program, quick = sys.argv[1], "--quick" in sys.argv
-    page = PAGE.read_text()
-    new = {rf"\| {re.escape(name)} \|.*": row(program, name) for name in ROWS if not (quick and "network" in name)}
-    for pattern, text in {**new, **sentences(program)}.items():
-        page, count = re.subn(pattern, lambda _: text, page)
-        if count != 1:
-            sys.exit(f"{PAGE}: {count} places match {pattern}, not one; edit the page or the script")
-    PAGE.write_text(page)
+    page, quick = Page(sys.argv[1]), "--quick" in sys.argv
+    page.linear_sentences()
+    page.bench_sentences()
+    page.rows(quick)
+    if not quick:
+        page.network_sentences()
+    PAGE.write_text(page.text)
 
 
 main()
