@@ -36,6 +36,8 @@ pub struct Target {
     pub write: fn(&Export<'_>, &mut dyn io::Write) -> io::Result<()>,
     /// Reader of its files, if there is one.
     pub reader: Option<ReadBack>,
+    /// True if a controller can run its files, whose need of memory the export pane shows.
+    pub on_controller: bool,
     /// True if its files name the gauges. Otherwise gauges are known by their order.
     pub names_gauges: bool,
 }
@@ -51,6 +53,7 @@ impl Target {
         check: |_| Ok(()),
         write: |_, _| Ok(()),
         reader: None,
+        on_controller: false,
         names_gauges: true,
     };
 }

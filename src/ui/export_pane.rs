@@ -65,9 +65,10 @@ impl PaneView for View {
         }
         let footprint = Footprint::of(calibration);
         let about = "To need less memory, set a history rate or a smaller t_th, or replace the look-back by play";
-        let text = format!("On a controller: {footprint}");
-        let label = if footprint.is_large() { ui.warn(text) } else { ui.weak(text) };
-        label.on_hover_text(about);
+        let on_controller = format!("On a controller: {footprint}");
+        if footprint.is_large() {
+            ui.warn(&on_controller).on_hover_text(about);
+        }
         if footprint.is_large()
             && let Some((of, _)) = cx.engine.exact()
         {
@@ -101,6 +102,9 @@ impl PaneView for View {
                     self.also.extend(chosen.then_some(ending));
                 }
                 ui.label(format!("Holds {}", target.holds));
+                if target.on_controller {
+                    ui.weak(&on_controller).on_hover_text(about);
+                }
                 match (target.leaves_out)(calibration) {
                     "nothing" => {}
                     left_out => drop(ui.weak(format!("Does not contain {left_out}"))),

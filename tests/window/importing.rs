@@ -37,6 +37,10 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
         choose(&mut window, column, role);
     }
     assert!(has(&window, "Would load 1 recording, 400 samples at 20"));
+    let load = window.get_by_role_and_label(Role::Button, "Load it");
+    assert!(load.accesskit_node().is_disabled() && has(&window, "unit of the load in column 4"));
+    type_into(&mut window, "unit of column 4", "N");
+    settle(&mut window);
     click(&mut window, Role::Button, "Load it");
     assert_eq!(names(&window), ["first"]);
     assert!(train_rmse(&window)[0][0] < 1e-9, "the force is twice a gauge");
@@ -62,6 +66,8 @@ fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
     for (column, role) in [(2, "Gauge"), (3, "Gauge"), (4, "Fx")] {
         choose(&mut window, column, role);
     }
+    window.get_by_label_contains("unit of the load in column 4").click();
+    settle(&mut window);
     click(&mut window, Role::Button, "Load it");
     let turned = headerless(100).lines().fold(String::new(), |text, line| {
         let cells: Vec<&str> = line.split(';').collect();
@@ -127,7 +133,9 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
     let mut window = window(vec![files.write("two_clocks.dat", &text)]);
     let questions = ["increase steadily: 5", "which columns are gauges"];
     let is_ticked = |window: &Window, at: usize| {
-        let question = window.get_by_label_contains(questions[at]);
+        let asks_unit = window.query_by_label_contains("unit of the load in column 4");
+        let question = asks_unit.filter(|_| at == 1);
+        let question = question.unwrap_or_else(|| window.get_by_label_contains(questions[at]));
         question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
     };
     let place = |window: &Window| {
@@ -144,7 +152,10 @@ fn a_question_stays_open_until_it_is_answered_and_nothing_moves() {
     choose(&mut window, 3, "Ignore");
     check(&window, [false, false], "one gauge less answers neither");
     choose(&mut window, 4, "Fx");
-    check(&window, [false, true], "one axis answers what the reference is");
+    check(&window, [false, false], "the unit of the axis is open");
+    type_into(&mut window, "unit of column 4", "kN");
+    settle(&mut window);
+    check(&window, [false, true], "axis and unit answer what the reference is");
     choose(&mut window, 5, "Reference clock");
     check(&window, [true, true], "the reference has a clock");
     choose(&mut window, 5, "Ignore");

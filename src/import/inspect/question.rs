@@ -5,7 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::columns::ColumnReport;
-use crate::import::map::{ColumnMap, ColumnRole};
+use crate::import::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use crate::shown::listed;
 
 /// Fact that the file does not give and the user has to decide. Its text names the choices.
@@ -20,6 +20,8 @@ pub enum Question {
     ReferenceClock(Vec<usize>),
     /// Load axis of each of these columns (counted from 1), which look like loads.
     LoadAxis(Vec<usize>),
+    /// Unit of each of these loads (columns counted from 1), which the file does not give.
+    LoadUnit(Vec<usize>),
     /// Choice of the gauge columns.
     Gauges {
         /// Columns proposed as gauges, counted from 1.
@@ -33,11 +35,10 @@ impl Question {
     /// Returns the question if it is still open under a map with these columns, else `None`.
     pub fn still_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> Option<Self> {
         let role_of = |number: usize| columns.get(number - 1).map(|report| report.is);
-        let has_loads = || {
-            let rules = &map.reference_table().columns;
-            let by_column = rules.iter().any(|r| matches!(r.is, ColumnRole::Load(_)));
-            by_column || map.weight.is_some() || map.reference.is_some()
-        };
+        let is_load = |rule: &ColumnRule| matches!(rule.is, ColumnRole::Load(_));
+        let has_loads = map.reference_table().columns.iter().any(is_load)
+            || map.weight.is_some()
+            || map.reference.is_some();
         let is_open = match self {
             Self::ReferenceAlone => true,
             Self::Time => {
@@ -51,7 +52,20 @@ impl Question {
                 let is_open = !map.has_two_clocks() && !clocks.is_empty();
                 return is_open.then_some(Self::ReferenceClock(clocks));
             }
-            Self::LoadAxis(_) | Self::Gauges { has_loads: false, .. } => !has_loads(),
+            Self::LoadAxis(_) | Self::LoadUnit(_) | Self::Gauges { has_loads: false, .. }
+                if has_loads =>
+            {
+                let header = Header::new(columns.iter().map(|report| report.header.as_str()));
+                let rules = header.rules(&map.table).unwrap_or_default();
+                let has_no_unit = |index: usize, rule: &ColumnRule| {
+                    let in_file = columns.get(index).and_then(|report| report.unit.as_ref());
+                    is_load(rule) && rule.unit.as_ref().or(in_file).is_none()
+                };
+                let without = rules.iter().filter(|(index, rule)| has_no_unit(*index, rule));
+                let without: Vec<usize> = without.map(|(index, _)| index + 1).collect();
+                return (!without.is_empty()).then_some(Self::LoadUnit(without));
+            }
+            Self::LoadAxis(_) | Self::LoadUnit(_) | Self::Gauges { has_loads: false, .. } => true,
             Self::Gauges { proposed, .. } => {
                 proposed.iter().all(|number| role_of(*number) == Some(ColumnRole::Gauge))
             }
@@ -77,6 +91,11 @@ impl fmt::Display for Question {
             Self::LoadAxis(columns) => write!(
                 f,
                 "Columns that look like a load: {}. Choose the axis of each, Fx to Mz.",
+                numbers(columns)
+            ),
+            Self::LoadUnit(columns) => write!(
+                f,
+                "The file does not show the unit of the load in column {}. Enter the unit in the table below, for example N, kN, kgf, lbf, N·m or N·mm; if this question is ticked, forces are in N and moments in N·m.",
                 numbers(columns)
             ),
             Self::Gauges {

@@ -80,21 +80,12 @@ impl PosePart {
 impl ColumnRole {
     /// Returns all roles.
     pub fn all() -> impl Iterator<Item = Self> {
-        let first = [
-            Self::Ignore,
-            Self::Time,
-            Self::TimeReference,
-            Self::Date,
-            Self::TimeFraction,
-            Self::Gauge,
-            Self::Auxiliary,
-            Self::Group,
-        ];
         let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
-        first
+        [Self::Gauge, Self::Time]
             .into_iter()
             .chain(Axis::ALL.map(Self::Load))
-            .chain([Self::Status])
+            .chain([Self::Ignore, Self::TimeReference, Self::Auxiliary, Self::Group])
+            .chain([Self::Date, Self::TimeFraction, Self::Status])
             .chain(poses)
             .chain([Self::Mount])
     }

@@ -19,6 +19,9 @@ const SCALE: &str = "Factor of the values; -1 changes the sign";
 const SELECT: &str = "Name in the file. Click a row to select it; Ctrl adds a row, Shift a range. A role that is chosen for one of them applies to all";
 const MISSING: &str = "A number that stands for a missing value";
 
+/// Height of the list of roles (points); the roles of most columns are visible without scrolling.
+const LIST_HEIGHT: f32 = 320.0;
+
 /// Draws one row for each column: role, name, unit, scale factor, missing value, first values.
 pub(super) fn columns(ui: &mut egui::Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
@@ -174,8 +177,10 @@ fn column_row(
         ui.add(egui::Label::new(&report.header).selectable(false));
     });
     row.col(|ui| {
-        let button =
-            ComboBox::from_id_salt((id, number)).selected_text(rule.is.label()).width(112.0);
+        let button = ComboBox::from_id_salt((id, number))
+            .selected_text(rule.is.label())
+            .width(112.0)
+            .height(LIST_HEIGHT);
         let items = ColumnRole::all().map(|role| (role, role.label().into(), ""));
         let button = choice(ui, button, &mut rule.is, items);
         (button.on_hover_text("Role of the column")).widget_info(|| {

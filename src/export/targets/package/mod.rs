@@ -69,6 +69,7 @@ pub(super) static PACKAGE: Target = Target {
         let files = files(export.calibration, export.name)?;
         out.write_all(&zipped(&files, &identifier(export.name))?)
     },
+    on_controller: true,
     ..CODE
 };
 
