@@ -188,10 +188,14 @@ impl Best {
         let mut remarks = Vec::new();
         let lowest = self.proposed().map_or(1.0, |own| own.relative);
         // Only what looks better than the proposal needs its reason.
-        let refused = self.tried.iter().filter(|own| own.relative < lowest);
-        remarks.extend(refused.filter_map(|own| {
-            let why = own.refused.as_ref()?;
-            Some(format!("{} is not proposed: {why}", own.name))
+        let lower = self.tried.iter().filter(|own| own.relative < lowest);
+        remarks.extend(lower.map(|own| match &own.refused {
+            Some(why) => format!("{} is not proposed: {why}", own.name),
+            None => format!(
+                "{} has a lower mean error, but only by the extreme tenth of the blocks: in the others another model is better with 90 % \
+                 confidence",
+                own.name
+            ),
         }));
         if self.n_left > 0 {
             let n = self.n_left;
