@@ -73,6 +73,13 @@ pub(super) fn show(
         }
         lag(ui, pane, picture);
         figures(ui, &view);
+        let about = "Shows the loops of all recordings";
+        if view.found().is_empty()
+            && pane.span != Span::All
+            && ui.press("All recordings", about)
+        {
+            pane.span = Span::All;
+        }
         if !view.found().is_empty() {
             let widths = view.widths(&colors);
             let print = view.widths(&Inks::PRINT);
