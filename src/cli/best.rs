@@ -19,10 +19,10 @@ use super::values::{named_file, number_in};
 use crate::engine::SEARCH_MINUTES;
 use crate::export::{Together, interrupt_stops};
 use crate::features::Range;
-use crate::finding::{Face, Id};
+use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
-use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, findings, train};
+use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
 use crate::recording::identity::Identity;
 
 /// Find the best model: tries many, cheap ones first, and scores each on recordings that it was not fitted to.
@@ -109,9 +109,9 @@ impl Work for BestJob {
             let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;
             check_determined(&calibration, self.force)?;
-            let found = findings(&request, &calibration, &progress)?;
-            for own in found.iter().filter(|own| own.id == Id::ColdStart) {
-                run.say.warning(own.text(Face::CommandLine));
+            let data = request.datasets.get(&request.key(), &progress)?;
+            if let Some(worse) = data.worse_at_start(&calibration)? {
+                run.say.warning(worse.text(Face::CommandLine));
             }
             let mut files = Together::default();
             let identity = Identity::default();

@@ -6,6 +6,7 @@
 //! * play operators of several radii, squares and cubes, driven by these loads or by the strain of each gauge, whichever
 //!   explains more;
 //! * slow creep of the loads.
+//!
 //! All of them come from the reference, so the gains of a calibration that was fitted with the lag in its data do no harm. τ
 //! minimises the squared residual (Gauss-Newton), once as a delay and once as the time constant of a low-pass.
 //!
