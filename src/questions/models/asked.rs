@@ -12,10 +12,10 @@ use crate::questions::request::Request;
 use crate::recording::RecordingSet;
 use crate::same::same_where;
 
-/// Train a network or a kernel, which takes longer than a slider may wait. When it is stopped, a network keeps the best it had.
+/// Request to train a network or a kernel, which takes longer than a slider may wait. A stopped network keeps its best epoch.
 #[derive(Clone)]
 pub struct Train {
-    /// What is asked for.
+    /// Recordings and settings.
     pub request: Request,
     /// Called with the result at once, even while the window draws nothing.
     pub on_trained: OnTrained,
@@ -23,22 +23,22 @@ pub struct Train {
 
 same_where!(Train: shared() value(request) besides(on_trained));
 
-/// Takes a calibration that was trained for this request.
+/// Receives a calibration that was trained for this request.
 pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
 
-/// How far a training is.
+/// Progress and result of a training.
 #[derive(Clone, Debug, Default)]
 pub struct Trained {
-    /// The network's reports, epoch by epoch.
+    /// Reports of the network, one for each epoch.
     pub epochs: Vec<EpochReport>,
-    /// How far it is.
+    /// Present step.
     pub step: Option<TrainingStep>,
-    /// What came of it.
+    /// Trained calibration, at the end.
     pub calibration: Option<Arc<Calibration>>,
 }
 
 impl Trained {
-    /// Whether what came of it was scored on left-out parts.
+    /// Returns true if the calibration has a cross-validated error.
     pub fn is_cross_validated(&self) -> bool {
         let calibration = self.calibration.as_ref();
         calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())
@@ -72,12 +72,12 @@ impl Query for Train {
     }
 }
 
-/// Find the model to calibrate with.
+/// Request to search for the best model.
 #[derive(Clone, Debug)]
 pub struct FindBest {
-    /// Its number among the runs.
+    /// Number of the run.
     pub run: u64,
-    /// What is asked.
+    /// Recordings, settings and limits.
     pub search: Search,
 }
 
@@ -98,16 +98,16 @@ impl Query for FindBest {
     }
 }
 
-/// Fit regressors and features side by side.
+/// Request to fit regressors and features side by side.
 #[derive(Clone, Debug)]
 pub struct Compare {
-    /// Its number among the runs.
+    /// Number of the run.
     pub run: u64,
-    /// The recordings with their roles.
+    /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// What the candidates do not say.
+    /// Settings that all candidates share.
     pub settings: FitSettings,
-    /// What is fitted.
+    /// Models to fit.
     pub candidates: Vec<Candidate>,
 }
 

@@ -1,9 +1,9 @@
-//! Finding the model to calibrate with: candidates that follow from the list of blocks, each scored on recordings that it has
-//! not seen, and the one rule of choice ([`ErrorBlocks`]) over them.
+//! Search for the best model: candidates that follow from the list of blocks, each scored on held-out recordings, and the
+//! rule of choice ([`ErrorBlocks`]).
 //!
-//! Guarantees: for each fold everything is done again without it, as it would be if its recordings had never been made: the
-//! conventional calibration, thresholds, the values of blocks, ridge, what learns. What is left out is predicted from a cold
-//! start. Recordings in the test role take no part.
+//! Guarantees: for each fold, all steps are repeated without its recordings: the conventional calibration, thresholds, values
+//! of blocks, ridge, and training. Held-out recordings are predicted from a cold start. Test recordings are not used for the
+//! choice.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -25,62 +25,62 @@ use crate::recording::{RecordingSet, Role};
 use crate::report::Table;
 use crate::scoring::numbers::significant;
 
-/// More training samples than this are thinned out while models are compared.
+/// Maximum number of training samples while models are compared. More samples are decimated.
 const ENOUGH_SAMPLES: usize = 60_000;
-/// Training of all that learns, to see which can win.
+/// Effort of the first, short training of each network and kernel.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
-/// Training of those that can.
+/// Effort of the full training.
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// For each regressor that learns: the multiple of the lowest error below which it can win after a short training, and the maximum
-/// number of models that are trained fully. A short training says less of a network.
+/// Models that are trained fully. For each regressor: the maximum short-training error as a multiple of the lowest error, and the
+/// maximum number of models. A short training is less conclusive for a network.
 const CAN_WIN: [(Regressor, f64, usize); 4] = [
     (Regressor::HybridKernel, 1.3, 3),
     (Regressor::Kernel, 1.3, 3),
     (Regressor::HybridNetwork, 1.6, 1),
     (Regressor::Network, 1.6, 1),
 ];
-/// The best of each regressor is trained longer if it can be taken and its error is below this multiple of the lowest.
+/// Maximum error of the best model of a regressor for a longer training, as a multiple of the lowest error.
 const NEARLY_BEST: f64 = 1.15;
-/// A block of errors is so many times longer than the time over which they are correlated.
+/// Length of a block of errors, as a multiple of their correlation time.
 const TIMES_CORRELATED: usize = 4;
-/// No recording is cut into more blocks.
+/// Maximum number of blocks of one recording.
 const MOST_BLOCKS: usize = 50;
-/// The smallest proposed model errs at most by this share more than the most accurate one.
+/// Maximum excess of the smallest model's error over the lowest error, as a share.
 pub const WITHIN: f64 = 0.05;
 
-/// What is asked.
+/// Request for a search.
 #[derive(Clone, Debug)]
 pub struct Search {
-    /// The recordings with their roles.
+    /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
-    /// Offset, full scales, what F_th is measured in: what all candidates have in common.
+    /// Settings that all candidates share: offset, full scales, and the distance that F_th applies to.
     pub settings: FitSettings,
-    /// No candidate is begun after so long.
+    /// Time after which no further candidate starts.
     pub time_limit: Duration,
-    /// How much larger the error of the smallest model may be than that of the most accurate one, as a share.
+    /// Maximum excess of the smallest model's error over that of the most accurate one, as a share.
     pub within: f64,
 }
 
-/// A candidate that was tried.
+/// Candidate that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The blocks in words; empty without any.
+    /// Description of the blocks; empty without blocks.
     pub blocks: String,
-    /// How the load is made of them.
+    /// Regressor.
     pub regressor: Regressor,
-    /// Its settings, with the numbers that all training recordings ask for, and its errors over all folds. Recordings in the test
-    /// role have no say in the choice.
+    /// Settings with the numbers chosen from all training recordings, and the errors over all folds. Test recordings are not
+    /// used for the choice.
     #[serde(flatten)]
     pub model: Model,
-    /// The root of its mean squared error, each axis relative to the conventional calibration: 1 is no better.
+    /// Root mean squared error relative to the conventional calibration, each axis weighted alike; 1 is no better.
     pub relative: f64,
-    /// Whether it is the most accurate, which is proposed.
+    /// True for the most accurate candidate, which is proposed.
     pub is_proposed: bool,
-    /// Whether it is the smallest that is nearly as accurate.
+    /// True for the smallest candidate that is nearly as accurate.
     pub is_smallest: bool,
-    /// Why it cannot be taken; `None` where it can.
+    /// Reason why the candidate is not eligible; `None` if it is.
     pub refused: Option<String>,
     /// Summed squared errors, `n_blocks × n_axes`.
     #[serde(skip)]
@@ -88,7 +88,7 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// Returns what it is in the choice.
+    /// Returns the mark of the candidate in tables.
     pub fn mark(&self) -> Mark {
         match (self.is_proposed, self.is_smallest) {
             (true, _) => Mark::Proposed,
@@ -97,7 +97,7 @@ impl Tried {
         }
     }
 
-    /// A row of the table of models.
+    /// Returns the row of the candidate in the table of models.
     fn row(&self) -> ModelRow<'_> {
         ModelRow {
             mark: self.mark().cell(),
@@ -109,26 +109,26 @@ impl Tried {
     }
 }
 
-/// How a search came out, or how far it is.
+/// Result of a search, or its state while it runs.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Best {
-    /// The candidates that were tried, in their order.
+    /// Candidates that were tried, in order.
     pub tried: Vec<Tried>,
-    /// Candidates that could not be tried, each with the reason.
+    /// Names of candidates that could not be tried, with the reasons.
     pub failed: Vec<(String, String)>,
-    /// Networks and kernels that a short training ruled out, each with its relative error there.
+    /// Networks and kernels that the short training ruled out, with their relative errors there.
     pub ruled_out: Vec<(String, f64)>,
-    /// Number of candidates that the time did not allow.
+    /// Number of candidates that were not tried within the time limit.
     pub n_left: usize,
-    /// Number of folds that were left out in turn.
+    /// Number of held-out folds.
     pub n_folds: usize,
     /// Description of a fold.
     pub folds: String,
     /// Decimation of the recordings while models were compared.
     pub decimation: usize,
-    /// How much larger the error of the smallest model may be, as a share.
+    /// Maximum excess of the smallest model's error, as a share.
     pub within: f64,
-    /// The blocks over which errors are compared.
+    /// Blocks over which errors are compared.
     #[serde(skip)]
     cut: Cut,
 }
@@ -144,7 +144,7 @@ impl Best {
         self.tried.iter().find(|tried| tried.is_smallest)
     }
 
-    /// Returns why the proposed one is proposed, and which is the smallest, a sentence each.
+    /// Returns the reason for the proposal, and the smallest model, one sentence each.
     pub fn why(&self) -> Vec<String> {
         let (Some(proposed), Some(smallest)) = (self.proposed(), self.smallest()) else {
             return Vec::new();
@@ -183,11 +183,11 @@ impl Best {
         vec![first, second]
     }
 
-    /// Returns what else there is to know of the search, a sentence each.
+    /// Returns further facts about the search, one sentence each.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         let lowest = self.proposed().map_or(1.0, |own| own.relative);
-        // Only what looks better than the proposal needs its reason.
+        // A model with a lower error than the proposal needs a reason.
         let lower = self.tried.iter().filter(|own| own.relative < lowest);
         remarks.extend(lower.map(|own| match &own.refused {
             Some(why) => format!("{} is not proposed: {why}", own.name),
@@ -216,9 +216,9 @@ impl Best {
         self.ruled_out.iter().map(|(_, relative)| *relative).fold(f64::INFINITY, f64::min)
     }
 
-    /// Adds a candidate, and chooses anew.
+    /// Adds a candidate and chooses again.
     fn push(&mut self, mut tried: Tried) {
-        // The first is always the conventional calibration.
+        // The first candidate is always the conventional calibration.
         let conventional = self.tried.first().unwrap_or(&tried).clone();
         tried.model.conventional = conventional.model.scores.clone();
         tried.model.left_out = format!("nested: {}", self.folds);
@@ -226,7 +226,7 @@ impl Best {
         let weights = weights(rmse.unwrap_or_default());
         let of = |own: &Tried| weighed(&own.squares, &weights);
         let (own, reference) = (of(&tried), of(&conventional));
-        // Where nothing has an error there is nothing to be better at.
+        // Without any error, no model is better than another.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
         tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
         self.tried.push(tried);
@@ -250,7 +250,7 @@ impl Best {
         self.tried.iter().map(|own| own.relative).fold(f64::INFINITY, f64::min)
     }
 
-    /// One row per candidate: its errors on these samples, what it costs, and its place in the choice.
+    /// Returns the table with one row per candidate: errors on these samples, cost, and mark.
     pub fn table(&self, set: ScoreSet) -> Table {
         let axes = (self.tried.first()).map_or(&[][..], |tried| &tried.model.axes);
         let folds = match set {
@@ -268,18 +268,18 @@ impl Best {
     }
 }
 
-/// How the left-out recordings are cut into the blocks over which errors are compared.
+/// Division of the held-out recordings into blocks.
 #[derive(Clone, Debug, Default)]
 struct Cut {
     blocks: ErrorBlocks,
-    /// For each fold and each recording that is left out, its number of blocks.
+    /// Number of blocks of each held-out recording in each fold.
     of_recordings: Vec<Vec<usize>>,
-    /// The names of the groups.
+    /// Names of the groups.
     groups: Vec<String>,
 }
 
 impl Cut {
-    /// Cuts by the conventional calibration's errors: blocks are longer than the time over which these are correlated.
+    /// Divides by the errors of the conventional calibration: blocks are longer than their correlation time.
     fn of(folds: &NestedFolds, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Self {
         let length = TIMES_CORRELATED * correlated(errors, n_axes);
         let fewest = if folds.parts.len() < folds.n_left_out.max(2) { 2 } else { 1 };
@@ -300,7 +300,7 @@ impl Cut {
         cut
     }
 
-    /// Sums squared errors over each block, `n_blocks × n_axes`.
+    /// Returns the sums of squared errors of each block, `n_blocks × n_axes`.
     fn squares(&self, errors: &[Vec<Vec<f64>>], n_axes: usize) -> Vec<f64> {
         let mut squares = Vec::new();
         for (counts, errors) in self.of_recordings.iter().zip(errors) {
@@ -331,8 +331,8 @@ impl Cut {
     }
 }
 
-/// Returns the number of samples after which errors are no longer correlated: their autocorrelation around zero is below 1/e. An
-/// offset that stays for a whole recording makes it as long as the recording.
+/// Returns the correlation time of errors in samples: the lag at which their autocorrelation around zero falls below 1/e. For a
+/// constant offset it is the length of the recording.
 fn correlated(errors: &[Vec<Vec<f64>>], n_axes: usize) -> usize {
     let all = || errors.iter().flatten();
     let longest = all().map(|own| own.len() / n_axes).max().unwrap_or(1);
@@ -359,10 +359,10 @@ fn correlated(errors: &[Vec<Vec<f64>>], n_axes: usize) -> usize {
     lag
 }
 
-/// Tries the candidates, and shows the result after each.
+/// Tries the candidates and shows the result after each.
 ///
 /// # Errors
-/// [`AnalysisError`] where there is nothing to calibrate, or the search is cancelled.
+/// [`AnalysisError`] if there are no training recordings, or the search is cancelled.
 pub fn find_best(
     search: &Search,
     progress: &Progress,
@@ -440,7 +440,7 @@ pub fn find_best(
     Ok(running.best)
 }
 
-/// A search that runs.
+/// State of a running search.
 struct Running<'a> {
     search: &'a Search,
     progress: &'a Progress,
@@ -448,7 +448,7 @@ struct Running<'a> {
     folds: NestedFolds,
     /// All training recordings.
     whole: Side,
-    /// The folds' own.
+    /// Recordings of each fold.
     sides: Vec<Side>,
     n_axes: usize,
     best: Best,
@@ -500,7 +500,7 @@ impl<'a> Running<'a> {
         self.start.elapsed() > self.search.time_limit
     }
 
-    /// Fits a candidate to each fold, and returns the errors of each recording that is left out.
+    /// Fits a candidate in each fold, and returns the errors of each held-out recording.
     fn errors(
         &mut self,
         recipe: &Recipe,
@@ -512,7 +512,7 @@ impl<'a> Running<'a> {
             let settings = side.settle(recipe, effort, progress)?;
             side.errors(settings, effort.rows, progress)
         };
-        // Each has a thread of its own: a fold takes long, and what a window asks for waits for the threads that all share.
+        // Each fold has its own thread. The shared pool stays free for the questions of the window.
         let run = &run;
         std::thread::scope(|scope| {
             let begun: Vec<_> =
@@ -525,14 +525,14 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// Returns false where a second stage adds nothing: its error is that of the linear model alone.
+    /// Returns false if a second stage adds nothing, so that the error equals that of a linear model.
     fn is_new(&self, relative: f64) -> bool {
         let is_linear = |own: &&Tried| own.regressor == Regressor::Linear;
         let same = |own: &Tried| (own.relative - relative).abs() < 1e-9;
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
-    /// Returns the recipe with the lowest error of a regressor, where it can still win.
+    /// Returns the recipe of a regressor with the lowest error, if it is nearly the best.
     fn best_of<'r>(
         &self,
         regressor: Regressor,
@@ -557,13 +557,13 @@ impl<'a> Running<'a> {
         (squares.iter().sum::<f64>() / n).sqrt()
     }
 
-    /// Tries a candidate with full training, and takes it into the choice.
+    /// Tries a candidate with full training and adds it to the result.
     fn try_fully(&mut self, recipe: &Recipe) -> Result<(), AnalysisError> {
         let since = Instant::now();
         match self.tried(recipe) {
             Ok(mut tried) => {
                 let is_same = |own: &Tried| own.model.settings == tried.model.settings;
-                // What is left of it once nothing useless is in it may have been tried before.
+                // Without its useless blocks, a candidate may equal an earlier one.
                 if !self.best.tried.iter().any(is_same) {
                     let secs = since.elapsed().as_secs_f64();
                     log::debug!("{}: {secs:.2} s", tried.name);
@@ -572,7 +572,7 @@ impl<'a> Running<'a> {
                 }
             }
             Err(AnalysisError::Cancelled(cancelled)) => return Err(cancelled.into()),
-            // Nothing can be compared without the first.
+            // All candidates are compared with the first.
             Err(error) if self.best.tried.is_empty() => return Err(error),
             Err(error) => self.best.failed.push((recipe.name.clone(), error.to_string())),
         }
@@ -627,7 +627,7 @@ fn spread(errors: &[Vec<Vec<f64>>], axis: usize, n_axes: usize) -> f64 {
     (variance / rmse.len().saturating_sub(1).max(1) as f64).sqrt()
 }
 
-/// Takes out the blocks that help no axis.
+/// Removes the blocks that help no axis.
 fn leave_away(features: &mut FeatureSettings, calibration: &Calibration) {
     let ridges = &calibration.quality.ridge_by_block;
     for (own, ridge) in calibration.design().blocks().iter().zip(ridges) {
@@ -647,7 +647,7 @@ mod tests {
     use crate::random::Random;
     use crate::recording::{Axis, Entry};
 
-    /// A sensor whose zero follows a temperature slowly.
+    /// The zero of the sensor follows a temperature slowly.
     #[test]
     fn auxiliary_channels_are_tried_where_there_are_some() {
         let mut set = RecordingSet::default();
@@ -699,7 +699,7 @@ mod tests {
         assert!(best.proposed().unwrap().relative < 0.2);
     }
 
-    /// Two threads and one, with other work beside them.
+    /// Runs with two threads, and with one thread beside other work.
     #[test]
     fn the_proposal_does_not_depend_on_how_busy_the_machine_is() {
         let mut set = RecordingSet::default();
@@ -736,7 +736,7 @@ mod tests {
         assert!(idle.len() > 10 && idle == busy);
     }
 
-    /// Errors that stay for ten samples, and errors that change from sample to sample.
+    /// One series of errors is constant for ten samples each; the other changes at every sample.
     #[test]
     fn blocks_are_longer_than_errors_are_correlated() {
         let mut random = Random::new(3, &[]);
@@ -747,7 +747,7 @@ mod tests {
         assert!(correlated(&[vec![vec![1.0; 4000]]], 1) >= 4000, "an offset");
     }
 
-    /// Two folds with errors 1 and 3 on the first axis, 2 and 2 on the second.
+    /// Two folds have the errors 1 and 3 on the first axis, 2 and 2 on the second.
     #[test]
     fn the_spread_is_that_of_the_folds_errors() {
         let errors = [vec![[1.0, 2.0].repeat(4)], vec![[3.0, -2.0].repeat(9)]];

@@ -1,4 +1,4 @@
-//! Regressors and blocks side by side: the paper's Figures 9, 10, 12 and 13, and what goes past them.
+//! Comparison of regressors and blocks, as in the paper's Figures 9, 10, 12 and 13, with further regressors.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,22 +18,22 @@ use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::recording::{RecordingSet, Role};
 
-/// One row of the table: a regressor on some blocks, trained on some of the samples.
+/// Row of the comparison: a regressor and blocks, trained on a part of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// How the load is made of the features.
+    /// Regressor.
     pub regressor: Regressor,
-    /// What is appended to the gauges.
+    /// Features.
     pub features: FeatureSettings,
-    /// Every how many-th sample is used: 1 is the paper's pattern A, 10 its pattern B.
+    /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
-    /// Whether only the first programme's recordings are trained on: the paper has no such pattern, but little data in its
-    /// sense are few trajectories, not the same ones decimated.
+    /// True if only the recordings of the first programme are used for training. The paper has no such pattern; it adds the case
+    /// of few trajectories to that of few samples.
     pub few_trajectories: bool,
 }
 
 impl Candidate {
-    /// The name of the amount of data: the paper's A and B, and C for few trajectories, decimated as B is.
+    /// Returns the name of the amount of data: the paper's A and B, and C for few trajectories.
     pub fn pattern(&self) -> String {
         match (self.few_trajectories, self.decimation) {
             (false, 1) => "A".to_owned(),
@@ -44,7 +44,7 @@ impl Candidate {
         }
     }
 
-    /// What kind of history it has: "none", or the blocks in words.
+    /// Returns the description of the blocks, or "none".
     pub fn history(&self) -> String {
         let blocks = self.features.describe();
         if blocks.is_empty() { "none".to_owned() } else { blocks }
@@ -54,21 +54,21 @@ impl Candidate {
 /// State of a model that is being tried.
 #[derive(Clone, Debug, Default)]
 pub enum ModelState {
-    /// Waiting for its fit.
+    /// Not started.
     #[default]
     Waits,
-    /// Being fitted, with the progress of its network or its cross-validation.
+    /// Running, with the progress of the network or of the cross-validation.
     Runs(Option<TrainingStep>),
-    /// The fit failed for this reason.
+    /// Failed for this reason.
     Failed(AnalysisError),
     /// Fitted.
     Ready(Box<Model>),
 }
 
-/// The rows of the whole comparison for `settings`: each regressor without and with the blocks of `settings`, a
-/// memoryless polynomial, all amounts of data that the recordings have.
+/// Returns all rows of the comparison for `settings`: each regressor without and with the blocks of `settings`, a polynomial
+/// without history, and all amounts of data that the recordings allow.
 ///
-/// `regressors` limits it; the paper's own are linear, network and hybrid. Quick rows come first.
+/// Only `regressors` are included; the paper's are linear, network and hybrid. Quick rows are first.
 pub fn paper_candidates(
     recordings: &RecordingSet,
     settings: &FitSettings,
@@ -119,8 +119,8 @@ pub fn paper_candidates(
     candidates
 }
 
-/// The recordings with the first group (programme, path) alone to train on; `None` where nothing is grouped, or there is but one
-/// group.
+/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the first
+/// with several recordings.
 fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();
@@ -135,11 +135,11 @@ fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     (own.len() > 1 && !others.is_empty()).then_some(few)
 }
 
-/// Rows that are fitted side by side; a network keeps one core busy.
+/// Number of rows that are fitted at the same time; a network keeps one core busy.
 const SIDE_BY_SIDE: usize = 2;
 
-/// Fits and scores candidates, two at a time, and shows the state of all after each step. What a candidate does not give is as
-/// in `settings`. Returns the last state of each; a cancelled one stays as it was.
+/// Fits and scores candidates, two at a time, and shows all states after each step. Settings that a candidate does not have
+/// come from `settings`. Returns the last state of each; a cancelled candidate keeps its state.
 pub fn compare(
     recordings: &Arc<RecordingSet>,
     settings: &FitSettings,
@@ -186,7 +186,7 @@ pub fn compare(
 }
 
 impl Candidate {
-    /// What fits it, where all candidates have the rest in common.
+    /// Returns the settings of the candidate, with the other settings from `common`.
     pub fn settings(&self, common: &FitSettings) -> FitSettings {
         FitSettings {
             regressor: self.regressor,
@@ -196,7 +196,7 @@ impl Candidate {
         }
     }
 
-    /// How much work it is, in passes over all samples.
+    /// Returns the amount of work, in passes over all samples.
     fn weight(&self, settings: &FitSettings) -> u64 {
         let passes = match self.regressor.learner() {
             None => 1,
@@ -235,7 +235,7 @@ fn compare_one(
         counted = done;
         on_step(step);
     })?;
-    // A network that was stopped half way is no row of a comparison.
+    // A network that was cancelled is not a row of the comparison.
     progress.check()?;
     progress.advance(weight - counted);
     let seconds = start.elapsed().as_secs_f64();

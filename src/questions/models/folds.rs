@@ -1,7 +1,7 @@
-//! What is left out in turn while models are searched: groups of recordings, or intervals of one long run.
+//! Folds of a model search: groups of recordings, or intervals of one long recording.
 //!
-//! Guarantees: each training sample is left out once, and is then predicted from a cold start. Of one run, what follows is
-//! predicted from what came before, too, so that a drift shows.
+//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each later
+//! segment is also predicted from the earlier ones, so that a drift increases the error.
 
 use std::sync::Arc;
 
@@ -10,24 +10,24 @@ use crate::questions::error::AnalysisError;
 use crate::recording::{Entry, GroupedBy, RecordingSet, Role};
 use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 
-/// With one group alone each recording is cut into this number of segments.
+/// Number of segments of each recording if there is only one group.
 const SEGMENTS: usize = 4;
 
 /// All folds of a search.
 pub(super) struct NestedFolds {
-    /// The folds.
+    /// Folds.
     pub folds: Vec<Fold>,
-    /// All training recordings, cut as in the folds, with the test recordings.
+    /// All training recordings, divided as in the folds, with the test recordings.
     pub whole: Arc<RecordingSet>,
     /// Description of a fold, for headings.
     pub what: String,
-    /// The name of each part that is judged by itself: a group, or a segment.
+    /// Names of the parts that are judged separately: groups or segments.
     pub parts: Vec<String>,
-    /// Number of folds that leave out; those after them predict forward in time.
+    /// Number of folds that hold out a part. The other folds predict forward in time.
     pub n_left_out: usize,
 }
 
-/// A training recording with its fold and its part.
+/// Training recording with its fold and its part.
 struct Piece {
     fold: usize,
     part: usize,
@@ -55,7 +55,7 @@ impl NestedFolds {
         let n_groups = numbers.len();
         let (pieces, parts, what): (Vec<Piece>, _, _) = if n_groups > 1 {
             let n_folds = n_groups.min(MOST_FITS);
-            // The presses of one file are no groups: one press alone says little.
+            // One press is too short to be a group, so several presses of one file are combined.
             let is_coarse = is_one_run && groups.by == GroupedBy::Recording;
             let pieces: Vec<Piece> = (training.into_iter())
                 .map(|(entry, group)| {
@@ -117,7 +117,7 @@ impl NestedFolds {
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
-            // The last segment is predicted from all before it already; with less than half there is too little to fit.
+            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
         }
@@ -155,7 +155,7 @@ mod tests {
         set
     }
 
-    /// Each training sample is left out once, and is trained on in every other fold; nothing of the test is anywhere.
+    /// Each training sample is held out once and used for training in every other fold; no test sample is in a fold.
     #[test]
     fn folds_are_made_of_the_training_recordings() {
         for n in [1, 2, 3, 7] {
@@ -179,7 +179,7 @@ mod tests {
         ));
     }
 
-    /// Of one recording in four segments the third is predicted from the first two as well.
+    /// One recording in four segments: the third is also predicted from the first two.
     #[test]
     fn one_run_is_predicted_forward_in_time() {
         let found = NestedFolds::of(&of_lengths(1)).unwrap();
@@ -195,7 +195,7 @@ mod tests {
         assert_eq!(NestedFolds::of(&of_lengths(3)).unwrap().folds.len(), 3);
     }
 
-    /// Twelve presses of one file are judged in five parts, those of twelve files each by itself.
+    /// Twelve presses of one file are judged in five parts; those of twelve files are judged separately.
     #[test]
     fn presses_of_one_file_are_no_groups() {
         let all = simulated::recordings(1);
@@ -221,7 +221,7 @@ mod tests {
         assert_eq!(parts(&|at| format!("/{at}.csv")).len(), 12);
     }
 
-    /// What a choice within a fold leaves out must be groups, too, though fewer of them are left to be found.
+    /// The choice within a fold also holds out groups, although fewer groups remain.
     #[test]
     fn a_fold_is_a_whole_group_and_the_others_stay_groups() {
         let all = simulated::recordings(1);

@@ -1,7 +1,7 @@
-//! What learns, fitted to all training recordings: networks and kernels, alone or behind least squares.
+//! Training of networks and kernels on all training recordings, alone or after a linear stage.
 //!
-//! Guarantees: features are made once where a kernel's rows are few, and again in each pass where they are many. A network's
-//! samples are kept in single precision, since it draws them in a new order every epoch.
+//! Guarantees: features are computed once if the rows of a kernel are few, else again in each pass. A network's samples are kept
+//! in single precision, because it draws them in a new order in every epoch.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,35 +23,35 @@ use crate::recording::{Entry, Recording, Role};
 use crate::scoring::metrics::root_mean;
 use crate::scoring::part_squares::PartSquares;
 
-/// One group of training recordings in so many is held out of a network's training, to say when it was best.
+/// Number of groups of training recordings, one of which is held out for early stopping of a network.
 const HELD_OUT: usize = 10;
-/// With fewer groups too little would be left to train on.
+/// Minimum number of groups for holding one out. With fewer groups too little would remain for training.
 const FEWEST_GROUPS: usize = 3;
-/// A kernel's strengths are chosen on no more parts than this.
+/// Maximum number of parts over which the strengths of a kernel are chosen.
 const MAX_PARTS: usize = 10;
 /// Maximum number of values in a kernel's rows that are kept between passes: 64 MB.
 const MOST_KEPT: usize = 8_000_000;
-/// Rows that are made before they are passed on.
+/// Number of rows that are computed at a time.
 const BLOCK: usize = 128;
-/// Standard deviations on each side of the load that its band reaches.
+/// Half width of the kernel's band in standard deviations.
 const BAND_DEVIATIONS: f64 = 2.0;
 
-/// What is heard of a training while it runs.
+/// Progress of a training.
 #[derive(Clone, Copy, Debug)]
 pub enum TrainingStep {
-    /// The network has passed over its samples once more.
+    /// The network finished an epoch.
     Epoch(EpochReport),
-    /// So much of the cross-validation is done.
+    /// The cross-validation advanced.
     CrossValidation {
-        /// The share, 0 to 1.
+        /// Finished share, 0 to 1.
         done: f64,
-        /// Time since it began.
+        /// Time since the start.
         elapsed: Duration,
     },
 }
 
 impl TrainingStep {
-    /// How far the step itself is, 0 to 1.
+    /// Returns the finished share of the step, 0 to 1.
     pub fn done(&self) -> f64 {
         match self {
             Self::Epoch(report) => report.epoch as f64 / report.epochs.max(1) as f64,
@@ -59,7 +59,7 @@ impl TrainingStep {
         }
     }
 
-    /// How long what it belongs to still takes, if it goes on as before.
+    /// Returns the estimated remaining time of the step.
     pub fn time_left(&self) -> Duration {
         match self {
             Self::Epoch(report) => report.time_left(),
@@ -70,13 +70,13 @@ impl TrainingStep {
     }
 }
 
-/// Of some samples: what a linear stage leaves over, and what is added to it, squared and multiplied.
+/// Sums over samples of the residual of the linear stage and of the second stage's output.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moments {
     pub n_samples: u64,
-    /// Per axis `Σ r²`, `Σ r g` and `Σ g²`, of what is left over r and what is added g.
+    /// For each axis `Σ r²`, `Σ r g` and `Σ g²`, with the residual r and the second stage's output g.
     pub of_axes: Vec<[f64; 3]>,
-    /// Left over and added, of evenly spread samples, `n × n_axes` row-major.
+    /// Residual and output at evenly spaced samples, `n × n_axes` row-major.
     pub kept: Vec<[f64; 2]>,
 }
 
@@ -85,7 +85,7 @@ impl Moments {
         Self { n_samples: 0, of_axes: vec![[0.0; 3]; n_axes], kept: Vec::new() }
     }
 
-    /// Adds samples, both `n × n_axes` row-major.
+    /// Adds samples of residual and output, both `n × n_axes` row-major.
     pub fn add(&mut self, left_over: &[f64], added: &[f64]) {
         let n_axes = self.of_axes.len();
         for (left_over, added) in left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes)) {
@@ -98,7 +98,7 @@ impl Moments {
         }
     }
 
-    /// Keeps every `step`-th of these samples, both `n × n_axes` row-major.
+    /// Keeps every `step`-th sample of residual and output, both `n × n_axes` row-major.
     pub fn keep(&mut self, left_over: &[f64], added: &[f64], step: usize) {
         let n_axes = self.of_axes.len();
         let rows = left_over.chunks_exact(n_axes).zip(added.chunks_exact(n_axes));
@@ -107,25 +107,25 @@ impl Moments {
         }
     }
 
-    /// The sum of squared errors with this share of what is added.
+    /// Returns the sum of squared errors with this share of the second stage.
     pub fn squares(&self, axis: usize, share: f64) -> f64 {
         let [rr, rg, gg] = self.of_axes[axis];
         (rr - 2.0 * share * rg + share * share * gg).max(0.0)
     }
 }
 
-/// A fit to all training recordings of a dataset.
+/// Fit to all training recordings of a dataset.
 pub(crate) struct Fitted {
     pub past: Vec<Past>,
-    /// What a network has learned is not yet scaled to the share that is added.
+    /// Calibration whose second stage is not yet scaled to its share.
     pub calibration: Calibration,
-    /// What the linear fits without each part leave over of it.
+    /// Residuals of the linear fits without each part.
     pub linear: Option<PartSquares>,
-    /// By recording that was held out of a network's training: what the linear stage leaves over there, and what it adds.
+    /// Residual of the linear stage and output of the second stage on each recording that early stopping held out.
     pub held_out: Vec<Moments>,
 }
 
-/// Fits the training recordings of `data`; a network or a kernel learns from every `row_step`-th sample.
+/// Fits the training recordings of `data`. A network or a kernel is trained on every `row_step`-th sample.
 pub(crate) fn fit_all(
     data: &Dataset,
     settings: &FitSettings,
@@ -140,7 +140,7 @@ pub(crate) fn fit_all(
     let mut held_out = Vec::new();
     if let Some(learner) = settings.regressor.learner() {
         calibration.regressor = settings.regressor;
-        // They would be those of one stage.
+        // The standard errors would be those of the linear stage alone.
         calibration.quality.coefficients = None;
         if !settings.regressor.is_hybrid() {
             calibration.compensated = None;
@@ -182,7 +182,7 @@ pub(crate) fn fit_all(
     Ok(Fitted { past, calibration, linear: left_out, held_out })
 }
 
-/// How far the load may be around the compensated one, as far as the regressor knows: see
+/// Returns the half width of the band around the compensated load, if the regressor provides one: see
 /// [`Quality::band`](crate::calibration::Quality::band).
 pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
     let has = |role| data.entries.iter().any(|entry| entry.role == role);
@@ -203,26 +203,26 @@ pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> 
     root_mean(&squares, n)
 }
 
-/// The training recordings as rows of features and of what is left to learn.
+/// Training recordings as rows of features and targets.
 struct TrainingRows<'a> {
     design: &'a Design,
     target: Target<'a>,
     runs: Vec<Run<'a>>,
     n_axes: usize,
-    /// Every how many-th sample of a recording is learned from.
+    /// Decimation of the rows of each recording.
     step: usize,
-    /// Whether some of them say when a network was best, and are not learned from.
+    /// True if some rows are held out for early stopping of a network.
     holds_out: bool,
 }
 
-/// What is learned.
+/// Target of the second stage.
 enum Target<'a> {
     /// The load itself.
     Load,
-    /// What this linear calibration leaves over.
+    /// Residual of this linear calibration.
     LeftOver(&'a LinearMap),
-    /// What a linear fit leaves over that goes with the learner, into every fold; the rows bring its columns, and as
-    /// targets what the conventional calibration leaves over.
+    /// Residual of a linear fit that is repeated in every fold. The rows contain its columns, and as targets the residuals of
+    /// the conventional calibration.
     AfterStage(LinearStage),
 }
 
@@ -259,7 +259,7 @@ impl<'a> TrainingRows<'a> {
         (0..self.runs.len()).map(|run| self.n_samples(run)).sum()
     }
 
-    /// Returns the rows with features that are made once; `None` if that takes too much memory.
+    /// Returns the rows with features computed once, or `None` if they need too much memory.
     fn kept(&self) -> Option<KeptRows<'_>> {
         let (n_inputs, n_axes) = self.widths();
         let n_linear = self.linear_stage().map_or(0, |stage| stage.kinds.len());
@@ -276,8 +276,8 @@ impl<'a> TrainingRows<'a> {
         })
     }
 
-    /// Whether a network does not learn from sample `at` (over all) of a run, so that it can say when it was best: whole
-    /// groups of recordings, or with few of them the last tenth of all samples.
+    /// Returns true if sample `at` (counted over all runs) is held out for early stopping: whole groups of recordings, or
+    /// with few groups the last tenth of all samples.
     fn is_held_out(&self, run: usize, at: usize) -> bool {
         if !self.holds_out {
             return false;
@@ -293,7 +293,7 @@ impl<'a> TrainingRows<'a> {
         at >= n - n / HELD_OUT
     }
 
-    /// What a network trains on, and what is held out to say when it was best.
+    /// Returns the training samples of a network, and those held out for early stopping.
     fn samples(&self, progress: &Progress) -> Result<(Samples, Samples), AnalysisError> {
         let (n_inputs, n_axes) = self.widths();
         let mut train = Samples::new(n_inputs, n_axes);
@@ -319,7 +319,7 @@ impl<'a> TrainingRows<'a> {
         Ok((train, held_out))
     }
 
-    /// What a network makes of what it did not learn from, recording by recording.
+    /// Returns the output of a network on its held-out samples, by recording.
     fn moments_held_out(&self, network: &Network) -> Vec<Moments> {
         let mut at = 0;
         let mut answers = Vec::new();
@@ -404,10 +404,10 @@ impl Rows for TrainingRows<'_> {
     }
 }
 
-/// Training rows with features that are made once.
+/// Training rows with features that are computed once.
 struct KeptRows<'a> {
     rows: &'a TrainingRows<'a>,
-    /// For each run its blocks: fold; inputs, columns of the linear stage, and targets.
+    /// Blocks of each run: fold, inputs, columns of the linear stage, and targets.
     runs: Vec<Vec<(usize, [Vec<f64>; 3])>>,
 }
 

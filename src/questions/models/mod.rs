@@ -1,4 +1,4 @@
-//! Which model is best? Candidates fitted and scored, one table of them, and the training of networks and kernels.
+//! Models: search and comparison of candidates, their table, and the training of networks and kernels.
 
 pub mod asked;
 pub(crate) mod best;

@@ -1,39 +1,39 @@
-//! Which models a search tries: they follow from the list of blocks.
+//! Candidates of a search, which follow from the list of blocks.
 
 use crate::calibration::{Learner, Regressor};
 use crate::features::{Appends, Auxiliary, BLOCKS, Block, FixedLag};
 
-/// A way to calibrate, its numbers still open: they are chosen from the training recordings.
+/// Candidate whose numbers are still to be chosen from the training recordings.
 #[derive(Clone, Debug)]
 pub(super) struct Recipe {
     /// Name in tables.
     pub name: String,
-    /// Whether there is a look-back.
+    /// True with a look-back.
     pub look_back: bool,
-    /// Other blocks.
+    /// Further blocks.
     pub blocks: Vec<&'static dyn Block>,
-    /// Degree of the polynomial, where the blocks have one.
+    /// Degree of the polynomial; zero without one.
     pub degree: f64,
-    /// Which values its blocks of times have.
+    /// Choice of the times of its blocks.
     pub times: Times,
-    /// How the load is made of the features.
+    /// Regressor.
     pub regressor: Regressor,
-    /// How many times longer than others a network is trained, or how many times more landmarks a kernel has.
+    /// Factor of a network's epochs, or of a kernel's landmarks.
     pub times_longer: usize,
 }
 
-/// Which values a block of times has.
+/// Choice of the times of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Times {
-    /// The few that a linear fit needs, by cross-validation.
+    /// A few times, chosen by cross-validation with a linear fit.
     Chosen,
-    /// Some over all that the recordings can show.
+    /// Times spread over the range that the recordings cover.
     Spread,
-    /// Every sample of the nearest past, as in a filter of finite response.
+    /// Each of the latest samples, as in a filter with finite impulse response.
     EverySample,
 }
 
-/// What each learner is called.
+/// Names of the learners.
 const LEARNERS: [(Regressor, &str); 4] = [
     (Regressor::HybridKernel, "Linear + kernel"),
     (Regressor::HybridNetwork, "Linear + network"),
@@ -42,7 +42,7 @@ const LEARNERS: [(Regressor, &str); 4] = [
 ];
 
 impl Recipe {
-    /// Returns a linear model.
+    /// Creates a linear model.
     fn linear(look_back: bool, blocks: &[&'static dyn Block], degree: f64) -> Self {
         let named = blocks.iter().map(|block| match block.appends() {
             Appends::Monomials(_) => format!("{} of degree {degree}", block.name()),
@@ -64,7 +64,7 @@ impl Recipe {
         }
     }
 
-    /// Returns a model that learns.
+    /// Creates a model with a network or kernel.
     fn learned(
         (regressor, name): (Regressor, &str),
         blocks: &[&'static dyn Block],
@@ -78,12 +78,12 @@ impl Recipe {
         Self { name, times, regressor, ..features }
     }
 
-    /// Returns the same model with lags of every sample.
+    /// Returns the same model with each of the latest samples as a lag.
     fn of_every_sample(self) -> Self {
         Self { name: format!("{} of every sample", self.name), times: Times::EverySample, ..self }
     }
 
-    /// Returns the same network, trained longer, or the same kernel with more landmarks.
+    /// Returns the same network with more epochs, or the same kernel with more landmarks.
     pub fn longer(&self) -> Self {
         let (how, times_longer) = match self.regressor.learner() {
             Some(Learner::Kernel) => ("more landmarks", 3),
@@ -93,13 +93,13 @@ impl Recipe {
     }
 }
 
-/// The first letter alone stays as it is.
+/// Returns the name in lower case; a single first letter stays a capital.
 fn sentence(words: &str) -> String {
     let (first, rest) = words.split_at(words.len().min(1));
     format!("{first}{}", rest.to_lowercase())
 }
 
-/// Returns the linear models that are tried, cheap ones first; the first is the conventional calibration.
+/// Returns the linear candidates, cheap ones first; the first is the conventional calibration.
 pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
     let pasts = pasts();
     let polynomials: Vec<&'static dyn Block> = BLOCKS
@@ -128,7 +128,7 @@ pub(super) fn linear(has_auxiliary: bool) -> Vec<Recipe> {
     recipes
 }
 
-/// Returns the models that learn.
+/// Returns the candidates with networks and kernels.
 pub(super) fn learned() -> Vec<Recipe> {
     let pasts = pasts();
     let mut recipes = Vec::new();
@@ -144,7 +144,7 @@ pub(super) fn learned() -> Vec<Recipe> {
     recipes
 }
 
-/// The blocks that append gauges of the past.
+/// Returns the blocks that append past gauges.
 fn pasts() -> Vec<&'static dyn Block> {
     let all = BLOCKS.iter().copied();
     all.filter(|block| matches!(block.appends(), Appends::Past(_))).collect()

@@ -1,4 +1,4 @@
-//! One side of a search: recordings to fit and to predict, with the numbers that were chosen from the former.
+//! Recordings to fit and to predict in one fold of a search, with the numbers chosen from the recordings to fit.
 
 use std::sync::Arc;
 
@@ -16,43 +16,43 @@ use crate::questions::thresholds::study::Study;
 use crate::questions::thresholds::{Measure, ThresholdGrid};
 use crate::recording::{RecordingSet, Role};
 
-/// Values of F_th and of t_th that are tried.
+/// Maximum number of tried values of F_th and of t_th.
 const GRID: usize = 12;
-/// Values of a block that are spread over what the recordings can show.
+/// Number of values of a block that are spread over the range that the recordings cover.
 const SPREAD: usize = 6;
-/// Maximum number of lags of every sample, and of columns that they make.
+/// Maximum number of lags if each of the latest samples is a lag, and maximum number of their columns.
 const MOST_LAGS: usize = 160;
 const MOST_LAG_COLUMNS: usize = 200;
-/// Maximum number of products that the sums of these columns take in each fold.
+/// Maximum number of products for the sums of these columns in each fold.
 const MOST_LAG_WORK: usize = 400_000_000;
-/// How a gauge may follow auxiliary channels (s): at once, and more and more slowly.
+/// Lags with which a gauge may follow auxiliary channels (s).
 const AUXILIARY_LAGS: [&[f64]; 4] = [&[0.0], &[0.0, 5.0], &[0.0, 20.0], &[0.0, 100.0]];
-/// A lag must bring the squared error below this share of that without one.
+/// Maximum squared error with a lag, as a share of the error without it, for the lag to be used.
 const LAG_HELPS: f64 = 0.9;
 
-/// How long what learns may train.
+/// Effort of a training.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// Samples that are learned from.
+    /// Number of training samples.
     pub rows: usize,
-    /// Epochs of a network.
+    /// Number of epochs of a network.
     pub epochs: usize,
-    /// Landmarks of a kernel.
+    /// Number of landmarks of a kernel.
     pub landmarks: usize,
-    /// Units of each of a network's hidden layers.
+    /// Number of units in each hidden layer of a network.
     pub units: usize,
 }
 
-/// Recordings to fit and to predict, with what was chosen from the former.
+/// Recordings to fit and to predict, with the choices made from the recordings to fit.
 pub(super) struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
     datasets: Datasets,
-    /// What the thresholds of a look-back are to be.
+    /// Chosen thresholds of the look-back.
     look_back: Option<FeatureSettings>,
-    /// The values of blocks that are known already.
+    /// Values of blocks that are already chosen.
     values: Vec<(&'static dyn Block, Times, Vec<f64>)>,
-    /// Those of the auxiliary channels; empty where there are none.
+    /// Lags of the auxiliary channels; empty without channels.
     pub auxiliary: Vec<f64>,
 }
 
@@ -68,7 +68,7 @@ impl Side {
         }
     }
 
-    /// Finds with which lags the auxiliary channels do best, if there are any.
+    /// Chooses the lags of the auxiliary channels, if there are channels.
     pub fn settle_auxiliary(&mut self, progress: &Progress) -> Result<(), AnalysisError> {
         let (mut at_once, mut least) = (None, f64::INFINITY);
         for lags in AUXILIARY_LAGS {
@@ -93,7 +93,7 @@ impl Side {
         Ok(())
     }
 
-    /// The settings of a recipe with the numbers that the training recordings ask for.
+    /// Returns the settings of a recipe with the numbers chosen from the recordings to fit.
     pub fn settle(
         &mut self,
         recipe: &Recipe,
@@ -126,7 +126,7 @@ impl Side {
         Ok(settings)
     }
 
-    /// Takes every second value out of the longest list until there is room for the columns.
+    /// Removes every second value from the longest list until the columns are few enough.
     fn thin_out(&self, features: &mut FeatureSettings) -> Result<(), AnalysisError> {
         let n_gauges = self.recordings.layout().gauge_names.len();
         loop {
@@ -144,7 +144,7 @@ impl Side {
         }
     }
 
-    /// A look-back with the thresholds of the lowest left-out error.
+    /// Returns the look-back with the lowest held-out error.
     fn thresholds(&mut self, progress: &Progress) -> Result<FeatureSettings, AnalysisError> {
         if self.look_back.is_none() {
             let study = self.study(progress)?;
@@ -159,7 +159,7 @@ impl Side {
         Ok(self.look_back.clone().unwrap_or_default())
     }
 
-    /// The list of a block; its default where no list helps by itself.
+    /// Returns the chosen list of a block, or its default if no list helps by itself.
     fn values(
         &mut self,
         block: &'static dyn Block,
@@ -217,7 +217,7 @@ impl Side {
         Study::prepare(&self.datasets, Arc::clone(&self.recordings), settings, progress)
     }
 
-    /// Every how many-th sample is learned from.
+    /// Returns the decimation of the training rows.
     fn row_step(&self, rows: usize) -> usize {
         self.recordings
             .n_samples(Role::Train)
@@ -274,7 +274,7 @@ impl Side {
     }
 }
 
-/// Rounds to six digits, so that settings can be read.
+/// Rounds to six digits, so that settings are readable.
 fn significant_secs(secs: f64) -> f64 {
     format!("{secs:.5e}").parse().unwrap_or(secs)
 }

@@ -1,4 +1,4 @@
-//! A model that was tried: its settings and how it came out, whoever tried it, and the table of such models.
+//! A tried model with its settings and results, and the table of models.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,64 +11,64 @@ use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
-/// Steps of an estimator that are timed.
+/// Number of estimator steps that are timed.
 const TIMED_STEPS: usize = 2_000;
 
-/// What a calibration costs where it runs.
+/// Cost of a calibration at run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Numbers that it consists of.
+    /// Number of coefficients.
     pub coefficients: usize,
-    /// Bytes of an export in single precision, its numbers and its state, at the rate of the recordings.
+    /// Size of an export in single precision, numbers and state, at the sample rate of the recordings (bytes).
     pub bytes: usize,
-    /// Time of a sample on this machine (µs).
+    /// Time per sample on this machine (µs).
     #[serde(deserialize_with = "nan_if_null")]
     pub micros_a_sample: f64,
 }
 
-/// JSON has no other way to write what is not known.
+/// Writes NaN as null, because JSON has no NaN.
 fn nan_if_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
-/// Settings with what came of them.
+/// Settings with their results.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Model {
-    /// What brings it back.
+    /// Settings that reproduce the model.
     #[serde(skip)]
     pub settings: FitSettings,
-    /// The axes, in the order of the scores.
+    /// Axes in the order of the scores.
     pub axes: Vec<Axis>,
     /// RMSE per axis.
     #[serde(flatten)]
     pub scores: Scores,
-    /// The standard deviation of the cross-validated RMSE over the folds, per axis; empty where the folds are not known.
+    /// Standard deviation of the cross-validated RMSE over the folds, per axis; empty if the folds are unknown.
     pub cv_spread: Vec<f64>,
-    /// The standard error of its mean squared error's difference to the conventional one, over blocks of left-out samples, on the scale of
-    /// [`relative`](Self::relative); `None` where the folds are not known.
+    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on the scale of
+    /// [`relative`](Self::relative); `None` if the folds are unknown.
     pub spread: Option<f64>,
-    /// What was left out in turn, in words; may be empty.
+    /// Description of the held-out parts; may be empty.
     #[serde(skip)]
     pub left_out: String,
-    /// What the conventional calibration of the same samples scores.
+    /// Scores of the conventional calibration on the same samples.
     #[serde(skip)]
     pub conventional: Scores,
-    /// What it costs where it runs.
+    /// Cost at run time.
     pub cost: Cost,
     /// Number of training samples.
     pub n_train: u64,
     /// Ridge of the linear part, per axis.
     #[serde(skip)]
     pub ridge: Vec<f64>,
-    /// How long it took to try (s), where that is known.
+    /// Time that the trial took (s), if known.
     pub seconds: Option<f64>,
-    /// What was trained; `None` where a fit gives it again at once.
+    /// Trained calibration; `None` if a fit reproduces it at once.
     #[serde(skip)]
     pub trained: Option<Arc<Calibration>>,
 }
 
 impl Model {
-    /// What was fitted, or trained, to these recordings.
+    /// Creates the model of a calibration that was fitted to these recordings.
     pub fn fitted(
         settings: FitSettings,
         calibration: &Arc<Calibration>,
@@ -93,7 +93,7 @@ impl Model {
         }
     }
 
-    /// Its error in shares of the conventional calibration's, all axes alike; `None` where either is not known.
+    /// Returns the error relative to the conventional calibration, each axis weighted alike; `None` if either is unknown.
     pub fn relative(&self, set: ScoreSet) -> Option<f64> {
         let (own, conventional) = (set.rmse(&self.scores)?, set.rmse(&self.conventional)?);
         let weights = weights(conventional);
@@ -103,7 +103,7 @@ impl Model {
     }
 }
 
-/// What makes each axis count alike: one over the conventional calibration's mean square.
+/// Returns the weights that make all axes count alike: one over the conventional mean squared error.
 pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
@@ -115,7 +115,7 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     conventional_rmse.iter().map(weight).collect()
 }
 
-/// What the calibration costs where it runs.
+/// Returns the cost of a calibration at run time.
 fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     let design = calibration.design();
     let coefficients = calibration.n_coefficients();
@@ -143,20 +143,20 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     }
 }
 
-/// Whether a model of a search is the one to take.
+/// Mark of a model in a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
-    /// It is not, or nobody has asked.
+    /// Not recommended, or not from a search.
     #[default]
     None,
-    /// It is the smallest that is nearly as accurate as the most accurate one.
+    /// Smallest model that is nearly as accurate as the most accurate one.
     Smallest,
-    /// It is the most accurate.
+    /// Most accurate model.
     Proposed,
 }
 
 impl Mark {
-    /// What stands before the model.
+    /// Returns the cell before the model's name.
     pub fn cell(self) -> Cell {
         match self {
             Self::Proposed => Cell::words("→").about("Proposed: the most accurate"),
@@ -166,24 +166,24 @@ impl Mark {
     }
 }
 
-/// The name of the column that tells models apart best.
+/// Name of the column that the table is sorted by.
 pub const RELATIVE: &str = "relative RMSE";
 
-/// A row of the table of models.
+/// Row of the table of models.
 pub struct ModelRow<'a> {
-    /// Whether it is the one to take.
+    /// Mark.
     pub mark: Cell,
-    /// What it is called.
+    /// Name.
     pub name: &'a str,
-    /// The amount of data in the paper's words; empty where it is that of the settings.
+    /// Amount of data as named in the paper; empty if the settings give it.
     pub data: &'a str,
-    /// What brings it back.
+    /// Settings.
     pub settings: &'a FitSettings,
-    /// What came of it, or what is said in its place.
+    /// Model, or the cell that replaces its results.
     pub state: Result<&'a Model, Cell>,
 }
 
-/// A row each, in their order: errors on these samples, and what a model costs.
+/// Returns the table with one row per model: errors on these samples, and cost.
 pub fn model_table<'a>(
     axes: &[Axis],
     sets: &[ScoreSet],
@@ -280,7 +280,7 @@ pub fn model_table<'a>(
         .table("", "")
 }
 
-/// A model's error on these samples, or its spread over what was left out in turn.
+/// Returns the cell of a model's error on these samples, or of its spread over the held-out parts.
 fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
     let at = model.axes.iter().position(|own| *own == axis);
     let of = |values: &[f64]| at.and_then(|at| values.get(at).copied());
@@ -302,7 +302,7 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
 mod tests {
     use super::*;
 
-    /// An axis that is always zero has no say.
+    /// An axis that is always zero has no weight.
     #[test]
     fn an_axis_without_error_does_not_count() {
         assert_eq!(weights(&[2.0, 0.0]), [0.25, 0.0]);

@@ -1,6 +1,6 @@
-//! Networks and kernels: what takes too long for a slider, and runs beside it.
+//! Training of networks and kernels, which takes too long for a slider and runs in the background.
 //!
-//! Guarantees: test recordings take no part; a score is that of fits which have not seen what it is of.
+//! Guarantees: test recordings are not used for training; each score is of samples that the fit has not used.
 
 use crate::calibration::network::NetworkError;
 use crate::calibration::{Calibration, Learner, SettingsError};
@@ -14,19 +14,19 @@ use crate::questions::request::Request;
 use crate::scoring::cross_validation::MOST_FITS;
 use crate::scoring::part_squares::PartSquares;
 
-/// A calibration, and what left-out parts say of it.
+/// Calibration with its residuals on held-out parts.
 #[derive(Clone, Debug)]
 pub struct Scored {
     /// The calibration.
     pub calibration: Calibration,
-    /// What fits without each part leave over of it; `None` where there is no such score.
+    /// Residuals of the fits without each part; `None` without cross-validation.
     pub left_out: Option<PartSquares>,
 }
 
-/// Fits what `request` asks for, its regressor included; test recordings only score it.
+/// Fits the request with its regressor. Test recordings are only scored.
 ///
 /// # Errors
-/// [`AnalysisError`] where the request cannot be met.
+/// [`AnalysisError`] if the request cannot be fitted.
 pub fn train(
     request: &Request,
     progress: &Progress,
@@ -35,14 +35,14 @@ pub fn train(
     train_and_score(request, progress, on_step).map(|scored| scored.calibration)
 }
 
-/// Fits what `request` asks for, its regressor included, and says how it does on each part that it has not seen; test
-/// recordings only score it.
+/// Fits the request with its regressor, and returns also the residuals on each held-out part. Test recordings are only
+/// scored.
 ///
-/// A network reports after each epoch and, when it is cancelled, keeps the best it had; a cross-validation that is cancelled
-/// leaves the calibration without its score.
+/// A network reports after each epoch and keeps its best epoch if it is cancelled. A cancelled cross-validation leaves the
+/// calibration without this score.
 ///
 /// # Errors
-/// [`AnalysisError`] where the request cannot be met.
+/// [`AnalysisError`] if the request cannot be fitted.
 pub fn train_and_score(
     request: &Request,
     progress: &Progress,
@@ -51,11 +51,11 @@ pub fn train_and_score(
     fit_and_score(request, true, 1, progress, on_step)
 }
 
-/// [`train`] without cross-validation, where the caller leaves something out already; a network or a kernel learns from every
-/// `row_step`-th sample.
+/// Fits as [`train`] without cross-validation, because the caller holds out samples itself. A network or a kernel is trained on
+/// every `row_step`-th sample.
 ///
 /// # Errors
-/// [`AnalysisError`] where the request cannot be met.
+/// [`AnalysisError`] if the request cannot be fitted.
 pub(crate) fn train_unscored(
     request: &Request,
     row_step: usize,
@@ -87,18 +87,18 @@ fn fit_and_score(
         return Ok(Scored { calibration, left_out: linear });
     };
     let is_hybrid = settings.regressor.is_hybrid();
-    // A linear stage that too few samples determine says nothing of what comes after it.
+    // A linear stage with too few samples makes the second stage meaningless.
     let moments = match steps > 0 && (linear.is_some() || !is_hybrid) {
         true => cross_validated(&data, &calibration, settings, steps, progress, on_step),
         false => None,
     };
-    // A kernel has chosen its shares when it was fitted, in every fold anew.
+    // A kernel chose its shares in its fit, again in every fold.
     let has_shares = is_hybrid && learner == Learner::Network;
     if let (true, Some(learned)) = (has_shares, &mut calibration.learned) {
         learned.scale(&best_shares(moments.as_ref().unwrap_or(&held_out)));
     }
     let left_out = moments.as_ref().map(|moments| part_squares(moments, has_shares));
-    // Cancelled or not, what was learned is scored.
+    // A cancelled training is scored, too.
     let own = calibration.quality.conventional.clone();
     data.score_applied(&past, &mut calibration);
     calibration.quality.conventional = own;
@@ -139,8 +139,8 @@ mod tests {
     use crate::random::Random;
     use crate::recording::{Axis, Entry, Recording, RecordingSet, Role, Source};
 
-    /// Five recordings of noise: with many monomials the linear stage learns them by heart, and what it leaves over of a
-    /// recording that it has seen is far too small.
+    /// Five recordings of noise: with many monomials the linear stage fits the noise, so its residual on a recording that it
+    /// was fitted to is far too small.
     #[test]
     fn a_hybrid_is_scored_on_recordings_that_neither_stage_has_seen() {
         let mut set = RecordingSet::default();
@@ -188,7 +188,7 @@ mod tests {
         for regressor in [Regressor::HybridKernel, Regressor::HybridNetwork] {
             let (train, hybrid) = scores(regressor);
             assert!((hybrid / linear - 1.0).abs() < 0.2, "{hybrid} {linear}");
-            // There is nothing to learn after the linear stage, so it stands alone.
+            // Nothing remains for a second stage, so the linear stage stands alone.
             assert!((train / by_heart - 1.0).abs() < 1e-6, "{train} {by_heart}");
         }
     }
