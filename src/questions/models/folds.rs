@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn presses_of_one_file_are_no_groups() {
         let all = simulated::recordings(1);
-        let parts = |file: &dyn Fn(usize) -> String| {
+        let found = |file: &dyn Fn(usize) -> String, group: &dyn Fn(usize) -> Option<String>| {
             let mut set = RecordingSet::default();
             for at in 0..12 {
                 let own = all.entries()[at].recording.decimated(20);
@@ -212,13 +212,21 @@ mod tests {
                     own.axes().to_vec(),
                     own.loads().to_vec(),
                 );
-                set.push(Entry::new(own.unwrap(), Role::Train)).unwrap();
+                let own = own.unwrap().with_group(group(at));
+                set.push(Entry::new(own, Role::Train)).unwrap();
             }
-            NestedFolds::of(&set).unwrap().parts
+            NestedFolds::of(&set).unwrap()
         };
-        let of_one = parts(&|_| "/a.csv".to_owned());
+        let one = |_| "/a.csv".to_owned();
+        let of_one = found(&one, &|_| None).parts;
         assert_eq!((of_one.len(), &*of_one[0]), (5, "press #1 to press #3"));
-        assert_eq!(parts(&|at| format!("/{at}.csv")).len(), 12);
+        assert_eq!(found(&|at| format!("/{at}.csv"), &|_| None).parts.len(), 12);
+        // Four groups that a column names: one after the other, and in turn. Only the former are predicted forward in time.
+        let days = found(&one, &|at| Some(format!("day {}", at / 3)));
+        assert_eq!(days.parts, ["day 0", "day 1", "day 2", "day 3"]);
+        assert_eq!((days.n_left_out, days.folds.len()), (4, 5));
+        let conditions = found(&one, &|at| Some(format!("condition {}", at % 4)));
+        assert_eq!((conditions.n_left_out, conditions.folds.len()), (4, 4));
     }
 
     /// The choice within a fold also holds out groups, although fewer groups remain.
