@@ -4,6 +4,7 @@
     python3 benches/guide.py target/release/loopscope --quick      without networks
 """
 
+import functools
 import html
 import json
 import math
@@ -52,6 +53,7 @@ class Page:
             start, end = found[0].span(at)
             self.text = self.text[:start] + value + self.text[end:]
 
+    @functools.cache
     def printed(self, *arguments):
         done = subprocess.run([self.program, *arguments, "--json"], check=True, capture_output=True, text=True)
         return json.loads(done.stdout)
