@@ -108,9 +108,37 @@ impl Models {
         self.n_runs
     }
 
-    fn push(&mut self, row: Row) {
+    /// Adds a row at the end of the list.
+    fn push(
+        &mut self,
+        (name, origin): (String, Origin),
+        (settings, state): (FitSettings, State),
+        recordings: &Arc<RecordingSet>,
+    ) -> &mut Row {
         self.n_rows += 1;
-        self.rows.push(Row { id: self.n_rows, ..row });
+        self.rows.push(Row {
+            id: self.n_rows,
+            name,
+            is_pinned: false,
+            settings,
+            state,
+            mark: Mark::None,
+            data: String::new(),
+            origin,
+            recordings: Arc::downgrade(recordings),
+        });
+        self.rows.last_mut().expect("a row was added")
+    }
+
+    /// Adds a row with a fitted model.
+    fn push_model(
+        &mut self,
+        origin: (String, Origin),
+        model: Model,
+        recordings: &Arc<RecordingSet>,
+    ) -> &mut Row {
+        let state = State::Ready(Box::new(model.clone()));
+        self.push(origin, (model.settings, state), recordings)
     }
 
     /// Returns the row with this number.
@@ -146,17 +174,10 @@ impl Models {
             // Rows that the user removed are not added again.
             match self.rows.iter_mut().find(|row| row.origin == origin) {
                 Some(row) => row.mark = mark,
-                None if at >= self.taken.1 => self.push(Row {
-                    id: 0,
-                    name: tried.name.to_owned(),
-                    is_pinned: false,
-                    settings: tried.model.settings.clone(),
-                    state: State::Ready(Box::new(tried.model.clone())),
-                    mark,
-                    data: String::new(),
-                    origin,
-                    recordings: Arc::downgrade(recordings),
-                }),
+                None if at >= self.taken.1 => {
+                    let origin = (tried.name.clone(), origin);
+                    self.push_model(origin, tried.model.clone(), recordings).mark = mark;
+                }
                 None => {}
             }
         }
@@ -184,17 +205,9 @@ impl Models {
         });
         candidates.retain(|own| !self.rows.iter().any(|row| holds(row, own)));
         for (at, candidate) in candidates.iter().enumerate() {
-            self.push(Row {
-                id: 0,
-                name: candidate.regressor.label().to_owned(),
-                is_pinned: false,
-                settings: candidate.settings(&settings),
-                state: State::Waits,
-                mark: Mark::None,
-                data: candidate.pattern(),
-                origin: Origin::Paper(run, at),
-                recordings: Arc::downgrade(&project.recordings),
-            });
+            let origin = (candidate.regressor.label().to_owned(), Origin::Paper(run, at));
+            let waits = (candidate.settings(&settings), State::Waits);
+            self.push(origin, waits, &project.recordings).data = candidate.pattern();
         }
         (!candidates.is_empty()).then(|| Compare {
             run,
@@ -224,17 +237,8 @@ impl Models {
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         let kept = self.rows.iter().filter(|row| row.origin == Origin::Kept);
         let number = kept.count() + 1;
-        self.push(Row {
-            id: 0,
-            name: format!("Kept {number}"),
-            is_pinned: true,
-            settings: model.settings.clone(),
-            state: State::Ready(Box::new(model)),
-            mark: Mark::None,
-            data: String::new(),
-            origin: Origin::Kept,
-            recordings: Arc::downgrade(recordings),
-        });
+        let origin = (format!("Kept {number}"), Origin::Kept);
+        self.push_model(origin, model, recordings).is_pinned = true;
     }
 
     /// Returns true if the present settings have a row with the present recordings.
@@ -245,17 +249,7 @@ impl Models {
     /// Replaces the row of earlier present settings by the model of the present settings.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
-        self.push(Row {
-            id: 0,
-            name: "Present settings".to_owned(),
-            is_pinned: false,
-            settings: model.settings.clone(),
-            state: State::Ready(Box::new(model)),
-            mark: Mark::None,
-            data: String::new(),
-            origin: Origin::Present,
-            recordings: Arc::downgrade(recordings),
-        });
+        self.push_model(("Present settings".to_owned(), Origin::Present), model, recordings);
     }
 
     /// Returns the calibration that was trained with the present recordings and settings.
