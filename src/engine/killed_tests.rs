@@ -45,7 +45,7 @@ fn n_temporary(folder: &Path) -> usize {
 }
 
 #[test]
-#[ignore = "writes until it is killed, by the test below"]
+#[ignore = "the test below starts and kills it"]
 fn writes_until_killed() {
     let Some(folder) = std::env::var_os(FOLDER) else {
         return;

@@ -66,7 +66,7 @@ pub struct SessionFile {
     /// Column map by which the file was read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnMap>,
-    /// Tares of the recordings after reading, by name.
+    /// Tares applied after reading, by the name of the recording.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub tares: BTreeMap<String, Tare>,
     /// Settings by which faulty samples were left out, by the earlier name of the recording.

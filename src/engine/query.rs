@@ -413,7 +413,7 @@ fn answer_questions<Q: Query>(shared: &Shared<Q>, replies: &Sender<Reply<Q>>, no
             cache = Q::Cache::default();
             Err(Unanswered::Because(panicked.to_string()))
         });
-        // In this order, so that the answer can be taken once the lane is idle.
+        // The reply comes before the question stops running, so that the answer can be taken once the lane is idle.
         reply(Payload::End(found));
         let ended = shared.lock().running.take();
         if let Some(Running { title, since, .. }) = ended {

@@ -110,7 +110,7 @@ impl Constant {
 #[serde(untagged)]
 pub enum Numbers {
     List(Vec<f64>),
-    /// One row with an entry per gauge for each value.
+    /// For each value, one row with an entry per gauge.
     Rows(Vec<Vec<f64>>),
 }
 

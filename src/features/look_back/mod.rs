@@ -353,7 +353,7 @@ impl<const D: usize> Bounds<D> {
 
     /// Returns the squared distance from `point` to the farthest corner.
     ///
-    /// It is rounded in the same order as in [`far_lanes`]. Rounding is monotone, so no sample in the box is farther.
+    /// The distance is rounded in the same order as in [`far_lanes`]. Rounding is monotone, so no sample in the box is farther.
     #[inline(always)]
     fn farthest(&self, point: &[f64; D]) -> f64 {
         let mut sum = 0.0;

@@ -8,7 +8,7 @@ use super::columns::ColumnReport;
 use crate::import::map::{ColumnMap, ColumnRole, ColumnRule, Header};
 use crate::shown::listed;
 
-/// Fact that the file does not give and the user has to decide. Its text names the choices.
+/// Fact that the file does not give and the user has to decide. The question's text names the choices.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(into = "String")]
 pub enum Question {

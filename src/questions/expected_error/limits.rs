@@ -97,7 +97,7 @@ pub struct Checked {
     pub value: Option<f64>,
     /// Maximum, in `unit`.
     pub limit: f64,
-    /// Unit of both.
+    /// Unit of `value` and `limit`.
     pub unit: &'static str,
     /// True if the value is known and not above the limit.
     pub pass: bool,

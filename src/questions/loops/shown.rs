@@ -84,9 +84,9 @@ pub(crate) const MOVES: &str = "Change of the figure with half and with twice th
 
 /// Rows for each figure.
 enum Line {
-    /// The figure itself.
+    /// Figure in its unit.
     Units,
-    /// The figure as a share of this value.
+    /// Figure in percent of this value.
     Percent(f64),
     /// Dependence of the figure on the reversal threshold.
     Moves,

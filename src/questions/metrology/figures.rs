@@ -22,7 +22,7 @@ pub struct Run<'a> {
     pub name: &'a str,
     /// Sample times.
     pub times: &'a [f64],
-    /// Gauge channels, row-major. They show which gauges have hysteresis. May be empty.
+    /// Gauge channels, row-major; may be empty. The gauges show which of them have hysteresis.
     pub gauges: &'a [f64],
     /// Axes whose reference load is known; empty without a reference.
     pub reference_axes: &'a [Axis],

@@ -29,8 +29,7 @@ pub struct FlatRange {
 /// the other threshold fixed. A range is the run of equally good neighbours around the minimum. The test recordings do not
 /// influence it.
 ///
-/// The minimum of a map is too optimistic, because it is chosen among many pairs. The ranges show that the choice hardly
-/// matters within them.
+/// The minimum of a map is too optimistic, because it is chosen among many pairs. Within the ranges, the choice hardly matters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     /// Thresholds at the minimum.

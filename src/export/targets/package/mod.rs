@@ -61,7 +61,7 @@ const TEMPLATES: [(&str, &str); 11] = [
     template!("matlab/selftest.m", "selftest.m"),
 ];
 
-/// `.zip`, and folders.
+/// Library in a `.zip` archive or in a folder.
 pub(super) static PACKAGE: Target = Target {
     name: "Library with self-tests (C, Arduino, Rust, Python, MATLAB)",
     endings: &["zip"],
