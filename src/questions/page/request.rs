@@ -75,8 +75,8 @@ impl ReportRequest {
 
 /// Makes the fit, or takes its calibration, and returns a report on it.
 ///
-/// Loops and figures are measured on the test recordings, or on the training recordings if there are none, whatever is on
-/// screen. A result that cannot be computed is replaced by a sentence with the reason.
+/// Loops and figures are measured on the test recordings, or on the training recordings if there are none. The recordings on
+/// screen do not matter. A result that cannot be computed is replaced by a sentence with the reason.
 ///
 /// # Errors
 /// [`AnalysisError`] if there is no calibration to report on, or the work was cancelled.
