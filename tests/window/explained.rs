@@ -63,6 +63,24 @@ fn all_explained(window: &mut Window) {
     assert!(silent.is_empty(), "no hover text: {silent:#?}");
 }
 
+/// Counts the controls on the first screen of a new user's own three files at 1280 × 800.
+#[test]
+fn the_first_screen_has_at_most_sixty_controls() {
+    let files = Files::new();
+    let new_user = Preferences { toured: true, ..Preferences::default() };
+    let mut window = window_of(files.three(), Choices::default(), new_user);
+    window.set_size(Vec2::new(1280.0, 800.0));
+    settle(&mut window);
+    let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(1280.0, 800.0));
+    let n: usize = (CONTROLS.iter())
+        .map(|role| {
+            let of_role = window.query_all_by(|node| node.role() == *role);
+            of_role.filter(|node| screen.contains_rect(node.rect())).count()
+        })
+        .sum();
+    assert!((20..=60).contains(&n), "{n} controls");
+}
+
 #[test]
 fn every_control_of_every_pane_has_a_hover_text() {
     let files = Files::new();

@@ -57,6 +57,30 @@ fn columns_without_names_are_chosen_once_and_the_next_file_of_that_shape_loads_a
     );
 }
 
+/// Ten presses: two for the role of the load, one into the field of its unit, and one for each button and the path. The search
+/// is stopped after two models.
+#[test]
+fn ten_presses_lead_from_a_file_without_a_header_to_c_code() {
+    let files = Files::new();
+    let first = files.write("first.dat", &headerless(400));
+    let mut window = window(vec![first]);
+    choose(&mut window, 4, "Fx");
+    type_into(&mut window, "unit of column 4", "N");
+    settle(&mut window);
+    click(&mut window, Role::Button, "Load it");
+    window.get_by_role_and_label(Role::Button, "Find the best model").click();
+    until(&mut window, |shell| shell.engine().models.rows.len() >= 2);
+    click(&mut window, Role::Button, "Stop");
+    click_first(&mut window, Role::Button, "Use");
+    click(&mut window, Role::Button, "Export");
+    let code = files.path("sensor.h");
+    type_into(&mut window, "Export to", code.to_str().unwrap());
+    settle(&mut window);
+    click(&mut window, Role::Button, "Write files");
+    until(&mut window, |_| code.exists());
+    assert!(std::fs::read_to_string(&code).unwrap().contains("Fx"));
+}
+
 /// Other files have the same number of unnamed columns, but the time in another place, or another delimiter.
 #[test]
 fn a_remembered_map_is_not_used_only_because_the_number_of_columns_is_equal() {
