@@ -322,7 +322,7 @@ pub enum Id {
 
 impl Id {
     /// Returns true for a fault of recordings, false for its effect on errors and coefficients.
-    pub(crate) fn is_cause(self) -> bool {
+    pub fn is_cause(self) -> bool {
         matches!(
             self.words().0,
             "files" | "rig" | "lag" | "odd" | "no_gauge" | "faults" | "repeated"
@@ -458,7 +458,7 @@ impl Id {
             ),
             Self::NoGauge => (
                 "no_gauge",
-                "a gauge cannot behave like this, so the column is no gauge; give it another role",
+                "a gauge under changing loads does not behave like this; check its cable, or give the column another role",
                 &[Way::Columns],
             ),
             Self::TareChanged => (

@@ -24,8 +24,6 @@ use crate::scoring::quantile::quantile;
 const AUXILIARY_JUMP: f64 = 20.0;
 /// Largest share of samples with such jumps; a channel with more is a switch.
 const DROPOUT_SHARE: f64 = 0.05;
-/// Smallest range of a channel with a signal, relative to its usual step.
-const SIGNAL: f64 = 20.0;
 
 /// Faults of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,11 +35,10 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Samples that cannot be used, as separate rising ranges. A dead channel makes no sample unusable.
+    /// Samples that cannot be used, as separate rising ranges.
     pub fn samples(&self) -> Vec<Range<usize>> {
-        let spoiled = |fault: &&Fault| fault.kind != FaultKind::Dead;
-        let faults = self.found.iter().filter(spoiled);
-        let mut ranges: Vec<Range<usize>> = faults.map(|fault| fault.samples.clone()).collect();
+        let mut ranges: Vec<Range<usize>> =
+            self.found.iter().map(|fault| fault.samples.clone()).collect();
         ranges.sort_by_key(|range| range.start);
         joined(ranges)
     }
@@ -68,10 +65,7 @@ impl Faults {
                 all => all.join(" "),
             };
             let own = Self { found: faults.to_vec(), ..Self::default() };
-            match kind {
-                FaultKind::Dead => format!("{named} {kind}: one value throughout"),
-                _ => format!("{} {kind} ({named})", own.n_samples()),
-            }
+            format!("{} {kind} ({named})", own.n_samples())
         });
         words.collect()
     }
@@ -134,22 +128,9 @@ pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let own: Vec<Own> = own.collect();
     let moves = |own: &&Own| own.high > own.low;
     let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
-    // The range must exceed the noise, so that a channel with one value is not taken for a resting one.
-    let something_moves = match recording.is_static() {
-        // Steps between load cases are no noise, because the loads differ.
-        true => own.iter().any(|own| matches!(own.channel, Channel::Load(_)) && moves(&own)),
-        false => own.iter().any(|own| own.span > SIGNAL * own.step),
-    };
     let of_channel = |own: &Own| {
         let mut found: Vec<Fault> = Vec::new();
         if !moves(&own) {
-            if matches!(own.channel, Channel::Gauge(_)) && something_moves {
-                found.push(Fault {
-                    kind: FaultKind::Dead,
-                    channel: own.channel,
-                    samples: 0..recording.n_samples(),
-                });
-            }
             return (found, Vec::new(), (None, None));
         }
         let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
@@ -377,8 +358,6 @@ mod tests {
             words(&recording.unwrap().without_times())
         };
         assert_eq!(table(&|_, _| {}), Vec::<String>::new());
-        let dead = table(&|_, row| row[1] = 512.0);
-        assert_eq!(dead, ["S2 dead: one value throughout"]);
         let stuck = table(&|case, row| {
             if (10..16).contains(&case) {
                 row[1] = 512.0;
@@ -388,7 +367,7 @@ mod tests {
     }
 
     #[test]
-    fn spikes_dropouts_stuck_and_dead_channels_are_told_from_blows() {
+    fn spikes_dropouts_and_stuck_channels_are_told_from_blows() {
         let (mut gauges, mut loads) = sensor(None);
         gauges[3 * 300] += 15.0; // a spike
         let far = |from: usize| (from..).find(|k| gauges[3 * k + 1].abs() > 4.0).unwrap();
@@ -409,11 +388,6 @@ mod tests {
         loads[2 * 1700 + 1] = -999.0; // a value that is missing
         let recording = recording(gauges.clone(), loads.clone());
         assert_eq!(words(&recording), ["100 stuck (S1)", "3 dropped out (S2)", "2 spikes (S1 Fz)"]);
-        for row in gauges.chunks_exact_mut(3) {
-            row[1] = 0.3;
-        }
-        let dead = crate::scoring::faults::tests::recording(gauges, loads);
-        assert_eq!(words(&dead).last().unwrap(), "S2 dead: one value throughout");
     }
 
     #[test]

@@ -151,8 +151,8 @@ impl Rig {
         let rest = forward.variances(&total, &self.shape);
         let gauges = self.scales.iter().enumerate().map(|(gauge, (mean, scale))| {
             let slopes = (0..self.shape.axes.len())
-                .map(|axis| scale * forward.slopes[(gauge, axis)] / self.shape.full_scale[axis]);
-            (mean + scale * forward.zero[gauge], slopes.collect(), scale * rest[gauge].sqrt())
+                .map(|axis| scale * forward.map[(gauge, 1 + axis)] / self.shape.full_scale[axis]);
+            (mean + scale * forward.map[(gauge, 0)], slopes.collect(), scale * rest[gauge].sqrt())
         });
         gauges.collect()
     }
@@ -160,46 +160,44 @@ impl Rig {
     /// Zeros and sensitivities of each run against the fit to the others.
     pub fn table(&self) -> Vec<Run> {
         let n_gauges = self.shape.n_gauges;
-        let errors = fits::left_out(&self.units, &self.shape, true, false);
-        // By run and gauge: zero and sensitivity, their weights, and the scatter of the units about them.
+        let errors = fits::left_out(&self.units, &self.shape);
+        // By run and gauge: zero and sensitivity with their weights, and the scatter of the units about them.
         let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
         let mut estimates = Vec::new();
         for run in 0..self.n_runs() {
-            let others = match self.n_runs() {
-                1 => self.total(|_| true),
-                _ => self.total(|own| own != run),
-            };
+            let others = self.total(|own| own != run || self.n_runs() == 1);
             let forward = Forward::of(&others, &self.shape);
-            let units: Vec<&Mat<f64>> =
-                self.units.iter().filter(|unit| unit.run == run).map(|unit| &unit.sums).collect();
             let own = self.total(|own| own == run);
-            let lines: Vec<fits::Answer> =
-                (0..n_gauges).map(|gauge| forward.answer(&own, &self.shape, gauge)).collect();
-            for (gauge, line) in lines.iter().enumerate() {
-                for unit in &units {
-                    let [zero, factor] = forward.about(unit, &self.shape, gauge, line);
-                    for (sum, (value, weight)) in scatter[gauge].iter_mut().zip([zero, factor]) {
-                        sum.0 += weight * value * value;
-                        sum.1 += (units.len() as f64 - 1.0) / units.len() as f64;
-                    }
+            let units: Vec<&Unit> = self.units.iter().filter(|unit| unit.run == run).collect();
+            let freedom = (units.len() as f64 - 1.0) / units.len() as f64;
+            let shown =
+                |sums: &Mat<f64>, gauge: usize| forward.shown(sums, &own, &self.shape, gauge);
+            let lines: Vec<_> = (0..n_gauges).map(|gauge| shown(&own, gauge)).collect();
+            for (unit, gauge) in units.iter().flat_map(|own| (0..n_gauges).map(move |at| (own, at)))
+            {
+                let of_unit = shown(&unit.sums, gauge).into_iter().zip(lines[gauge]);
+                for (sum, ((value, weight), (of_run, _))) in scatter[gauge].iter_mut().zip(of_unit)
+                {
+                    sum.0 += weight * (value - of_run).powi(2);
+                    sum.1 += freedom;
                 }
             }
             estimates.push(lines);
         }
-        let known = |value: f64, weight: f64, (squares, freedom): (f64, f64), scale: f64| {
-            let error = (squares / freedom / weight).sqrt() / scale;
-            (weight > 0.0 && freedom > 0.5 && error.is_finite()).then_some((value / scale, error))
+        // Of the zeros or the sensitivities, each over a scale.
+        let known = |lines: &[[(f64, f64); 2]], at: usize, scale: &dyn Fn(usize) -> f64| {
+            let of_gauge = |(gauge, line): (usize, &[(f64, f64); 2])| {
+                let ((value, weight), (squares, freedom)) = (line[at], scatter[gauge][at]);
+                let error = (squares / freedom / weight).sqrt() / scale(gauge);
+                let is_known = weight > 0.0 && freedom > 0.5 && error.is_finite();
+                is_known.then_some((value / scale(gauge), error))
+            };
+            lines.iter().enumerate().map(of_gauge).collect()
         };
         let rows = estimates.into_iter().enumerate().map(|(run, lines)| Run {
             recordings: self.runs[run].clone(),
-            zeros: (lines.iter().enumerate())
-                .map(|(gauge, own)| {
-                    known(own.zero, own.weight, scatter[gauge][0], self.spans[gauge])
-                })
-                .collect(),
-            sensitivities: (lines.iter().enumerate())
-                .map(|(gauge, own)| known(own.factor, own.information, scatter[gauge][1], 1.0))
-                .collect(),
+            zeros: known(&lines, 0, &|gauge| self.spans[gauge]),
+            sensitivities: known(&lines, 1, &|_| 1.0),
             error: fits::mean_error(&errors, &self.units, |own| own == run),
         });
         rows.collect()
@@ -240,7 +238,8 @@ fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f
         let n = values().count().max(1) as f64;
         let mean = values().sum::<f64>() / n;
         let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
-        let scale = if variance > 0.0 { variance.sqrt() } else { 1.0 };
+        // The mean of a constant is rounded.
+        let scale = if variance.sqrt() > 1e-9 * mean.abs() { variance.sqrt() } else { 1.0 };
         let ends = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(*value), high.max(*value))
         });

@@ -233,9 +233,14 @@ pub enum Fault {
     MirroredAxis,
     MirroredGauge,
     NoiseOnce,
+    SoftlyClipped,
+    Clipped,
+    Hum,
+    ClippedReference,
+    Late,
 }
 
-pub const FAULTS: [Fault; 13] = [
+pub const FAULTS: [Fault; 18] = [
     Fault::Tare,
     Fault::Drift,
     Fault::GaugeFrom,
@@ -249,15 +254,25 @@ pub const FAULTS: [Fault; 13] = [
     Fault::MirroredAxis,
     Fault::MirroredGauge,
     Fault::NoiseOnce,
+    Fault::SoftlyClipped,
+    Fault::Clipped,
+    Fault::Hum,
+    Fault::ClippedReference,
+    Fault::Late,
 ];
 
 impl Fault {
     /// Returns true if the fault has a size.
     pub fn has_size(self) -> bool {
         use Fault::*;
-        matches!(
+        !matches!(
             self,
-            Tare | Drift | GaugeFrom | GaugeOnce | AmplifierFrom | TurnedOnce | NoiseOnce
+            PoundsOnce
+                | MillimetresOnce
+                | SwappedGauges
+                | SwappedAxes
+                | MirroredAxis
+                | MirroredGauge
         )
     }
 
@@ -265,6 +280,11 @@ impl Fault {
     pub fn fewest_runs(self) -> usize {
         match self {
             Self::NoiseOnce => 4,
+            Self::SoftlyClipped
+            | Self::Clipped
+            | Self::Hum
+            | Self::ClippedReference
+            | Self::Late => 1,
             _ => 2,
         }
     }
@@ -278,6 +298,9 @@ impl Fault {
             Self::TurnedOnce => forces > 1 || moments > 1,
             Self::SwappedGauges => set.n_gauges > 1,
             Self::SwappedAxes => set.axes.len() > 1,
+            // Load cases have no order in time, and of two gauges either may be the one that bends.
+            Self::Hum | Self::Late => set.runs.iter().all(|run| run.programme != Programme::Poses),
+            Self::SoftlyClipped => set.n_gauges > 2,
             _ => true,
         }
     }
@@ -295,6 +318,16 @@ impl Fault {
         let other_axis = (axis + 1 + dice.below((set.axes.len() - 1).max(1))) % set.axes.len();
         let shift: Vec<f64> = set.span.iter().map(|span| span * dice.normal()).collect();
         let way = [(); 3].map(|()| dice.normal());
+        let hz = dice.between(0.25, 0.45);
+        let ends = |of: &dyn Fn(&Run, usize) -> f64| {
+            let values =
+                sound.runs.iter().flat_map(|run| (0..run.loads.len()).map(move |k| of(run, k)));
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
+                (low.min(own), high.max(own))
+            })
+        };
+        let (low, high) = ends(&|run, k| run.gauges[k][gauge]);
+        let (least, most) = ends(&|run, k| run.loads[k][axis]);
         for (run, rows) in set.runs.iter_mut().enumerate() {
             let n_rows = rows.gauges.len();
             for k in 0..n_rows {
@@ -329,6 +362,27 @@ impl Fault {
                     Self::NoiseOnce if run == own => {
                         let spans = gauges.iter_mut().zip(&set.span);
                         spans.for_each(|(own, span)| *own += size * span * dice.normal());
+                    }
+                    Self::SoftlyClipped => {
+                        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+                        let bent = (size * (gauges[gauge] - middle) / half).tanh() / size;
+                        gauges[gauge] = middle + half * bent;
+                    }
+                    Self::Clipped => gauges[gauge] = gauges[gauge].min(high - size * (high - low)),
+                    Self::Hum => {
+                        let wave = size * (std::f64::consts::TAU * hz * k as f64).sin();
+                        gauges.iter_mut().zip(&shift).for_each(|(own, shift)| *own += shift * wave);
+                    }
+                    Self::ClippedReference => {
+                        loads[axis] = loads[axis].min(most - size * (most - least))
+                    }
+                    Self::Late => {
+                        let rate = 1.0 / (rows.times[1] - rows.times[0]);
+                        let at = (k as f64 + size * rate).min(n_rows as f64 - 1.0);
+                        let (from, to) = (at as usize, (at as usize + 1).min(n_rows - 1));
+                        let source = &sound.runs[run].loads;
+                        let both = source[from].iter().zip(&source[to]);
+                        *loads = both.map(|(a, b)| a + at.fract() * (b - a)).collect();
                     }
                     _ => {}
                 }

@@ -35,6 +35,10 @@ const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
 /// Share of the squared error that goes away with a lag that matters: the error is then a tenth smaller (√0.8).
 const LAG_SHARE: f64 = 0.2;
+/// The same for less than half of the gauges. Hysteresis alone comes to 0.3 on single gauges.
+const LAG_SHARE_OF_FEW: f64 = 0.4;
+/// Smallest lag that is reported, in samples: lags are measured to a tenth of one.
+const SMALLEST_LAG: f64 = 0.1;
 /// Difference of lags that is reported, in samples.
 const LAG_SAMPLES: f64 = 0.2;
 /// Samples of all recordings beyond which lags are measured on the first ones only.
@@ -86,7 +90,7 @@ impl RigReport {
         let names: Vec<String> = (0..rig.n_runs()).map(name).collect();
         let mut findings = Vec::new();
         let no_gauges: Vec<String> =
-            rig.no_gauges().iter().map(|own| no_gauge(own, &gauges)).collect();
+            rig.no_gauges().iter().map(|own| no_gauge(own, &gauges, &names)).collect();
         if !no_gauges.is_empty() {
             let seen = first_clauses(NAMED, no_gauges);
             findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
@@ -184,10 +188,14 @@ impl RigReport {
     }
 }
 
-fn no_gauge(own: &NoGauge, gauges: &[String]) -> String {
+fn no_gauge(own: &NoGauge, gauges: &[String], names: &[String]) -> String {
     match own {
         NoGauge::Reference(gauge) => {
             format!("{} follows from the reference to rounding", gauges[*gauge])
+        }
+        NoGauge::Constant(gauge, run) => {
+            let place = run.map_or("all recordings", |run| &names[run]);
+            format!("{} has one value throughout {place}", gauges[*gauge])
         }
         NoGauge::Clock(gauge) => format!("{} seems to be a clock", gauges[*gauge]),
         NoGauge::Copy(gauge, of) => {
@@ -287,11 +295,12 @@ impl Contradiction {
     /// The unit that a factor speaks of, or the opposite sign.
     fn unit(&self) -> Option<&'static str> {
         let factor = *self.values.first()?;
-        let is_gain = matches!(self.cause, Cause::Gauge(_) | Cause::AllGauges | Cause::Axes(_));
+        let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
         let near = |own: f64| (factor.abs() / own - 1.0).abs() < NEAR;
         let unit = UNITS.iter().find(|(own, _)| near(*own) || near(1.0 / own)).map(|own| own.1);
-        let mirrored = (factor < 0.0 && near(1.0)).then_some("");
-        if is_gain { mirrored.or(unit.filter(|_| factor > 0.0)) } else { None }
+        let is_mirrored =
+            factor < 0.0 && near(1.0) && (is_load || matches!(self.cause, Cause::Gauge(_)));
+        is_mirrored.then_some("").or(unit.filter(|_| factor > 0.0 && is_load))
     }
 }
 
@@ -344,12 +353,17 @@ pub(crate) fn lag(
     if runs.is_empty() {
         return Ok(None);
     }
-    let matters = |own: &&Lag| own.is_significant() && own.explained_error_share > LAG_SHARE;
+    let matters = |own: &&Lag| {
+        let is_known = own.is_significant() && own.samples.abs() > SMALLEST_LAG;
+        is_known && own.explained_error_share > LAG_SHARE
+    };
     let found = lags(&runs, progress)?;
     let known: Vec<&Lag> = found.iter().flatten().collect();
     let late: Vec<&Lag> = known.iter().copied().filter(matters).collect();
-    let Some(worst) =
-        late.iter().max_by(|a, b| a.explained_error_share.total_cmp(&b.explained_error_share))
+    let are_many = 2 * late.len() > known.len();
+    let worst =
+        late.iter().max_by(|a, b| a.explained_error_share.total_cmp(&b.explained_error_share));
+    let Some(worst) = worst.filter(|own| are_many || own.explained_error_share > LAG_SHARE_OF_FEW)
     else {
         return Ok(None);
     };
@@ -370,7 +384,7 @@ pub(crate) fn lag(
         true => ("behind", worst.seconds),
         false => ("ahead of", -worst.seconds),
     };
-    let which = if 2 * late.len() > known.len() { "the gauges are" } else { "some gauges are" };
+    let which = if are_many { "the gauges are" } else { "some gauges are" };
     let seen = format!(
         "{which} {way} the reference by {} s, {} samples",
         significant(size, 2),

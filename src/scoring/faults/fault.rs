@@ -48,8 +48,6 @@ pub enum FaultKind {
     Spike,
     /// The load exceeds the rated load.
     Overload,
-    /// The channel has one value throughout.
-    Dead,
 }
 
 impl fmt::Display for FaultKind {
@@ -60,7 +58,6 @@ impl fmt::Display for FaultKind {
             Self::Dropout => "dropped out",
             Self::Spike => "spikes",
             Self::Overload => "overloaded",
-            Self::Dead => "dead",
         })
     }
 }

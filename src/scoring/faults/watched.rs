@@ -16,6 +16,8 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
+/// Error of a fit to all samples, over that without the intervals in which a load stands, up to which the load is set, not stuck.
+const SET: f64 = 4.0;
 /// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
 /// Smallest share of a real jump that the other channels show.
@@ -117,10 +119,12 @@ pub(super) struct Expected {
     constant: f64,
     /// Standard deviation of the fit, robust against outliers.
     pub sigma: f64,
+    /// Whether the channel is a reference that is set to loads: one line explains all samples, those at which it stands, too.
+    is_set: bool,
 }
 
 impl Expected {
-    /// Fits by least squares three times, each time without the outliers of the previous fit. Values in `odd` are ignored.
+    /// The fit to samples that are not clipped or stuck. Values in `odd` are ignored.
     pub fn of(
         recording: &Recording,
         own: &Own,
@@ -154,10 +158,28 @@ impl Expected {
                 (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
             })
             .collect();
+        let mut found = Self::fitted(recording, own.channel, &scaled, samples, 3)?;
+        if matches!(own.channel, Channel::Load(_)) {
+            let whole = Self::fitted(recording, own.channel, &scaled, all().collect(), 1)?;
+            let off = |k: usize| own.channel.of(recording, k) - whole.at(recording, k);
+            let squares: f64 = all().map(|k| off(k).powi(2)).sum();
+            found.is_set = (squares / all().len() as f64).sqrt() <= SET * found.sigma;
+        }
+        Some(found)
+    }
+
+    /// Fits by least squares several times, each time without the outliers of the previous fit.
+    fn fitted(
+        recording: &Recording,
+        channel: Channel,
+        scaled: &[(Channel, f64, f64)],
+        mut samples: Vec<usize>,
+        rounds: usize,
+    ) -> Option<Self> {
+        let value = |k: usize| channel.of(recording, k);
         let mut found = None;
-        for _ in 0..3 {
+        for _ in 0..rounds {
             let n = samples.len();
-            let value = |k: usize| own.channel.of(recording, k);
             let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
             let ridge = (scaled.len(), 1e-4 * (n as f64).sqrt());
             let of = |row: usize, column: usize| match scaled.get(column) {
@@ -175,6 +197,7 @@ impl Expected {
                     .collect(),
                 constant: mean + solved[scaled.len()],
                 sigma: 0.0,
+                is_set: false,
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
             let sigma = 1.4826 * median(samples.iter().map(off))?;
@@ -227,9 +250,12 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Returns true if the channel should move where it does not.
-    fn should_move(&self, samples: impl ExactSizeIterator<Item = usize>) -> bool {
+    /// Returns true if the channel should move where it does not. The first and last samples do not count, as a late reference may
+    /// still move there.
+    fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
+        let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
+        let samples = run.start + outer..run.end - outer;
         self.expected.is_some_and(|expected| {
             let least = (MOVES.0 * span).max(MOVES.1 * expected.sigma.max(*resolution));
             expected.spread(self.recording, samples) > least
@@ -300,18 +326,19 @@ impl Watched<'_> {
         let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
-        is_farther && spread > (3.0 * resolution).max((4.0 * expected.sigma).min(0.03 * span))
+        is_farther && spread > (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span))
     }
 
     /// Finds intervals in which the channel repeats one value although it should move, or be elsewhere.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
+        let is_set = self.expected.is_some_and(|expected| expected.is_set);
         for run in &self.own.flat {
-            if is_known(found, run) {
+            if is_set || is_known(found, run) {
                 continue;
             }
             if !self.recording.is_static() && self.is_elsewhere(run) {
                 found.push(self.fault(FaultKind::Dropout, run.clone()));
-            } else if self.should_move(run.clone()) {
+            } else if self.should_move(run) {
                 found.push(self.fault(FaultKind::Stuck, run.clone()));
             }
         }

@@ -12,6 +12,8 @@ use crate::scoring::rig::{Rig, Unit, chance};
 /// A correction is named where it leaves this share of the left-out error at most. Of a fault that adds a quarter the true
 /// correction leaves 0.8, and an estimated one up to a twentieth more.
 const MATTERS: f64 = 0.84;
+/// The same for a drift in a single recording: slow changes of hysteresis leave 0.75.
+const MATTERS_ALONE: f64 = 0.7;
 /// Smallest change of the load by a tare, as a share of the change that takes as much off the error as matters. An estimated
 /// change is smaller by chance.
 const SHIFT: f64 = 0.8;
@@ -32,6 +34,8 @@ const PARAMETER: f64 = 0.033;
 /// Ratio of the noise of a gauge in one run to that in every other. Of four runs that one makes the error a quarter larger, its mean square is
 /// 3.25 times as large, and the noise, which is a part of it, more than that.
 const NOISIER: f64 = 1.8;
+/// Largest factor of one gauge's sensitivity, and inverse of the smallest: a gauge over a larger one is as good as left out.
+const MOST_OF_GAUGE: f64 = 20.0;
 /// How much of an exchange of two columns is found, where it is one.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
@@ -58,6 +62,12 @@ pub enum Cause {
     Noise(Vec<usize>),
     /// It contradicts the others without a pattern.
     Unlike,
+}
+
+impl Cause {
+    fn is_exchange(&self) -> bool {
+        matches!(self, Self::SwappedGauges(..) | Self::SwappedAxes(..))
+    }
 }
 
 /// Where it is.
@@ -87,15 +97,6 @@ pub struct Contradiction {
     pub without: f64,
 }
 
-/// How a run's sums are corrected: `gauge ← (gauge − shift) / gain`, `load ← turn · load`.
-#[derive(Clone, Debug)]
-struct Correction {
-    shift: Vec<f64>,
-    gain: Vec<f64>,
-    swap: Option<(usize, usize)>,
-    turn: Mat<f64>,
-}
-
 /// What is tried of one set of runs.
 struct Trial {
     place: Where,
@@ -106,8 +107,8 @@ struct Trial {
 }
 
 /// A refitted trial.
-struct Refit {
-    trial: usize,
+struct Refit<'a> {
+    trial: &'a Trial,
     parameters: f64,
     values: Vec<f64>,
     error: f64,
@@ -126,7 +127,7 @@ enum Zeros {
     Scaled,
 }
 
-/// Sums about a mean of one side: of loads, and of what the fit leaves of gauges with loads.
+/// Sums of one side about a mean: of one and the loads, and of what the fit leaves of gauges with these.
 struct Moments {
     loads: Mat<f64>,
     rest: Mat<f64>,
@@ -135,54 +136,45 @@ struct Moments {
 impl Rig {
     /// The one fault that explains most of what is left out, if one does.
     pub fn contradiction(&self) -> Option<Contradiction> {
-        let errors = fits::left_out(&self.units, &self.shape, true, false);
+        let errors = fits::left_out(&self.units, &self.shape);
         let with = fits::mean_error(&errors, &self.units, |_| true);
         let places = self.places();
-        let trials: Vec<Trial> =
+        let mut trials: Vec<Trial> =
             places.par_iter().flat_map_iter(|place| self.trials(*place)).collect();
-        let n_tried = trials.len() + 1;
-        let mut order: Vec<usize> = (0..trials.len()).collect();
-        order.sort_by(|a, b| trials[*b].gain.total_cmp(&trials[*a].gain));
+        let is_here = vec![true; self.units.len()];
+        trials.push(Trial { place: Where::All, is_here, cause: Cause::Drift, gain: f64::INFINITY });
+        let mut order: Vec<&Trial> = trials.iter().collect();
+        order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         order.truncate(REFITTED);
-        let refits = order.par_iter().flat_map_iter(|at| {
-            let zeros: &[Zeros] = match trials[*at].cause {
-                Cause::Tare | Cause::SwappedGauges(..) | Cause::SwappedAxes(..) => &[Zeros::Free],
-                Cause::Gauge(_) | Cause::AllGauges => &[Zeros::Kept, Zeros::Free, Zeros::Scaled],
-                _ => &[Zeros::Kept, Zeros::Free],
-            };
-            zeros.iter().filter_map(|zeros| self.refit(&trials, *at, *zeros)).collect::<Vec<_>>()
-        });
-        let mut refits: Vec<Refit> = refits.collect();
-        refits.push(self.drift(trials.len()));
-        let is_shift = |own: &Refit| {
-            let trial = trials.get(own.trial).filter(|trial| trial.cause == Cause::Tare);
-            let squares: f64 = own.values.iter().map(|value| value * value).sum();
-            let shift = (squares / own.values.len() as f64).sqrt();
-            trial.is_none_or(|trial| shift > self.smallest_shift(&trial.is_here) * own.error)
-        };
-        let is_found = |own: &&Refit| {
-            let of_runs = if own.trial < trials.len() { places.len() } else { 1 };
+        let refits = order.par_iter().flat_map_iter(|own| self.refits(own));
+        let refits: Vec<Refit<'_>> = refits.collect();
+        let is_found = |own: &&Refit<'_>| {
+            let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
             matters(with, own.error)
-                && is_shift(own)
-                && own.chances[0] < BY_CHANCE / n_tried as f64
-                && own.chances[1] < BY_CHANCE_OF_RUNS / of_runs as f64
+                && (self.n_runs() > 1 || own.error < MATTERS_ALONE * with)
+                && self.is_shift(own)
+                && own.chances[0] < BY_CHANCE / trials.len() as f64
+                && own.chances[1] < BY_CHANCE_OF_RUNS / n_places as f64
         };
         let score =
-            |own: &Refit| own.error.max(f64::MIN_POSITIVE).ln() + PARAMETER * own.parameters;
+            |own: &&Refit<'_>| own.error.max(f64::MIN_POSITIVE).ln() + PARAMETER * own.parameters;
         let best = refits.iter().filter(is_found).min_by(|a, b| score(a).total_cmp(&score(b)));
-        match best {
-            Some(own) => {
-                let trial = trials.get(own.trial);
-                Some(Contradiction {
-                    cause: trial.map_or(Cause::Drift, |trial| trial.cause.clone()),
-                    place: trial.map_or(Where::All, |trial| trial.place),
-                    values: own.values.clone(),
-                    with,
-                    without: own.error,
-                })
-            }
-            None => self.noisy(with).or_else(|| self.unlike(&errors, with)),
-        }
+        let found = |own: &Refit<'_>| Contradiction {
+            cause: own.trial.cause.clone(),
+            place: own.trial.place,
+            values: own.values.clone(),
+            with,
+            without: own.error,
+        };
+        best.map(found).or_else(|| self.unlike(&errors, with))
+    }
+
+    /// Returns false for a tare that changes the load by too little.
+    fn is_shift(&self, own: &Refit<'_>) -> bool {
+        let squares: f64 = own.values.iter().map(|value| value * value).sum();
+        let shift = (squares / own.values.len() as f64).sqrt();
+        own.trial.cause != Cause::Tare
+            || shift > self.smallest_shift(&own.trial.is_here) * own.error
     }
 
     /// Every way in which some runs can differ from the others: from one on, or one alone.
@@ -230,8 +222,8 @@ impl Rig {
         }
         let fit = self.first_fit(&others, &own);
         let variances = fit.variances(&others, shape);
-        let mean = column_means(&own);
-        let moments = Moments::about(&own, &mean, &fit, shape);
+        let [centred, raw] = [column_means(&own), vec![0.0; shape.width()]]
+            .map(|mean| Moments::about(&own, &mean, &fit, shape));
         let trial =
             |cause: Cause, gain: f64| Trial { place, is_here: is_here.clone(), cause, gain };
         let n = own[(0, 0)] * others[(0, 0)] / (own[(0, 0)] + others[(0, 0)]);
@@ -240,64 +232,46 @@ impl Rig {
             zeros.iter().zip(&variances).map(|(zero, variance)| n * zero * zero / variance).sum();
         let mut all = vec![trial(Cause::Tare, explained)];
         for cause in self.causes() {
-            let Some((step, gain)) = moments.step(&self.ways(&cause, &fit), &variances) else {
+            let Some((step, gain)) =
+                centred.step(&self.ways(&cause, &fit, Zeros::Free), &variances)
+            else {
                 continue;
             };
-            let scaled = self.scaled_gauges(&cause);
-            let gain = gain.max(self.scaled_step(&own, &fit, &scaled, &variances).gain());
-            let is_swap = matches!(cause, Cause::SwappedGauges(..) | Cause::SwappedAxes(..));
-            if !is_swap || EXCHANGED.contains(&step[0]) {
+            let scaled = self
+                .zeros_of(&cause)
+                .contains(&Zeros::Scaled)
+                .then(|| raw.step(&self.ways(&cause, &fit, Zeros::Scaled), &variances));
+            let gain = scaled.flatten().map_or(gain, |(_, scaled)| gain.max(scaled));
+            if !cause.is_exchange() || EXCHANGED.contains(&step[0]) {
                 all.push(trial(cause, gain));
             }
         }
         all
     }
 
-    /// The gauges whose raw signal a cause may multiply; none where a zero is larger than the range, since a tare looks the same then.
-    fn scaled_gauges(&self, cause: &Cause) -> Vec<usize> {
-        let gauges: Vec<usize> = match cause {
+    /// The gauges whose sensitivity a cause changes.
+    fn gauges_of(&self, cause: &Cause) -> Vec<usize> {
+        match cause {
             Cause::Gauge(gauge) => vec![*gauge],
             Cause::AllGauges => (0..self.shape.n_gauges).collect(),
             _ => Vec::new(),
-        };
-        let is_large = |gauge: &usize| {
-            let (mean, scale) = self.scales[*gauge];
-            (mean / scale).abs() > self.spans[*gauge]
-        };
-        if gauges.iter().any(is_large) { Vec::new() } else { gauges }
+        }
     }
 
-    /// By which share the raw signals of some gauges are larger than the fit says.
-    fn scaled_step(
-        &self,
-        sums: &Mat<f64>,
-        fit: &Forward,
-        gauges: &[usize],
-        variances: &[f64],
-    ) -> ScaledStep {
-        let shape = &self.shape;
-        let mut all = ScaledStep::default();
-        for &gauge in gauges {
-            let offset = self.scales[gauge].0 / self.scales[gauge].1;
-            // The fitted signal about its raw zero, and what is left of the gauge.
-            let mut signal = vec![0.0; shape.width()];
-            signal[0] = fit.zero[gauge] + offset;
-            for axis in 0..shape.axes.len() {
-                signal[shape.load(axis)] = fit.slopes[(gauge, axis)];
-            }
-            let mut rest: Vec<f64> = signal.iter().map(|own| -own).collect();
-            rest[0] += offset;
-            rest[shape.gauge(gauge)] = 1.0;
-            let along = |other: &[f64]| -> f64 {
-                let row =
-                    |i: usize| -> f64 { (0..other.len()).map(|j| sums[(i, j)] * other[j]).sum() };
-                let parts = (0..signal.len()).filter(|i| signal[*i] != 0.0);
-                parts.map(|i| signal[i] * row(i)).sum()
-            };
-            all.weight += along(&signal) / variances[gauge];
-            all.product += along(&rest) / variances[gauge];
+    /// What the zeros may be. Where a zero is larger than the range of its gauge, a tare looks like a scaled zero.
+    fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
+        let gauges = self.gauges_of(cause);
+        let is_large = |gauge: &usize| self.offset(*gauge).abs() > self.spans[*gauge];
+        match cause {
+            own if own.is_exchange() => vec![Zeros::Free],
+            _ if gauges.is_empty() || gauges.iter().any(is_large) => vec![Zeros::Kept, Zeros::Free],
+            _ => vec![Zeros::Kept, Zeros::Free, Zeros::Scaled],
         }
-        all
+    }
+
+    /// The mean of a gauge, in its scale.
+    fn offset(&self, gauge: usize) -> f64 {
+        self.scales[gauge].0 / self.scales[gauge].1
     }
 
     fn causes(&self) -> Vec<Cause> {
@@ -326,23 +300,41 @@ impl Rig {
         all
     }
 
-    /// How what the gauges show changes with each parameter of a cause, by load.
-    fn ways(&self, cause: &Cause, fit: &Forward) -> Vec<Mat<f64>> {
+    /// How what the gauges show changes with each parameter of a cause, by one and the loads.
+    fn ways(&self, cause: &Cause, fit: &Forward, zeros: Zeros) -> Vec<Mat<f64>> {
         let shape = &self.shape;
-        let (n, m) = (shape.n_gauges, shape.axes.len());
-        let slope = |gauge: usize, axis: usize| fit.slopes[(gauge, axis)];
-        let of = |factor: &dyn Fn(usize, usize) -> f64| Mat::from_fn(n, m, factor);
+        let slope = |gauge: usize, axis: usize| fit.map[(gauge, 1 + axis)];
+        let of = |factor: &dyn Fn(usize, usize) -> f64| {
+            let at = |gauge: usize, column: usize| match column {
+                0 => 0.0,
+                _ => factor(gauge, column - 1),
+            };
+            Mat::from_fn(shape.n_gauges, 1 + shape.axes.len(), at)
+        };
+        let turned = |turn: &Mat<f64>| {
+            let by = |gauge: usize, axis: usize| {
+                (0..turn.nrows()).map(|from| slope(gauge, from) * turn[(from, axis)]).sum::<f64>()
+            };
+            of(&by)
+        };
         match cause {
-            Cause::Gauge(own) => {
-                vec![of(&|gauge, axis| if gauge == *own { slope(gauge, axis) } else { 0.0 })]
+            Cause::Gauge(_) | Cause::AllGauges => {
+                let mut way = Mat::zeros(shape.n_gauges, 1 + shape.axes.len());
+                for gauge in self.gauges_of(cause) {
+                    way.row_mut(gauge).copy_from(fit.map.row(gauge));
+                    way[(gauge, 0)] = match zeros {
+                        Zeros::Scaled => fit.map[(gauge, 0)] + self.offset(gauge),
+                        _ => 0.0,
+                    };
+                }
+                vec![way]
             }
-            Cause::AllGauges => vec![fit.slopes.clone()],
             Cause::Axes(own) => {
                 vec![of(&|gauge, axis| if own.contains(&axis) { slope(gauge, axis) } else { 0.0 })]
             }
             Cause::Rotation => {
-                let turned = turns(&shape.axes).into_iter();
-                turned.map(|about| &fit.slopes * generator(shape, about)).collect()
+                let about = turns(&shape.axes).into_iter();
+                about.map(|about| turned(&generator(shape, about))).collect()
             }
             Cause::SwappedGauges(a, b) => vec![of(&|gauge, axis| {
                 let other = match gauge {
@@ -354,129 +346,118 @@ impl Rig {
                     - slope(gauge, axis)
             })],
             Cause::SwappedAxes(a, b) => {
-                let turn = exchanged(shape, *a, *b);
-                vec![&fit.slopes * turn - &fit.slopes]
+                let n = shape.axes.len();
+                vec![turned(&(exchanged(shape, *a, *b) - Mat::<f64>::identity(n, n)))]
             }
             Cause::Tare | Cause::Drift | Cause::Noise(_) | Cause::Unlike => Vec::new(),
         }
     }
 
-    fn refit(&self, trials: &[Trial], at: usize, zeros: Zeros) -> Option<Refit> {
-        let Trial { is_here, cause, place, .. } = &trials[at];
-        match cause {
-            Cause::Tare => Some(self.refit_tare(at, is_here)),
-            _ => self.refit_gains(at, is_here, cause, *place, zeros),
+    fn refits<'a>(&self, trial: &'a Trial) -> Vec<Refit<'a>> {
+        match trial.cause {
+            Cause::Tare | Cause::Drift => vec![self.refit_zeros(trial)],
+            _ => {
+                let zeros = self.zeros_of(&trial.cause).into_iter();
+                zeros.filter_map(|zeros| self.refit_gains(trial, zeros)).collect()
+            }
         }
     }
 
-    fn refit_tare(&self, trial: usize, is_here: &[bool]) -> Refit {
+    /// Zeros that follow the time, or a step: then the step takes the place of the time.
+    fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
-        let [own, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
-        let mut correction = Correction::none(shape);
-        let mut fit = self.first_fit(&others, &own);
-        for _ in 0..STEPS {
-            let zeros = [&own, &others].map(|sums| fit.zeros(sums, shape));
-            correction.shift =
-                zeros[0].iter().zip(&zeros[1]).map(|(own, other)| own - other).collect();
-            fit = Forward::of(&(correction.of(&own, self) + &others), shape);
-        }
-        let units = self.with(is_here, &correction);
+        let in_step = |(own, here): (&Unit, &bool)| {
+            let mut change = shape.unchanged();
+            if trial.cause == Cause::Tare {
+                change[(1, 1)] = 0.0;
+                change[(1, 0)] = if *here { 1.0 } else { 0.0 };
+            }
+            own.changed(&change)
+        };
+        let mut units: Vec<Unit> = self.units.iter().zip(&trial.is_here).map(in_step).collect();
+        let x = units.iter().map(|own| own.sums[(0, 1)] / own.sums[(0, 0)]).collect();
+        let fit = Forward::with_drift(&fits::sum(units.iter(), shape), shape);
+        let mut change = shape.unchanged();
+        (0..shape.n_gauges).for_each(|gauge| change[(shape.gauge(gauge), 1)] = -fit.drift[gauge]);
+        units.iter_mut().for_each(|own| *own = own.changed(&change));
         let back = fits::backward(&fits::sum(units.iter(), shape), shape);
-        let (values, weights) = self.zeros_as_loads(&fit, &back);
+        let zeros = |own: &Unit| loads_of(&back, &fit.zeros(&own.sums, shape));
+        let weights = self.units.iter().map(|own| own.sums[(0, 0)]).collect();
         Refit {
             trial,
             parameters: shape.axes.len() as f64,
-            values: loads_of(&back, &correction.shift),
+            values: loads_of(&back, &fit.drift),
             error: self.error(&units),
-            chances: self.chances(&values, &weights, is_here),
+            chances: self.chances(self.units.iter().map(zeros).collect(), weights, x),
         }
     }
 
-    fn refit_gains(
-        &self,
-        trial: usize,
-        is_here: &[bool],
-        cause: &Cause,
-        place: Where,
-        zeros: Zeros,
-    ) -> Option<Refit> {
-        let shape = &self.shape;
+    fn refit_gains<'a>(&self, trial: &'a Trial, zeros: Zeros) -> Option<Refit<'a>> {
+        let (shape, Trial { is_here, cause, place, .. }) = (&self.shape, trial);
         let [own, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
-        let mut correction = Correction::none(shape);
         let mut fit = self.first_fit(&others, &own);
         let mut variances = fit.variances(&others, shape);
         let (mut factor, mut angles) = (1.0, vec![0.0; turns(&shape.axes).len()]);
-        let scaled = self.scaled_gauges(cause);
-        let steps = match cause {
-            Cause::SwappedGauges(a, b) => {
-                correction.swap = Some((*a, *b));
-                0
-            }
-            Cause::SwappedAxes(a, b) => {
-                correction.turn = exchanged(shape, *a, *b);
-                0
-            }
-            _ => STEPS,
+        let steps = if cause.is_exchange() { 0 } else { STEPS };
+        let mut change = match steps {
+            0 => self.change(cause, &[], zeros, &fit),
+            _ => shape.unchanged(),
         };
         for _ in 0..steps {
-            let now = correction.of(&own, self);
-            let mut step = match zeros {
-                Zeros::Scaled => vec![self.scaled_step(&now, &fit, &scaled, &variances).step()?],
-                _ => {
-                    let is_free = zeros == Zeros::Free;
-                    let mean = if is_free { column_means(&now) } else { origin(&fit, shape) };
-                    let moments = Moments::about(&now, &mean, &fit, shape);
-                    moments.step(&self.ways(cause, &fit), &variances)?.0
-                }
-            };
+            let now = fits::changed(&own, &change);
+            let mean =
+                if zeros == Zeros::Free { column_means(&now) } else { vec![0.0; shape.width()] };
+            let moments = Moments::about(&now, &mean, &fit, shape);
+            let mut step = moments.step(&self.ways(cause, &fit, zeros), &variances)?.0;
             if *cause == Cause::Rotation {
                 let length = step.iter().map(|own| own * own).sum::<f64>().sqrt();
                 step.iter_mut().for_each(|own| *own *= (0.4 / length).min(1.0));
                 angles.iter_mut().zip(&step).for_each(|(all, own)| *all += own);
             } else {
                 factor *= 1.0 + step[0];
-                if factor.abs() < 1e-4 {
+                let most = if matches!(cause, Cause::Gauge(_)) { MOST_OF_GAUGE } else { 1e4 };
+                if !(1.0 / most..most).contains(&factor.abs()) {
                     return None;
                 }
             }
-            match zeros {
-                Zeros::Scaled => correction.scale(&scaled, factor, &self.scales),
-                _ => {
-                    correction.take(cause, &step, shape);
-                    correction.settle(cause, &fit, &own, shape, zeros == Zeros::Free);
-                }
+            change = self.change(cause, &step, zeros, &fit) * change;
+            if zeros == Zeros::Free {
+                let left = fit.zeros(&fits::changed(&own, &change), shape);
+                left.iter().enumerate().for_each(|(at, zero)| change[(shape.gauge(at), 0)] -= zero);
             }
-            let all = correction.of(&own, self) + &others;
+            let all = fits::changed(&own, &change) + &others;
             fit = Forward::of(&all, shape);
             variances = fit.variances(&all, shape);
         }
-        let units = self.with(is_here, &correction);
-        let of_units = |units: &[Unit]| {
-            self.of_units(units, is_here, &self.ways(cause, &fit), &fit, &variances)
+        let corrected = self.units.iter().zip(is_here).map(|(own, here)| match here {
+            true => own.changed(&change),
+            false => own.clone(),
+        });
+        let units: Vec<Unit> = corrected.collect();
+        // Of an exchange, how much of it the units show before it.
+        let shown = if steps == 0 { &self.units } else { &units };
+        let ways = self.ways(cause, &fit, zeros);
+        let means = [false, true].map(|side| match zeros {
+            Zeros::Scaled => vec![0.0; shape.width()],
+            _ => column_means(&self.side(shown, is_here, side)),
+        });
+        let effect = match cause {
+            Cause::Rotation => angles.clone(),
+            _ => vec![factor - 1.0],
         };
-        let (values, weights) = match steps {
-            // How much of the exchange the units show before it.
-            0 => of_units(&self.units),
-            _ => {
-                let (mut values, weights) = match zeros {
-                    Zeros::Scaled => {
-                        let of_unit = |own: &Unit| {
-                            let own = self.scaled_step(&own.sums, &fit, &scaled, &variances);
-                            (vec![own.step().unwrap_or(0.0)], own.weight)
-                        };
-                        units.iter().map(of_unit).unzip()
-                    }
-                    _ => of_units(&units),
-                };
-                let effect =
-                    if *cause == Cause::Rotation { angles.clone() } else { vec![factor - 1.0] };
-                for (own, _) in values.iter_mut().zip(is_here).filter(|(_, here)| **here) {
-                    own.iter_mut().zip(&effect).for_each(|(value, effect)| *value += effect);
-                }
-                (values, weights)
+        // The parameters of the cause that a unit shows, and their weight.
+        let of_unit = |(own, here): (&Unit, &bool)| {
+            let moments = Moments::about(&own.sums, &means[usize::from(*here)], &fit, shape);
+            let Some((mut step, _)) = moments.step(&ways, &variances) else {
+                return (vec![0.0; ways.len()], 0.0);
+            };
+            if *here {
+                step.iter_mut().zip(&effect).for_each(|(value, effect)| *value += effect);
             }
+            (step, ways.iter().map(|way| moments.square(way, way, &variances)).sum())
         };
-        let is_before = self.corrected(place).1;
+        let (values, weights) = shown.iter().zip(is_here).map(of_unit).unzip();
+        let is_before = self.corrected(*place).1;
         let n_zeros = if zeros == Zeros::Free && steps > 0 { shape.axes.len() } else { 0 };
         let own_parameters = if *cause == Cause::Rotation { angles.len() } else { steps.min(1) };
         let turned = angles.iter().map(|own| own * own).sum::<f64>().sqrt();
@@ -489,91 +470,73 @@ impl Rig {
                 _ => vec![factor],
             },
             error: self.error(&units),
-            chances: self.chances(&values, &weights, is_here),
+            chances: self.chances(
+                values,
+                weights,
+                is_here.iter().map(|own| f64::from(u8::from(*own))).collect(),
+            ),
         })
     }
 
-    /// The parameters of a cause that each unit shows beside a fit, and their weights.
-    fn of_units(
-        &self,
-        units: &[Unit],
-        is_here: &[bool],
-        ways: &[Mat<f64>],
-        fit: &Forward,
-        variances: &[f64],
-    ) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let means = [false, true].map(|side| column_means(&self.side(units, is_here, side)));
-        let of_unit = |(own, here): (&Unit, &bool)| {
-            let moments = Moments::about(&own.sums, &means[usize::from(*here)], fit, &self.shape);
-            let weight: f64 = ways.iter().map(|way| moments.square(way, way, variances)).sum();
-            let step = moments.step(ways, variances).map(|(step, _)| step);
-            let weight = if step.is_some() { weight } else { 0.0 };
-            (step.unwrap_or_else(|| vec![0.0; ways.len()]), weight)
-        };
-        units.iter().zip(is_here).map(of_unit).unzip()
-    }
-
-    /// Returns the zeros of each unit beside a fit as loads, and the weights of the units.
-    fn zeros_as_loads(&self, fit: &Forward, back: &Mat<f64>) -> (Vec<Vec<f64>>, Vec<f64>) {
-        let of_unit =
-            |own: &Unit| (loads_of(back, &fit.zeros(&own.sums, &self.shape)), own.sums[(0, 0)]);
-        self.units.iter().map(of_unit).unzip()
-    }
-
-    /// Zeros that follow the time; left out, each part is predicted by what the others say of the drift.
-    fn drift(&self, trial: usize) -> Refit {
+    /// How the columns of samples change with one step of a correction.
+    fn change(&self, cause: &Cause, step: &[f64], zeros: Zeros, fit: &Forward) -> Mat<f64> {
         let shape = &self.shape;
-        let all = self.total(|_| true);
-        let fit = Forward::with_drift(&all, shape);
-        let back = fits::backward(&all, shape);
-        let (zeros, weights) = self.zeros_as_loads(&fit, &back);
-        let times: Vec<f64> =
-            self.units.iter().map(|own| own.sums[(0, 1)] / own.sums[(0, 0)]).collect();
-        let (run_zeros, run_weights) = self.by_run(&zeros, &weights);
-        let whole: Vec<Vec<f64>> = times.iter().map(|own| vec![*own]).collect();
-        let run_times: Vec<f64> = self.by_run(&whole, &weights).0.concat();
-        let of_units = |with_time: bool| {
-            let errors = fits::left_out(&self.units, shape, false, with_time);
-            fits::mean_error(&errors, &self.units, |_| true)
+        let n_axes = shape.axes.len();
+        let mut change = shape.unchanged();
+        let scaled = |axes: &[usize]| {
+            let factor = |axis: usize| if axes.contains(&axis) { 1.0 + step[0] } else { 1.0 };
+            Mat::from_fn(n_axes, n_axes, |i, j| if i == j { factor(i) } else { 0.0 })
         };
-        let of_runs = match self.n_runs() >= ENOUGH_RUNS {
-            true => chance::of_slope(&run_zeros, &run_weights, &run_times),
-            false => 0.0,
+        let mut gauge_from = |to: usize, from: usize, factor: f64, constant: f64| {
+            change[(shape.gauge(to), shape.gauge(to))] = 0.0;
+            change[(shape.gauge(to), shape.gauge(from))] = factor;
+            change[(shape.gauge(to), 0)] = constant;
         };
-        Refit {
-            trial,
-            parameters: shape.axes.len() as f64,
-            values: loads_of(&back, &fit.drift),
-            // By units, as no recording alone says how a drift goes on; on the scale of the others' errors.
-            error: of_units(true) / of_units(false).max(f64::MIN_POSITIVE) * self.left_out_error(),
-            chances: [chance::of_slope(&zeros, &weights, &times), of_runs],
-        }
+        let turn = match cause {
+            Cause::Gauge(gauge) => {
+                let factor = 1.0 / (1.0 + step[0]);
+                let zero = match zeros {
+                    Zeros::Scaled => -self.offset(*gauge),
+                    _ => fit.map[(*gauge, 0)],
+                };
+                gauge_from(*gauge, *gauge, factor, zero * (1.0 - factor));
+                scaled(&[])
+            }
+            // The loads are corrected, so that errors stay shares of the same full scale.
+            Cause::AllGauges => {
+                for gauge in (0..shape.n_gauges).filter(|_| zeros == Zeros::Scaled) {
+                    let zero = fit.map[(gauge, 0)] + self.offset(gauge);
+                    gauge_from(gauge, gauge, 1.0, -step[0] * zero);
+                }
+                scaled(&(0..n_axes).collect::<Vec<_>>())
+            }
+            Cause::SwappedGauges(a, b) => {
+                for (to, from) in [(*a, *b), (*b, *a)] {
+                    let [own, other] = [to, from].map(|at| self.scales[at]);
+                    gauge_from(to, from, other.1 / own.1, (other.0 - own.0) / own.1);
+                }
+                scaled(&[])
+            }
+            Cause::Axes(own) => scaled(own),
+            Cause::SwappedAxes(a, b) => exchanged(shape, *a, *b),
+            Cause::Rotation => turned(shape, step),
+            _ => scaled(&[]),
+        };
+        let loads = shape.load(0);
+        change.submatrix_mut(loads, loads, n_axes, n_axes).copy_from(&turn);
+        change
     }
 
-    /// The run that has more noise than each of the others; of fewer than four it says little how much noise is usual.
-    fn noisy(&self, with: f64) -> Option<Contradiction> {
-        let n = self.n_runs();
-        let of_run = |run: usize| {
-            let ratio = |gauge: usize| {
-                let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
-                let most = others.map(|(_, own)| own.0[gauge]).fold(0.0, f64::max);
-                self.noise[run].0[gauge] / most.max(f64::MIN_POSITIVE)
-            };
-            let ratios: Vec<f64> = (0..self.shape.n_gauges).map(ratio).collect();
-            let gauges: Vec<usize> =
-                (0..ratios.len()).filter(|gauge| ratios[*gauge] > NOISIER).collect();
-            let largest = ratios.into_iter().fold(0.0, f64::max);
-            let without = if gauges.is_empty() { with } else { self.error_without(run) };
-            let is_static = self.noise[run].1;
-            matters(with, without).then(|| Contradiction {
-                cause: if is_static { Cause::Unlike } else { Cause::Noise(gauges) },
-                place: Where::One(run),
-                values: vec![largest],
-                with,
-                without,
-            })
+    /// The gauges that have more noise in one run than in each of the others, and the largest ratio.
+    fn noisier(&self, run: usize) -> Option<(Vec<usize>, f64)> {
+        let ratio = |gauge: usize| {
+            let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
+            let most = others.map(|(_, own)| own.0[gauge]).fold(0.0, f64::max);
+            self.noise[run].0[gauge] / most.max(f64::MIN_POSITIVE)
         };
-        if n < ENOUGH_RUNS { None } else { (0..n).find_map(of_run) }
+        let ratios: Vec<f64> = (0..self.shape.n_gauges).map(ratio).collect();
+        let gauges: Vec<usize> = (0..ratios.len()).filter(|at| ratios[*at] > NOISIER).collect();
+        (!gauges.is_empty()).then(|| (gauges, ratios.into_iter().fold(0.0, f64::max)))
     }
 
     /// Left-out error without one run.
@@ -584,49 +547,39 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// The run whose error is out of line with the others, though its loads are not; of fewer than four nobody can say which.
+    /// The run that has more noise, or an error out of line with the others, though its loads are not. Fewer than four runs do
+    /// not show which.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
-        if n < 4 {
+        if n < ENOUGH_RUNS {
             return None;
         }
         let error = |run: usize| fits::mean_error(errors, &self.units, |own| own == run);
         let worst = (0..n).max_by(|a, b| error(*a).total_cmp(&error(*b)))?;
-        let logarithms = |errors: Vec<f64>| -> Vec<Vec<f64>> {
-            errors.into_iter().map(|own| vec![own.max(1e-30).ln()]).collect()
-        };
-        let of_units =
-            errors.iter().zip(&self.units).map(|(error, unit)| error / unit.sums[(0, 0)]);
-        let is_here: Vec<bool> = self.units.iter().map(|unit| unit.run == worst).collect();
-        let of_units = chance::of_difference(
-            &logarithms(of_units.collect()),
-            &vec![1.0; self.units.len()],
-            &is_here,
-        );
-        let is_worst: Vec<bool> = (0..n).map(|run| run == worst).collect();
-        let of_runs = chance::of_difference(
-            &logarithms((0..n).map(error).collect()),
-            &vec![1.0; n],
-            &is_worst,
-        );
+        let noisy = self.noisier(worst);
         let without = self.error_without(worst);
-        // Loads that the others do not reach are predicted by an extrapolation.
-        let reach = |wanted: bool| {
-            let sums = self.total(|run| (run == worst) == wanted);
-            let squares = (0..self.shape.axes.len())
-                .map(|axis| sums[(self.shape.load(axis), self.shape.load(axis))] / sums[(0, 0)]);
-            squares.collect::<Vec<f64>>()
+        let is_odd = || {
+            let of_units = errors.iter().zip(&self.units);
+            let of_units = of_units.map(|(error, unit)| error / unit.sums[(0, 0)]);
+            let logarithms = of_units.map(|own| vec![own.max(1e-30).ln()]).collect();
+            let is_worst = |own: &Unit| f64::from(u8::from(own.run == worst));
+            let weights = vec![1.0; self.units.len()];
+            let chances =
+                self.chances(logarithms, weights, self.units.iter().map(is_worst).collect());
+            // Loads that the others do not reach are predicted by an extrapolation.
+            let reach = |wanted: bool, axis: usize| {
+                let sums = self.total(|run| (run == worst) == wanted);
+                sums[(self.shape.load(axis), self.shape.load(axis))] / sums[(0, 0)]
+            };
+            chances[0] < BY_CHANCE / n as f64
+                && chances[1] < BY_CHANCE_OF_RUNS / n as f64
+                && (0..self.shape.axes.len()).all(|at| reach(true, at) <= 2.0 * reach(false, at))
         };
-        let is_inside =
-            reach(true).iter().zip(reach(false)).all(|(own, others)| *own <= 2.0 * others);
-        let is_found = matters(with, without)
-            && of_units < BY_CHANCE / n as f64
-            && of_runs < BY_CHANCE_OF_RUNS / n as f64
-            && is_inside;
-        is_found.then(|| Contradiction {
-            cause: Cause::Unlike,
+        let is_static = self.noise[worst].1;
+        (matters(with, without) && (noisy.is_some() || is_odd())).then(|| Contradiction {
+            values: noisy.iter().map(|own| own.1).collect(),
+            cause: noisy.filter(|_| !is_static).map_or(Cause::Unlike, |own| Cause::Noise(own.0)),
             place: Where::One(worst),
-            values: Vec::new(),
             with,
             without,
         })
@@ -638,16 +591,8 @@ impl Rig {
     }
 
     fn error(&self, units: &[Unit]) -> f64 {
-        let errors = fits::left_out(units, &self.shape, true, false);
+        let errors = fits::left_out(units, &self.shape);
         fits::mean_error(&errors, units, |_| true)
-    }
-
-    fn with(&self, is_here: &[bool], correction: &Correction) -> Vec<Unit> {
-        let corrected = |(own, here): (&Unit, &bool)| match here {
-            true => Unit { run: own.run, sums: correction.of(&own.sums, self) },
-            false => own.clone(),
-        };
-        self.units.iter().zip(is_here).map(corrected).collect()
     }
 
     /// Means over the units of each run.
@@ -684,128 +629,30 @@ impl Rig {
         ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT
     }
 
-    fn chances(&self, values: &[Vec<f64>], weights: &[f64], is_here: &[bool]) -> [f64; 2] {
-        let of_units = chance::of_difference(values, weights, is_here);
+    /// Chance that values of units follow a line in `x`, over units and over runs.
+    fn chances(&self, values: Vec<Vec<f64>>, weights: Vec<f64>, x: Vec<f64>) -> [f64; 2] {
+        let of_units = chance::of_slope(&values, &weights, &x);
         if self.n_runs() < ENOUGH_RUNS {
             return [of_units, 0.0];
         }
-        let (values, weights) = self.by_run(values, weights);
-        [of_units, chance::of_difference(&values, &weights, &self.runs_here(is_here))]
-    }
-}
-
-/// Sums over samples: the fitted raw signal squared, and times what is left, each over the variance of its gauge.
-#[derive(Clone, Copy, Debug, Default)]
-struct ScaledStep {
-    weight: f64,
-    product: f64,
-}
-
-impl ScaledStep {
-    fn step(self) -> Option<f64> {
-        (self.weight > 0.0).then(|| self.product / self.weight)
-    }
-
-    /// Sum of squares over variance that the step explains.
-    fn gain(self) -> f64 {
-        self.step().map_or(0.0, |step| step * self.product)
-    }
-}
-
-impl Correction {
-    fn none(shape: &Shape) -> Self {
-        let n_axes = shape.axes.len();
-        Self {
-            shift: vec![0.0; shape.n_gauges],
-            gain: vec![1.0; shape.n_gauges],
-            swap: None,
-            turn: Mat::identity(n_axes, n_axes),
-        }
-    }
-
-    /// One more step of a cause.
-    fn take(&mut self, cause: &Cause, step: &[f64], shape: &Shape) {
-        let n_axes = shape.axes.len();
-        let mut scale = |axes: &mut dyn Iterator<Item = usize>| {
-            for axis in axes {
-                (0..n_axes).for_each(|j| self.turn[(axis, j)] *= 1.0 + step[0]);
-            }
-        };
-        match cause {
-            Cause::Gauge(gauge) => self.gain[*gauge] *= 1.0 + step[0],
-            Cause::AllGauges => scale(&mut (0..n_axes)),
-            Cause::Axes(own) => scale(&mut own.iter().copied()),
-            Cause::Rotation => {
-                let mut about = [0.0; 3];
-                turns(&shape.axes).into_iter().zip(step).for_each(|(at, angle)| about[at] = *angle);
-                self.turn = turned(shape, about) * &self.turn;
-            }
-            _ => {}
-        }
-    }
-
-    /// Raw signals over a factor.
-    fn scale(&mut self, gauges: &[usize], factor: f64, scales: &[(f64, f64)]) {
-        for &gauge in gauges {
-            let (mean, scale) = scales[gauge];
-            self.gain[gauge] = factor;
-            self.shift[gauge] = (factor - 1.0) * mean / scale;
-        }
-    }
-
-    /// What remains of the zeros once the rest is corrected; about the fit's own zeros unless these are `free`.
-    fn settle(&mut self, cause: &Cause, fit: &Forward, own: &Mat<f64>, shape: &Shape, free: bool) {
-        let n_axes = shape.axes.len();
-        let load = Mat::from_fn(n_axes, 1, |axis, _| own[(0, shape.load(axis))] / own[(0, 0)]);
-        let said = &fit.slopes * (&self.turn * load);
-        for gauge in 0..shape.n_gauges {
-            let (zero, gain) = (fit.zero[gauge], self.gain[gauge]);
-            let mean = own[(0, shape.gauge(gauge))] / own[(0, 0)];
-            self.shift[gauge] = match (free, cause) {
-                (true, _) => mean - gain * (zero + said[(gauge, 0)]),
-                (false, Cause::Gauge(_)) => zero * (1.0 - gain),
-                (false, _) => 0.0,
-            };
-        }
-    }
-
-    /// The sums of corrected samples.
-    fn of(&self, sums: &Mat<f64>, rig: &Rig) -> Mat<f64> {
-        let (shape, scales) = (&rig.shape, &rig.scales);
-        let mut change = Mat::<f64>::identity(shape.width(), shape.width());
-        for gauge in 0..shape.n_gauges {
-            let row = shape.gauge(gauge);
-            change[(row, row)] = 1.0 / self.gain[gauge];
-            change[(row, 0)] = -self.shift[gauge] / self.gain[gauge];
-        }
-        if let Some((a, b)) = self.swap {
-            for (to, from) in [(a, b), (b, a)] {
-                let row = shape.gauge(to);
-                change[(row, row)] = 0.0;
-                change[(row, shape.gauge(from))] = scales[from].1 / scales[to].1;
-                change[(row, 0)] = (scales[from].0 - scales[to].0) / scales[to].1;
-            }
-        }
-        for i in 0..shape.axes.len() {
-            for j in 0..shape.axes.len() {
-                change[(shape.load(i), shape.load(j))] = self.turn[(i, j)];
-            }
-        }
-        &change * sums * change.transpose()
+        let x: Vec<Vec<f64>> = x.into_iter().map(|own| vec![own]).collect();
+        let x = self.by_run(&x, &weights).0.concat();
+        let (values, weights) = self.by_run(&values, &weights);
+        [of_units, chance::of_slope(&values, &weights, &x)]
     }
 }
 
 impl Moments {
     fn about(sums: &Mat<f64>, mean: &[f64], fit: &Forward, shape: &Shape) -> Self {
-        let n_axes = shape.axes.len();
         let centred = |i: usize, j: usize| {
             sums[(i, j)] - sums[(i, 0)] * mean[j] - mean[i] * sums[(0, j)]
                 + sums[(0, 0)] * mean[i] * mean[j]
         };
-        let loads = Mat::from_fn(n_axes, n_axes, |i, j| centred(shape.load(i), shape.load(j)));
-        let own =
-            Mat::from_fn(shape.n_gauges, n_axes, |i, j| centred(shape.gauge(i), shape.load(j)));
-        let rest = own - &fit.slopes * &loads;
+        let inputs = shape.inputs(false);
+        let n = inputs.len();
+        let loads = Mat::from_fn(n, n, |i, j| centred(inputs[i], inputs[j]));
+        let own = Mat::from_fn(shape.n_gauges, n, |i, j| centred(shape.gauge(i), inputs[j]));
+        let rest = own - &fit.map * &loads;
         Self { loads, rest }
     }
 
@@ -856,13 +703,6 @@ fn column_means(sums: &Mat<f64>) -> Vec<f64> {
     (0..sums.ncols()).map(|at| sums[(0, at)] / sums[(0, 0)].max(f64::MIN_POSITIVE)).collect()
 }
 
-/// No load, and the gauges as the fit says.
-fn origin(fit: &Forward, shape: &Shape) -> Vec<f64> {
-    let mut own = vec![0.0; shape.width()];
-    (0..shape.n_gauges).for_each(|gauge| own[shape.gauge(gauge)] = fit.zero[gauge]);
-    own
-}
-
 /// The directions (x, y, z) about which a turn mixes axes.
 fn turns(axes: &[Axis]) -> Vec<usize> {
     let has = |at: usize| axes.contains(&Axis::ALL[at]);
@@ -874,43 +714,31 @@ fn turns(axes: &[Axis]) -> Vec<usize> {
     (0..3).filter(mixes).collect()
 }
 
-/// A matrix over x, y, z as one over loads that are shares of full scale.
-fn over_loads(shape: &Shape, of: impl Fn(usize, usize) -> f64) -> Mat<f64> {
+/// Change of loads, as shares of full scale, with a small turn about a direction: `about × load`.
+fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| {
         let (to, from) = (shape.axes[i], shape.axes[j]);
-        match to.is_force() == from.is_force() {
-            true => {
-                of(to as usize % 3, from as usize % 3) * shape.full_scale[j] / shape.full_scale[i]
-            }
-            false => 0.0,
+        let ratio = shape.full_scale[j] / shape.full_scale[i];
+        match (3 + to as usize % 3 - about) % 3 * 3 + (3 + from as usize % 3 - about) % 3 {
+            _ if to.is_force() != from.is_force() => 0.0,
+            7 => ratio,
+            5 => -ratio,
+            _ => 0.0,
         }
     })
 }
 
-/// `about × load`.
-fn cross(about: [f64; 3], i: usize, j: usize) -> f64 {
-    match (3 + j - i) % 3 {
-        1 => -about[3 - i - j],
-        2 => about[3 - i - j],
-        _ => 0.0,
-    }
-}
-
-fn generator(shape: &Shape, about: usize) -> Mat<f64> {
-    let mut way = [0.0; 3];
-    way[about] = 1.0;
-    over_loads(shape, |i, j| cross(way, i, j))
-}
-
-/// A turn by an angle (rad) about a direction (Rodrigues).
-fn turned(shape: &Shape, about: [f64; 3]) -> Mat<f64> {
-    let angle = about.iter().map(|own| own * own).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-    let way = about.map(|own| own / angle);
-    let (sin, cos) = angle.sin_cos();
-    over_loads(shape, |i, j| {
-        let same = if i == j { cos } else { 0.0 };
-        same + sin * cross(way, i, j) + (1.0 - cos) * way[i] * way[j]
+/// A turn by angles (rad) about the directions of [`turns`]: the exponential series, for angles below one.
+fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
+    let n = shape.axes.len();
+    let all = turns(&shape.axes).into_iter().zip(angles);
+    let turn = all.fold(Mat::<f64>::zeros(n, n), |all, (about, angle)| {
+        all + faer::Scale(*angle) * generator(shape, about)
+    });
+    let series = (1..10).rev();
+    series.fold(Mat::identity(n, n), |inner, k| {
+        Mat::<f64>::identity(n, n) + faer::Scale(1.0 / f64::from(k)) * (&turn * inner)
     })
 }
 

@@ -3,17 +3,12 @@
 /// The least number of parts in which a difference can be judged.
 const FEWEST: usize = 3;
 
-/// The chance that the weighted means of two sides differ this much; 1 where there are too few parts.
+/// The chance that values follow a line in `x` this much; 1 where there are too few parts. With an `x` of zeros and ones, the
+/// chance that the weighted means of two sides differ this much.
 ///
-/// An F test in as many directions as the scatter within the sides really has (Satterthwaite).
+/// An F test in as many directions as the scatter about the line really has (Satterthwaite).
 ///
 /// **Shapes** one row of values and one weight for each part.
-pub(super) fn of_difference(values: &[Vec<f64>], weights: &[f64], is_here: &[bool]) -> f64 {
-    let line: Vec<f64> = is_here.iter().map(|here| if *here { 1.0 } else { 0.0 }).collect();
-    of_slope(values, weights, &line)
-}
-
-/// The chance that values follow a line in `x` this much.
 pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
     let largest = weights.iter().copied().fold(0.0, f64::max);
     let used: Vec<usize> = (0..values.len()).filter(|at| weights[*at] > 1e-12 * largest).collect();
@@ -120,9 +115,8 @@ mod tests {
         }
         let values: Vec<Vec<f64>> =
             [1.0, 2.0, 3.0, 6.0, 7.0, 9.0].map(|value| vec![value]).to_vec();
-        let is_here = [false, false, false, true, true, true];
-        let own = of_difference(&values, &[1.0; 6], &is_here);
+        let own = of_slope(&values, &[1.0; 6], &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
         assert!((own - 0.007_182).abs() < 2e-6, "{own}");
-        assert_eq!(of_difference(&values[..2], &[1.0; 2], &[false, true]), 1.0);
+        assert_eq!(of_slope(&values[..2], &[1.0; 2], &[0.0, 1.0]), 1.0);
     }
 }

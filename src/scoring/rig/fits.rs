@@ -34,18 +34,39 @@ impl Shape {
         2 + self.n_gauges + axis
     }
 
-    fn inputs(&self, with_time: bool) -> Vec<usize> {
-        let time = with_time.then_some(1);
-        [0].into_iter().chain(time).chain((0..self.n_gauges).map(|at| self.gauge(at))).collect()
+    /// One, the time where it is wanted, and the loads.
+    pub fn inputs(&self, with_time: bool) -> Vec<usize> {
+        [0].into_iter().chain(with_time.then_some(1)).chain(self.loads()).collect()
     }
 
-    fn outputs(&self) -> Vec<usize> {
-        (0..self.axes.len()).map(|at| self.load(at)).collect()
+    fn loads(&self) -> std::ops::Range<usize> {
+        self.load(0)..self.width()
+    }
+
+    fn gauges(&self) -> std::ops::Range<usize> {
+        self.gauge(0)..self.load(0)
+    }
+
+    /// Columns that stay as they are.
+    pub fn unchanged(&self) -> Mat<f64> {
+        Mat::identity(self.width(), self.width())
     }
 }
 
+impl Unit {
+    /// Its samples with changed columns.
+    pub(super) fn changed(&self, change: &Mat<f64>) -> Self {
+        Self { run: self.run, sums: changed(&self.sums, change) }
+    }
+}
+
+/// The sums of changed columns, each row of `change` being one of them.
+pub(super) fn changed(sums: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
+    change * sums * change.transpose()
+}
+
 /// Factors of `inputs` that come nearest to `outputs`, one row for each input.
-fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: &[usize]) -> Mat<f64> {
+fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: std::ops::Range<usize>) -> Mat<f64> {
     let length = |at: usize| sums[(at, at)].max(f64::MIN_POSITIVE).sqrt();
     let lengths: Vec<f64> = inputs.iter().map(|at| length(*at)).collect();
     let n = inputs.len();
@@ -53,18 +74,13 @@ fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: &[usize]) -> Mat<f64
         let own = sums[(inputs[i], inputs[j])] / (lengths[i] * lengths[j]);
         if i == j { own + NOTHING } else { own }
     });
-    let right = Mat::from_fn(n, outputs.len(), |i, j| sums[(inputs[i], outputs[j])] / lengths[i]);
+    let right =
+        Mat::from_fn(n, outputs.len(), |i, j| sums[(inputs[i], outputs.start + j)] / lengths[i]);
     let found = match gram.llt(Side::Lower) {
         Ok(parts) => parts.solve(&right),
         Err(_) => gram.partial_piv_lu().solve(&right),
     };
     Mat::from_fn(n, outputs.len(), |i, j| found[(i, j)] / lengths[i])
-}
-
-/// Factors of the first four columns that come nearest to the fifth.
-pub(super) fn line(sums: &Mat<f64>) -> [f64; 4] {
-    let found = solved(sums.as_ref(), &[0, 1, 2, 3], &[4]);
-    [0, 1, 2, 3].map(|at| found[(at, 0)])
 }
 
 /// What a fit leaves of an output in some sums.
@@ -85,31 +101,40 @@ fn residual(
     (sums[(output, output)] + explained).max(0.0)
 }
 
+/// Products of two columns about their means, over all samples.
+pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
+    sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
+}
+
 /// Returns the sums over some units.
 pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> Mat<f64> {
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
 
 /// Sums of squared left-out errors over all axes, each over full scale, of each unit.
-pub(super) fn left_out(units: &[Unit], shape: &Shape, by_run: bool, with_time: bool) -> Vec<f64> {
-    let (inputs, outputs) = (shape.inputs(with_time), shape.outputs());
+pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
+    let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
-    let by_run = by_run && n_runs >= FEWEST_RUNS;
+    let by_run = n_runs >= FEWEST_RUNS;
     let part = |unit: usize| if by_run { units[unit].run } else { unit };
     let n_parts = if by_run { n_runs } else { units.len() };
     let mut errors = vec![0.0; units.len()];
     for left_out in 0..n_parts {
         let others = (0..units.len()).filter(|unit| part(*unit) != left_out);
         let others = sum(others.map(|unit| &units[unit]), shape);
-        let factors = solved(others.as_ref(), &inputs, &outputs);
+        let factors = solved(others.as_ref(), &inputs, outputs.clone());
         for unit in (0..units.len()).filter(|unit| part(*unit) == left_out) {
-            let of_axes = outputs.iter().enumerate().map(|(axis, output)| {
-                residual(units[unit].sums.as_ref(), &inputs, |at| factors[(at, axis)], *output)
+            let of_axes = outputs.clone().enumerate().map(|(axis, output)| {
+                residual(units[unit].sums.as_ref(), &inputs, |at| factors[(at, axis)], output)
             });
             errors[unit] = of_axes.sum::<f64>() / outputs.len() as f64;
         }
     }
     errors
+}
+
+fn with_one(columns: std::ops::Range<usize>) -> Vec<usize> {
+    [0].into_iter().chain(columns).collect()
 }
 
 /// Root mean square over the units of some runs.
@@ -121,30 +146,17 @@ pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) 
 
 /// Loads from gauges, without the constant: one row for each axis.
 pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
-    let found = solved(sums.as_ref(), &shape.inputs(false), &shape.outputs());
+    let found = solved(sums.as_ref(), &with_one(shape.gauges()), shape.loads());
     Mat::from_fn(shape.axes.len(), shape.n_gauges, |axis, gauge| found[(1 + gauge, axis)])
 }
 
-/// `gauge = zero + slopes · load`.
+/// `gauge = map · [1, load]`.
 #[derive(Clone, Debug)]
 pub(super) struct Forward {
-    pub zero: Vec<f64>,
-    /// One row for each gauge.
-    pub slopes: Mat<f64>,
+    /// One row for each gauge: its zero, then its slopes.
+    pub map: Mat<f64>,
     /// Change of each gauge over the whole time; empty unless it was asked for.
     pub drift: Vec<f64>,
-}
-
-/// What a gauge shows of what the fit says.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Answer {
-    pub zero: f64,
-    pub factor: f64,
-    /// Mean of what the fit says, which the zero is not of.
-    mean: f64,
-    /// Samples, and their sum of squares of what the fit says about its mean.
-    pub weight: f64,
-    pub information: f64,
 }
 
 impl Forward {
@@ -158,28 +170,22 @@ impl Forward {
     }
 
     fn fitted(sums: &Mat<f64>, shape: &Shape, with_time: bool) -> Self {
-        let time = with_time.then_some(1);
-        let inputs: Vec<usize> = [0].into_iter().chain(time).chain(shape.outputs()).collect();
-        let gauges: Vec<usize> = (0..shape.n_gauges).map(|at| shape.gauge(at)).collect();
-        let found = solved(sums.as_ref(), &inputs, &gauges);
-        let first = inputs.len() - shape.axes.len();
+        let found = solved(sums.as_ref(), &shape.inputs(with_time), shape.gauges());
+        let at = |input: usize| if input > 0 { input + usize::from(with_time) } else { 0 };
+        let times = if with_time { 1..2 } else { 0..0 };
         Self {
-            zero: (0..shape.n_gauges).map(|gauge| found[(0, gauge)]).collect(),
-            slopes: Mat::from_fn(shape.n_gauges, shape.axes.len(), |gauge, axis| {
-                found[(first + axis, gauge)]
+            map: Mat::from_fn(shape.n_gauges, 1 + shape.axes.len(), |gauge, input| {
+                found[(at(input), gauge)]
             }),
-            drift: time.iter().flat_map(|_| (0..shape.n_gauges).map(|at| found[(1, at)])).collect(),
+            drift: times.flat_map(|at| found.row(at).iter().copied().collect::<Vec<_>>()).collect(),
         }
     }
 
     /// Mean squares that the fit leaves of each gauge.
     pub fn variances(&self, sums: &Mat<f64>, shape: &Shape) -> Vec<f64> {
-        let inputs: Vec<usize> = [0].into_iter().chain(shape.outputs()).collect();
+        let inputs = shape.inputs(false);
         let of_gauge = |gauge: usize| {
-            let factor = |at: usize| match at {
-                0 => self.zero[gauge],
-                _ => self.slopes[(gauge, at - 1)],
-            };
+            let factor = |at: usize| self.map[(gauge, at)];
             let left = residual(sums.as_ref(), &inputs, factor, shape.gauge(gauge));
             (left / sums[(0, 0)]).max(EXACT)
         };
@@ -189,17 +195,17 @@ impl Forward {
     /// What each gauge shows beyond the fit in the mean of these samples.
     pub fn zeros(&self, sums: &Mat<f64>, shape: &Shape) -> Vec<f64> {
         let of_gauge = |gauge: usize| {
-            let loads = (0..shape.axes.len())
-                .map(|axis| self.slopes[(gauge, axis)] * sums[(0, shape.load(axis))]);
-            (sums[(0, shape.gauge(gauge))] - loads.sum::<f64>()) / sums[(0, 0)] - self.zero[gauge]
+            let said = shape.inputs(false).into_iter().enumerate();
+            let said = said.map(|(at, input)| self.map[(gauge, at)] * sums[(0, input)]);
+            (sums[(0, shape.gauge(gauge))] - said.sum::<f64>()) / sums[(0, 0)]
         };
         (0..shape.n_gauges).map(of_gauge).collect()
     }
 
     /// Sum, sum of squares, and product with the gauge of what the slopes say of it.
-    fn said(&self, sums: &Mat<f64>, shape: &Shape, gauge: usize) -> [f64; 3] {
+    pub fn said(&self, sums: &Mat<f64>, shape: &Shape, gauge: usize) -> [f64; 3] {
         let axes = 0..shape.axes.len();
-        let slope = |axis: usize| self.slopes[(gauge, axis)];
+        let slope = |axis: usize| self.map[(gauge, 1 + axis)];
         let along = |column: usize| -> f64 {
             axes.clone().map(|axis| slope(axis) * sums[(shape.load(axis), column)]).sum()
         };
@@ -207,41 +213,25 @@ impl Forward {
         [along(0), squares, along(shape.gauge(gauge))]
     }
 
-    /// A straight line of a gauge over what the fit says of it.
-    pub fn answer(&self, sums: &Mat<f64>, shape: &Shape, gauge: usize) -> Answer {
-        let n = sums[(0, 0)];
-        let [sum, squares, product] = self.said(sums, shape, gauge);
-        let own = sums[(0, shape.gauge(gauge))];
-        let information = squares - sum * sum / n;
-        let is_known = information > 1e-6 * n;
-        let factor = if is_known { (product - sum * own / n) / information } else { 1.0 };
-        Answer {
-            // Without a load, by the sensitivity that the others have.
-            zero: (own - sum) / n - self.zero[gauge],
-            factor,
-            mean: sum / n,
-            weight: n,
-            information: if is_known { information } else { 0.0 },
-        }
-    }
-
-    /// How far a unit is from the line of its run: zero and factor, each with its weight.
-    pub fn about(
+    /// Zero and sensitivity of a gauge in some samples of a run, each with its weight. The sensitivity is about the run's means.
+    pub fn shown(
         &self,
         sums: &Mat<f64>,
+        run: &Mat<f64>,
         shape: &Shape,
         gauge: usize,
-        line: &Answer,
     ) -> [(f64, f64); 2] {
-        let n = sums[(0, 0)];
+        let (n, at) = (sums[(0, 0)], shape.gauge(gauge));
         let [sum, squares, product] = self.said(sums, shape, gauge);
-        let own = sums[(0, shape.gauge(gauge))];
-        let zero = (own - sum) / n - self.zero[gauge] - line.zero;
-        let information = squares - 2.0 * line.mean * sum + n * line.mean * line.mean;
-        // The line goes through the mean of its run.
-        let at_mean = line.zero + self.zero[gauge] + line.mean;
-        let rest = product - line.mean * own - at_mean * (sum - n * line.mean);
-        let factor = if information > 0.0 { rest / information - line.factor } else { 0.0 };
-        [(zero, n), (factor, information.max(0.0))]
+        let mean = self.said(run, shape, gauge)[0] / run[(0, 0)];
+        let own_mean = run[(0, at)] / run[(0, 0)];
+        let information = squares - 2.0 * mean * sum + n * mean * mean;
+        let product = product - mean * sums[(0, at)] - own_mean * (sum - n * mean);
+        let factor = match information > 1e-6 * n {
+            true => (product / information, information),
+            false => (0.0, 0.0),
+        };
+        // Without a load, by the sensitivity that the others have.
+        [((sums[(0, at)] - sum) / n - self.map[(gauge, 0)], n), factor]
     }
 }

@@ -1,15 +1,19 @@
 //! Faults that the sums of a rig do not show: hum, one gauge that bends, a reference that ends before the load does, noise of one recording.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use crate::recording::{Recording, median};
 use crate::scoring::rig::fits::{self, Forward};
 use crate::scoring::rig::{Rig, is_one_table};
+use crate::scoring::straight_lines;
 
 /// Maximum number of samples of a recording whose spectrum is taken.
 const SPECTRUM: usize = 1024;
 /// Minimum number of samples for a spectrum.
 const FEWEST_SAMPLES: usize = 128;
+/// Minimum number of samples for a bend.
+const FEWEST_CASES: usize = 16;
 /// Maximum number of recordings whose spectrum is taken.
 const SPECTRA: usize = 4;
 /// Share of what loads leave of a gauge that a hum or a bend makes up: without it the rest is a tenth smaller (√0.8).
@@ -78,9 +82,9 @@ impl Rig {
         for (gauges, loads) in of.gauges().chunks_exact(n).zip(loads) {
             for (gauge, (value, (mean, scale))) in gauges.iter().zip(&self.scales).enumerate() {
                 let along = columns.iter().enumerate().map(|(axis, column)| {
-                    fit.slopes[(gauge, axis)] * loads[*column] / shape.full_scale[axis]
+                    fit.map[(gauge, 1 + axis)] * loads[*column] / shape.full_scale[axis]
                 });
-                let own = fit.zero[gauge] + along.sum::<f64>();
+                let own = fit.map[(gauge, 0)] + along.sum::<f64>();
                 left.push((value - mean) / scale - own);
                 fitted.push(own);
             }
@@ -118,8 +122,10 @@ impl Rig {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
         let mut found: Vec<ChannelFault> = self.hum(recordings, &rests).into_iter().collect();
-        found.extend(self.bent(&rests));
-        found.extend(self.clipped_reference(recordings));
+        let clipped = self.clipped_reference(recordings);
+        // Gauges bend against a reference that is clipped.
+        found.extend(if clipped.is_empty() { self.bent(&rests) } else { None });
+        found.extend(clipped);
         found
     }
 
@@ -171,47 +177,35 @@ impl Rig {
     /// The gauge that bends where the others do not, by squares and cubes of what the fit says, each half predicted by the other.
     fn bent(&self, rests: &[Rest]) -> Option<ChannelFault> {
         let n_gauges = self.shape.n_gauges;
-        let half = |at: usize, k: usize, n: usize| match rests.len() {
-            1 => usize::from(2 * k >= n),
-            _ => at % 2,
-        };
         let of_gauge = |gauge: usize| {
-            let rows = || {
-                rests.iter().enumerate().flat_map(move |(at, rest)| {
-                    let n = rest.left.len() / n_gauges;
-                    (0..n).map(move |k| {
-                        let own = k * n_gauges + gauge;
-                        (half(at, k, n), rest.fitted[own], rest.left[own])
-                    })
-                })
+            let all = |of: fn(&Rest) -> &[f64]| -> Vec<f64> {
+                let own = rests.iter().flat_map(|own| of(own)[gauge..].iter().step_by(n_gauges));
+                own.copied().collect()
             };
-            let n = rows().count().max(1) as f64;
-            let mean = rows().map(|own| own.1).sum::<f64>() / n;
-            let scale = rows().map(|own| (own.1 - mean).abs()).fold(f64::MIN_POSITIVE, f64::max);
-            let powers = |fitted: f64| {
-                let u = (fitted - mean) / scale;
-                [1.0, u, u * u, u * u * u]
+            let (fitted, left) = (all(|own| &own.fitted), all(|own| &own.left));
+            let n = left.len();
+            if n < FEWEST_CASES {
+                return (0.0, 0.0);
+            }
+            let mean = fitted.iter().sum::<f64>() / n as f64;
+            let scale =
+                fitted.iter().map(|own| (own - mean).abs()).fold(f64::MIN_POSITIVE, f64::max);
+            let power = |k: usize, i: usize| ((fitted[k] - mean) / scale).powi(i as i32);
+            let factors = |own: Range<usize>| {
+                let value = |row: usize, i: usize| power(own.start + row, i);
+                straight_lines::factors(own.len(), 4, (0, 0.0), value, |row| left[own.start + row])
             };
-            let mut sums = [faer::Mat::<f64>::zeros(5, 5), faer::Mat::zeros(5, 5)];
-            for (half, fitted, left) in rows() {
-                let [a, b, c, d] = powers(fitted);
-                let row = [a, b, c, d, left];
-                for i in 0..5 {
-                    for j in 0..5 {
-                        sums[half][(i, j)] += row[i] * row[j];
-                    }
-                }
-            }
-            let factors = [0, 1].map(|half: usize| fits::line(&sums[1 - half]));
-            let (mut after, mut before) = (0.0, 0.0);
-            for (half, fitted, left) in rows() {
-                let said: f64 = powers(fitted).iter().zip(&factors[half]).map(|(a, b)| a * b).sum();
-                after += (left - said).powi(2);
-                before += left * left;
-            }
-            let whole = fits::line(&(&sums[0] + &sums[1]));
+            let squares = |own: Range<usize>, by: &[f64]| -> f64 {
+                let said =
+                    |k: usize| by.iter().enumerate().map(|(i, by)| by * power(k, i)).sum::<f64>();
+                own.map(|k| (left[k] - said(k)).powi(2)).sum()
+            };
+            let [first, second] = [0..n / 2, n / 2..n];
+            let after =
+                squares(first.clone(), &factors(second.clone())) + squares(second, &factors(first));
+            let whole = factors(0..n);
             let bend = (whole[2].abs() + whole[3].abs()) / self.spans[gauge];
-            (1.0 - after / before.max(f64::MIN_POSITIVE), bend)
+            (1.0 - after / squares(0..n, &[]).max(f64::MIN_POSITIVE), bend)
         };
         let all: Vec<(f64, f64)> = (0..n_gauges).map(of_gauge).collect();
         let most = (0..n_gauges).max_by(|a, b| all[*a].0.total_cmp(&all[*b].0))?;

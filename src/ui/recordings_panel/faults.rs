@@ -37,11 +37,7 @@ pub(super) fn faults_row(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Comma
         let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
         if !faults.is_empty() {
             let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
-            let text = match n_faulty {
-                0 => "A channel looks dead".to_owned(),
-                _ => format!("{n_faulty} of {n} samples look faulty"),
-            };
-            let label = ui.warn(text);
+            let label = ui.warn(format!("{n_faulty} of {n} samples look faulty"));
             label.on_hover_ui(|ui| {
                 for (at, faults) in faults.iter().take(12) {
                     let recording = &entries[*at].recording;
