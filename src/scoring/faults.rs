@@ -119,7 +119,7 @@ pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
     all.into_iter().flatten().collect()
 }
 
-/// Returns the faults of a recording by its channels and by the knowledge of them.
+/// Returns the faults of a recording by its channels and their properties.
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
     let loads = (0..recording.axes().len()).map(Channel::Load);

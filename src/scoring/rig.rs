@@ -1,8 +1,8 @@
-//! What the recordings say of the rig: zero and sensitivity of each gauge in each of them, and which single fault explains what
-//! contradicts the others.
+//! Zero and sensitivity of each gauge in each recording, and the single fault that best explains a contradiction between
+//! recordings.
 //!
-//! The model is `gauge = zero + sensitivity · (A · load)`, A fitted to the other recordings. Everything follows from the sums of
-//! contiguous units, of which each recording has some: one pass over the samples, then every fault is a refit of corrected sums.
+//! The model is `gauge = zero + sensitivity · (A · load)`, with A fitted to the other recordings. It needs only the sums of
+//! contiguous units of each recording: one pass over the samples, then every fault is a refit of corrected sums.
 
 mod cause;
 mod chance;
@@ -20,51 +20,51 @@ pub use crate::scoring::rig::columns::NoGauge;
 use crate::scoring::rig::fits::{Forward, Shape};
 pub use crate::scoring::rig::samples::ChannelFault;
 
-/// Units that all recordings are cut into, at least: so many say how far they differ by themselves.
+/// Minimum number of units over all recordings. Their scatter is the measure of chance.
 const UNITS: usize = 12;
-/// Consecutive recordings are taken together where there are more than this.
+/// Maximum number of runs. Consecutive recordings are combined if there are more.
 const RUNS: usize = 24;
-/// Rows that are filled before they are multiplied.
+/// Number of rows that are filled before they are multiplied.
 const BLOCK: usize = 128;
 
-/// The sums of one contiguous interval of samples: products of `[1, time, gauges, loads]`.
+/// Sums of one contiguous interval of samples: products of `[1, time, gauges, loads]`.
 #[derive(Clone, Debug)]
 struct Unit {
     run: usize,
     sums: Mat<f64>,
 }
 
-/// The sums of recordings of one sensor, in order of time.
+/// Sums of the recordings of one sensor, in order of time.
 #[derive(Debug)]
 pub struct Rig {
     units: Vec<Unit>,
     shape: Shape,
-    /// Positions of the recordings of each run among those that were given.
+    /// Positions of the recordings of each run in the given list.
     runs: Vec<Vec<usize>>,
-    /// Mean and scale of each gauge: the sums are of gauges less the mean, over the scale.
+    /// Mean and scale of each gauge. The sums contain gauges minus the mean, divided by the scale.
     scales: Vec<(f64, f64)>,
-    /// How far each gauge moves, in its scale.
+    /// Range of each gauge, in its scale.
     spans: Vec<f64>,
-    /// Noise of each gauge in each run, in its scale, and whether the samples of the run have no order.
+    /// Noise of each gauge in each run, in its scale, and true for runs of load cases.
     noise: Vec<(Vec<f64>, bool)>,
 }
 
-/// Zero and sensitivity of the gauges in one recording, or in consecutive ones that are taken together.
+/// Zero and sensitivity of the gauges in one recording, or in consecutive recordings combined.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// Its recordings, by their positions.
+    /// Positions of the recordings.
     pub recordings: Vec<usize>,
-    /// Zero of each gauge against the fit to the others, as a share of how far the gauge moves, and its standard error.
+    /// Zero of each gauge against the fit to the others, as a share of the gauge's range, with its standard error.
     pub zeros: Vec<Option<(f64, f64)>>,
-    /// Sensitivity of each gauge over that of the fit to the others, and its standard error.
+    /// Sensitivity of each gauge relative to the fit to the others, with its standard error.
     pub sensitivities: Vec<Option<(f64, f64)>>,
-    /// Left-out error over all axes, as a share of full scale.
+    /// Held-out error over all axes, as a share of full scale.
     pub error: f64,
 }
 
 impl Rig {
-    /// Of recordings with the same gauges and axes, and the full scale of each axis; `None` where no load moves or there is
-    /// nothing to compare.
+    /// Creates the sums of recordings with the same gauges and axes, given the full scale of each axis; `None` if no load moves or
+    /// there is nothing to compare.
     pub fn of(recordings: &[&Recording], full_scale: &[f64]) -> Option<Self> {
         let first = recordings.first()?;
         let n_gauges = first.n_gauges();
@@ -125,17 +125,17 @@ impl Rig {
         Some(rig)
     }
 
-    /// Recordings of a run, by their positions among those that were given.
+    /// Returns the positions of the recordings of a run in the given list.
     pub fn recordings(&self, run: usize) -> &[usize] {
         &self.runs[run]
     }
 
-    /// Number of runs.
+    /// Returns the number of runs.
     pub fn n_runs(&self) -> usize {
         self.runs.len()
     }
 
-    /// Axes on which the load moves.
+    /// Returns the axes on which the load moves.
     pub fn axes(&self) -> &[Axis] {
         &self.shape.axes
     }
@@ -144,7 +144,7 @@ impl Rig {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
     }
 
-    /// How gauges answer to loads, in the gauges' own units: zero, slope for each axis (per N or N·m), and what is left (RMS).
+    /// Returns the response of the gauges to loads, in the gauges' units: zero, slope of each axis (per N or N·m), and residual (RMS).
     pub fn answers(&self) -> Vec<(f64, Vec<f64>, f64)> {
         let total = self.total(|_| true);
         let forward = Forward::of(&total, &self.shape);
@@ -157,11 +157,11 @@ impl Rig {
         gauges.collect()
     }
 
-    /// Zeros and sensitivities of each run against the fit to the others.
+    /// Returns zeros and sensitivities of each run against the fit to the others.
     pub fn table(&self) -> Vec<Run> {
         let n_gauges = self.shape.n_gauges;
         let errors = fits::left_out(&self.units, &self.shape);
-        // By run and gauge: zero and sensitivity with their weights, and the scatter of the units about them.
+        // By run and gauge: zero and sensitivity with their weights, and the scatter of their units.
         let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
         let mut estimates = Vec::new();
         for run in 0..self.n_runs() {
@@ -184,7 +184,7 @@ impl Rig {
             }
             estimates.push(lines);
         }
-        // Of the zeros or the sensitivities, each over a scale.
+        // Zeros or sensitivities, divided by a scale.
         let known = |lines: &[[(f64, f64); 2]], at: usize, scale: &dyn Fn(usize) -> f64| {
             let of_gauge = |(gauge, line): (usize, &[(f64, f64); 2])| {
                 let ((value, weight), (squares, freedom)) = (line[at], scatter[gauge][at]);
@@ -204,7 +204,7 @@ impl Rig {
     }
 }
 
-/// Positions of recordings by when they began; as they are where that is not known of all.
+/// Returns the positions of recordings in order of their start times, or in the given order if a start time is unknown.
 fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..recordings.len()).collect();
     let started: Option<Vec<f64>> = recordings.iter().map(|own| own.started()).collect();
@@ -214,7 +214,7 @@ fn in_order_of_time(recordings: &[&Recording]) -> Vec<usize> {
     order
 }
 
-/// Load cases of one table taken together, where there are several tables or recordings.
+/// Combines the load cases of one table, if there are several tables or recordings.
 fn by_table(recordings: &[&Recording], order: Vec<usize>) -> Vec<Vec<usize>> {
     let tables = order.chunk_by(|a, b| is_one_table(recordings[*a], recordings[*b]));
     let tables: Vec<Vec<usize>> = tables.map(<[usize]>::to_vec).collect();
@@ -229,7 +229,7 @@ fn is_one_table(a: &Recording, b: &Recording) -> bool {
     a.is_static() && b.is_static() && a.source() == b.source()
 }
 
-/// Mean and standard deviation of each gauge, and how far it moves in them.
+/// Returns mean and standard deviation of each gauge, and its range in standard deviations.
 fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f64>) {
     let of_gauge = |gauge: usize| {
         let values = || {
@@ -238,7 +238,7 @@ fn scales(recordings: &[&Recording], n_gauges: usize) -> (Vec<(f64, f64)>, Vec<f
         let n = values().count().max(1) as f64;
         let mean = values().sum::<f64>() / n;
         let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
-        // The mean of a constant is rounded.
+        // The mean of a constant has a rounding error.
         let scale = if variance.sqrt() > 1e-9 * mean.abs() { variance.sqrt() } else { 1.0 };
         let ends = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
             (low.min(*value), high.max(*value))

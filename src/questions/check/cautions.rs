@@ -115,7 +115,7 @@ impl Dataset {
     }
 
     fn few_recordings(&self) -> Option<Finding> {
-        // The parts that are left of a recording are one.
+        // The parts that are left of a recording count as one.
         let n = match self.groups.by == GroupedBy::Recording {
             true => self.training_groups().len(),
             false => in_role(&self.entries, Role::Train).len(),
@@ -142,7 +142,7 @@ impl Dataset {
         unused.chain(self.groups.lone.iter().map(move |lone| alone(Id::LoneGroup, lone)))
     }
 
-    /// Auxiliary channels of recordings that were not trained that show what was not trained.
+    /// Returns auxiliary channels of applied recordings with values beyond those of the training.
     fn auxiliary_beyond(&self, calibration: &Calibration, fitted: bool) -> Option<Finding> {
         let shown = self.entries.iter().filter(|entry| entry.role != Role::Train || !fitted);
         let beyond = shown.flat_map(|entry| calibration.auxiliary_beyond(&entry.recording));
@@ -154,7 +154,7 @@ impl Dataset {
         (!beyond.is_empty()).then_some(found)
     }
 
-    /// Auxiliary channels that change and that nobody asked for.
+    /// Returns auxiliary channels that change but are not used.
     fn auxiliary_left(&self, calibration: &Calibration) -> Option<Finding> {
         if !calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
@@ -175,7 +175,7 @@ impl Dataset {
         (!names.is_empty()).then_some(found)
     }
 
-    /// Why auxiliary channels that were asked for are not used.
+    /// Returns the reasons why requested auxiliary channels are not used.
     fn auxiliary_unused(&self, calibration: &Calibration) -> Option<Finding> {
         if calibration.features.blocks.of(&Auxiliary).is_empty() {
             return None;
@@ -195,14 +195,14 @@ fn load(axis: Axis, value: f64) -> String {
     format!("{} {}", significant(value, 3), axis.unit())
 }
 
-/// What the loads of the recordings cannot tell of this calibration.
+/// Returns findings on properties of the calibration that the loads of the recordings do not determine.
 fn of_loads(calibration: &Calibration, coverage: &Coverage) -> Vec<Finding> {
     let axes = &calibration.axes;
     let spans: Vec<f64> = (0..axes.len()).map(|axis| coverage.span(axis)).collect();
     let mut found = Vec::new();
     for (at, &axis) in axes.iter().enumerate() {
         let (symbol, MinMax { min: low, max: high }) = (axis.symbol(), coverage.trained[at]);
-        // A full scale is half of what an axis spans.
+        // The full scale of an axis is half of its range.
         let most = largest(axes, &spans, axis).max(2.0 * calibration.full_scale[at]);
         if spans[at] <= STANDS_STILL * most {
             let (severity, figures) = match low == high {
@@ -233,7 +233,7 @@ fn is_far(outside: &Outside) -> bool {
     outside.share > OUTSIDE_SHARE
 }
 
-/// What a second stage, its kernel and the rank say.
+/// Returns findings on the second stage, its kernel and the rank.
 fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
     let mut found = Vec::new();
     let (rank, n_features) = (calibration.quality.rank, calibration.columns().len());
@@ -256,7 +256,7 @@ fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
     found
 }
 
-/// Axes on which the test says that compensating does harm.
+/// Returns the axes on which compensation increases the test error.
 fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let quality = &calibration.quality;
     let before = quality.conventional.test_rmse.as_ref()?;
@@ -285,7 +285,7 @@ mod tests {
     use crate::recording::simulated::{Late, late_set};
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
-    /// What is to be known of a fit to recordings with these names and loads on two axes; `t` in a name makes it test.
+    /// Returns the findings on a fit to recordings with these names and loads on two axes; a `t` in the name puts one into the test role.
     fn of(recordings: &[(&str, Vec<[f64; 2]>)], features: FeatureSettings) -> Vec<Finding> {
         let mut set = RecordingSet::default();
         for (name, loads) in recordings {
@@ -308,7 +308,7 @@ mod tests {
         analyse(&request, &Progress::default()).unwrap().findings
     }
 
-    /// A run whose axes swing so far.
+    /// Returns a run whose axes move by these amplitudes.
     fn swing(fx: f64, fz: f64) -> Vec<[f64; 2]> {
         let at = |k: i32| [fx * (0.31 * f64::from(k)).sin(), fz * (0.23 * f64::from(k)).cos()];
         (0..200).map(at).collect()
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn recordings_that_tell_enough_are_followed_by_nothing() {
-        // Each begins elsewhere: none holds the samples of another.
+        // Each begins at another phase, so none contains the samples of another.
         let own = [("a", 0), ("b", 20), ("c", 40), ("test", 60)].map(|(name, first)| {
             let mut loads = swing(5.0, 9.0);
             loads.rotate_left(first);

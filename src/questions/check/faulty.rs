@@ -1,4 +1,4 @@
-//! The faults of recordings, as they are shown.
+//! Faults of recordings, as they are shown.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,25 +10,25 @@ use crate::recording::{Entry, Recording, RecordingSet, ValidRange};
 use crate::same::same_where;
 use crate::scoring::faults::Faults;
 
-/// What is wrong with recordings.
+/// Request for the faults of recordings.
 #[derive(Clone, Debug)]
 pub struct FindFaults {
-    /// Which.
+    /// Recordings.
     pub recordings: Arc<RecordingSet>,
-    /// What is known of the sensor.
+    /// Known limits of the sensor.
     pub range: ValidRange,
-    /// What is shared with other questions about the same recordings.
+    /// Cache that is shared with other questions about the same recordings.
     pub datasets: Datasets,
 }
 
-/// What is wrong with one of them, as it is shown.
+/// Faults of one recording, as they are shown.
 #[derive(Debug)]
 pub struct FaultyRecording {
-    /// How many samples cannot be used.
+    /// Number of samples that cannot be used.
     pub n_samples: usize,
-    /// Each kind in words.
+    /// Description of each kind.
     pub words: Vec<String>,
-    /// From when to when they are, on the recording's own clock (s).
+    /// Start and end of each fault, on the recording's own clock (s).
     pub intervals: Vec<(f64, f64)>,
 }
 
@@ -45,7 +45,7 @@ impl FaultyRecording {
 }
 
 impl FindFaults {
-    /// The faults of a request's recordings.
+    /// Returns the faults of a request's recordings.
     pub fn of(request: &Request, range: ValidRange) -> Self {
         let recordings = Arc::clone(&request.recordings);
         Self { recordings, range, datasets: request.datasets.clone() }
@@ -55,7 +55,7 @@ impl FindFaults {
 same_where!(FindFaults: shared(recordings) value(range) besides(datasets));
 
 impl Query for FindFaults {
-    /// In the order of the recordings.
+    /// Faults in the order of the recordings.
     type Answer = Vec<Arc<FaultyRecording>>;
     type Cache = ();
 

@@ -1,6 +1,6 @@
 //! Result of a check: verdict, findings, loads reached, errors, and the loads to record next.
 //!
-//! A figure that the data do not determine is missing. A verdict never stands without its reasons.
+//! A figure that the data do not determine is missing. A verdict is always shown with its reasons.
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub struct Sufficiency {
     pub verdict: Verdict,
     /// Coefficients and load cases in words.
     pub summary: String,
-    /// Findings: faults of recordings, then the gravest, then the dearest.
+    /// Findings: faults of recordings first, then by severity, then by cost.
     pub reasons: Vec<Finding>,
     /// Training samples.
     pub n_samples: u64,
@@ -36,11 +36,11 @@ pub struct Sufficiency {
     pub faults: Vec<String>,
     /// Loads to record next, the best first.
     pub next: Vec<NextLoad>,
-    /// How these loads were chosen, or why there are none.
+    /// Method by which these loads were chosen, or the reason why there are none.
     pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording.
     pub rig: RigReport,
-    /// What the recordings show, and what they cannot show.
+    /// Loads for which the calibration is shown to hold, and what the recordings do not cover.
     pub holds_for: String,
 }
 
@@ -55,7 +55,7 @@ pub struct AxisReach {
     pub high: f64,
     /// Full scale (N, N·m); 0 if the load does not move.
     pub full_scale: f64,
-    /// Whether the full scale is a rated load that the user entered.
+    /// True if the full scale is a rated load that the user entered.
     pub rated: bool,
     /// Range of expected loads: the rated range, else the recorded one.
     pub region: (f64, f64),
@@ -67,7 +67,7 @@ pub struct AxisReach {
     pub train_rmse: Option<f64>,
     /// RMSE by cross-validation.
     pub left_out_rmse: Option<f64>,
-    /// The axis with whose training load it correlates most, and the correlation.
+    /// Axis with the largest correlation of training loads, and the correlation.
     pub moves_with: Option<(Axis, f64)>,
 }
 

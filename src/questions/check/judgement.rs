@@ -7,14 +7,14 @@ use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
 
-/// Ratio of a left-out error to that of the fit from which it is reported, if it exceeds [`ERROR_MATTERS`]. Too few loads alone make it
-/// five times as large from 1.25 loads for a coefficient on.
+/// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads per coefficient
+/// it is five by the count alone.
 const RATIO_FAILS: f64 = 5.0;
-/// Share of full scale from which such an error matters.
+/// Minimum held-out error for a finding, as a share of full scale.
 const ERROR_MATTERS: f64 = 0.01;
-/// Share of a load's standard deviation from which a left-out error is no better than that of the mean.
+/// Minimum held-out error that is no better than that of the mean load, as a share of the load's standard deviation.
 const NO_BETTER: f64 = 0.9;
-/// Variance of a load over the part of it that does not follow from the other axes, from which axes are reported as moving together.
+/// Minimum ratio of a load's variance to the part that does not follow from the other axes, for axes that move together.
 const INFLATION: f64 = 5.0;
 /// Share of a rated load that the training loads have to reach.
 const REACHED: f64 = 0.8;
@@ -59,7 +59,7 @@ impl Sufficiency {
         })
     }
 
-    /// Returns the axes whose left-out errors are no better than what the mean of the loads would do; `by` says what was left out.
+    /// Returns the axes whose held-out errors are no better than those of the mean load; `by` describes the held-out part.
     fn no_better_than_mean(&self, by: &str) -> Option<Finding> {
         let one = |(own, error): (&AxisReach, f64)| {
             let [error, mean] = [error, own.deviation].map(|value| own.load(value));
@@ -71,7 +71,7 @@ impl Sufficiency {
             .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
     }
 
-    /// Returns the axes whose left-out errors are many times those of the fit, and how many times at most.
+    /// Returns the axes whose held-out errors are many times those of the fit, with the largest ratio.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
         let times = self.left_out(false).filter_map(|(own, error)| {
             let least = 1e-9 * own.deviation;
@@ -136,7 +136,7 @@ impl AxisReach {
         format!("{} {}", significant(value, 3), self.axis.unit())
     }
 
-    /// Returns the finding that an axis with a rated load was loaded one way only.
+    /// Returns the finding that an axis with a rated load was loaded in one direction only.
     fn one_sided(&self) -> Option<Finding> {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
         let (some, other) = (up.max(down), up.min(down));

@@ -1,4 +1,4 @@
-//! Whether there are enough loads for the coefficients: one rule for the fit and for the check.
+//! Number of loads for the coefficients: one rule for the fit and for the check.
 
 use crate::calibration::Calibration;
 use crate::finding::{Finding, Id, Verdict};
@@ -7,7 +7,7 @@ use crate::scoring::numbers::significant;
 
 /// Number of load cases per free coefficient below which errors on new loads are five times those of the fit, by the count alone.
 const FEWEST_CASES: f64 = 1.25;
-/// Number below which they are twice those of the fit.
+/// Number of load cases per free coefficient below which these errors are twice those of the fit.
 const FEW_CASES: f64 = 2.0;
 /// Ratio of errors above which the expected ratio is not given.
 const TIMES: f64 = 100.0;
@@ -54,7 +54,7 @@ impl LoadCount {
             true => Verdict::Insufficient,
             false => Verdict::Doubtful,
         };
-        // Of random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
+        // For random loads: `E[test MSE] / E[train MSE] = (1 + p/(n−p−1)) / (1 − p/n)`.
         let times = (n > p + 1.0).then(|| ((n - 1.0) / (n - p - 1.0) * n / (n - p)).sqrt());
         let figures = match times {
             _ if n <= p.ceil() => "no more loads than coefficients".to_owned(),

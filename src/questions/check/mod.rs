@@ -1,4 +1,4 @@
-//! Do the recordings determine the model, and what is wrong with them?
+//! Check of the recordings: faults of the rig, and whether the loads determine the model.
 
 mod alternating;
 pub mod cautions;

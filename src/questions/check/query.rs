@@ -31,9 +31,9 @@ use crate::shown::first_clauses;
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults that are named.
 const FAULTY: usize = 3;
-/// Share of faulty training samples from which the data are in doubt.
+/// Minimum share of faulty training samples for a finding.
 const FAULTY_SHARE: f64 = 0.05;
-/// Orientation in which the sensor's frame is the world's.
+/// Orientation in which the sensor's frame equals the world's.
 const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 use Verdict::{Doubtful, Enough};
@@ -56,7 +56,7 @@ pub struct CheckData {
     pub settings: FitSettings,
     /// Limits of the sensor's channels that the user entered.
     pub range: ValidRange,
-    /// Why each file that was left out cannot be used.
+    /// Reasons why files were left out.
     pub unusable: Vec<String>,
     /// Masses that make the proposed loads; `None` for any loads within the rated ones.
     pub hanging: Option<HangingMass>,
@@ -97,10 +97,10 @@ impl Query for CheckData {
     }
 }
 
-/// Returns what the training recordings say of the rig and of the linear model, and the loads to record next.
+/// Returns the findings on the rig and on the linear model, and the loads to record next.
 ///
 /// # Errors
-/// [`AnalysisError`] where there is nothing to fit.
+/// [`AnalysisError`] if there is nothing to fit.
 pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency, AnalysisError> {
     let settings = &asked.settings;
     settings.validate()?;
@@ -134,7 +134,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     reasons.extend(data.lag(progress)?.map(|own| lag_of_fit(own, &calibration)));
     reasons.extend(data.of_programmes(axes_n));
     reasons.extend(data.worse_at_start(&calibration)?);
-    // The check tells more of the count.
+    // The count of the check has more details.
     reasons.retain(|own| own.id != Id::FewLoads);
     let (faults, share) = faulty(asked, progress)?;
     if share > 0.0 {
@@ -195,7 +195,7 @@ fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), 
     Ok((words, spoiled as f64 / n.max(1) as f64))
 }
 
-/// Returns what the calibration was shown to hold for, and what the recordings cannot show.
+/// Returns the loads for which the calibration is shown to hold, and what the recordings do not cover.
 fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str) -> String {
     let axis = |own: &AxisReach| {
         let [low, high] = [own.low, own.high].map(|end| significant(end, 3));
@@ -278,7 +278,7 @@ struct Proposing<'a> {
 /// Loads to record next.
 struct Proposals {
     next: Vec<NextLoad>,
-    /// How they were chosen, or why there are none.
+    /// Method by which they were chosen, or the reason why there are none.
     note: String,
     /// Finding about axes that no proposed load reaches.
     unreached: Option<Finding>,
@@ -338,7 +338,7 @@ fn proposals(on: &Proposing<'_>) -> Proposals {
     if on.axes.iter().zip(&moves).any(|(axis, moves)| *moves && !axis.rated) {
         note.push_str(" Where no rated load is entered, loads stay within those that there are.");
     }
-    // Nothing reaches it with what there is: an arm of none makes no moment.
+    // No available mass reaches this axis; without an arm there is no moment.
     let reached = |axis: usize| loads.iter().any(|(load, _)| load[axis] != 0.0);
     let unreached = (0..on.axes.len()).filter(|axis| !reached(*axis));
     let unreached: Vec<&str> = unreached.map(|axis| on.axes[axis].axis.symbol()).collect();
@@ -443,7 +443,7 @@ mod tests {
             .unwrap()
     }
 
-    /// Static poses on three axes, each held for `held` samples, in recordings of so many poses.
+    /// Returns static poses on three axes, each held for `held` samples, in recordings with this number of poses.
     fn poses(n: usize, held: usize, per_recording: usize) -> Arc<RecordingSet> {
         let mut random = Random::new(3, &[2]);
         let mut set = RecordingSet::default();
@@ -509,7 +509,7 @@ mod tests {
         assert!(shrunk.free_coefficients < 13.0, "{}", shrunk.free_coefficients);
     }
 
-    /// 15 columns, of which a strong ridge leaves fewer than 13 free: 28 loads are enough for these.
+    /// 15 columns, of which a strong ridge leaves fewer than 13 free: 28 loads are enough for them.
     #[test]
     fn fit_and_check_judge_the_number_of_loads_alike() {
         let is_few = |own: &Finding| own.id == Id::FewLoads;
@@ -597,7 +597,7 @@ mod tests {
         assert!(worst(&single).contains(&Id::Undetermined));
         let unlike = one(300, &gauges, &|k| [noise(k, 4), noise(k, 5)]);
         assert_eq!(worst(&unlike), [Id::NoBetterThanMean]);
-        // A mass on one arm: both axes are told well, but not one from the other.
+        // A mass on one arm: the effects of both axes together are determined, but not each of them.
         let load = |k: usize| 10.0 * (0.1 * k as f64).sin();
         let hung = one(
             300,

@@ -1,4 +1,4 @@
-//! What the recordings say of the rig, in findings, a table and a figure.
+//! Findings of the rig, with a table and a figure of zeros and sensitivities.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,7 +17,7 @@ use crate::scoring::numbers::{percent, significant};
 use crate::scoring::rig::{Cause, ChannelFault, Contradiction, NoGauge, Rig, Run, Where};
 use crate::shown::{first, first_clauses};
 
-/// Units that are taken for one another, and by which factor.
+/// Units that are often confused, with their factors.
 const UNITS: [(f64, &str); 6] = [
     (4.448_221_6, "as of pounds-force taken for newtons"),
     (9.806_65, "as of kilograms-force taken for newtons"),
@@ -26,25 +26,25 @@ const UNITS: [(f64, &str); 6] = [
     (1.355_818, "as of pound-feet taken for newton metres"),
     (100.0, "as of centimetres taken for metres"),
 ];
-/// A factor this near to a unit's, or to −1, is that one.
+/// Maximum relative deviation of a factor from that of a unit, or from −1.
 const NEAR: f64 = 0.03;
-/// Maximum number of columns named that are no gauges.
+/// Maximum number of named columns that are no gauges.
 const NAMED: usize = 6;
 /// Colours of gauges (Okabe and Ito 2008), without black and yellow.
 const COLORS: [[u8; 3]; 6] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233]];
-/// Share of the squared error that goes away with a lag that matters: the error is then a tenth smaller (√0.8).
+/// Minimum share of the squared error that a reported lag explains: without the lag the error is a tenth smaller (√0.8).
 const LAG_SHARE: f64 = 0.2;
-/// The same for less than half of the gauges. Hysteresis alone comes to 0.3 on single gauges.
+/// The same for less than half of the gauges. Hysteresis alone reaches 0.3 on single gauges.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
-/// Smallest lag that is reported, in samples: lags are measured to a tenth of one.
+/// Smallest lag that is reported, in samples. Lags are measured to a tenth of a sample.
 const SMALLEST_LAG: f64 = 0.1;
-/// Difference of lags that is reported, in samples.
+/// Smallest difference of lags that is reported, in samples.
 const LAG_SAMPLES: f64 = 0.2;
-/// Samples of all recordings beyond which lags are measured on the first ones only.
+/// Number of samples beyond which lags are measured on the first recordings only.
 const LAG_LONGEST: usize = 200_000;
 
-/// Zeros and sensitivities of the gauges in each recording, and what they say.
+/// Zeros and sensitivities of the gauges in each recording, with the findings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct RigReport {
     /// One row for each recording, or for consecutive ones, in order of time.
@@ -53,10 +53,10 @@ pub struct RigReport {
     pub names: Vec<String>,
     /// Names of the gauges.
     pub gauges: Vec<String>,
-    /// What contradicts, and columns that are no gauges.
+    /// Faults of the rig, and columns that are no gauges.
     #[serde(skip)]
     pub findings: Vec<Finding>,
-    /// Gauges as straight lines of the loads: zero, slope on each moving axis, what is left.
+    /// Linear response of each gauge to the loads: zero, slope of each moving axis, residual.
     #[serde(skip)]
     pub answers: Vec<(f64, Vec<f64>, f64)>,
     /// Axes of these slopes.
@@ -65,7 +65,7 @@ pub struct RigReport {
 }
 
 impl RigReport {
-    /// Of training recordings, and the full scale of each axis.
+    /// Creates the result for training recordings, given the full scale of each axis.
     pub fn of(
         training: &[&Recording],
         full_scale: &[f64],
@@ -95,7 +95,7 @@ impl RigReport {
             let seen = first_clauses(NAMED, no_gauges);
             findings.push(Finding::new(Id::NoGauge, Verdict::Doubtful, seen));
         }
-        // The same samples twice would be predicted by themselves.
+        // Samples that occur twice would be predicted from themselves.
         if findings.is_empty() && same_samples(training).is_none() {
             findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
         }
@@ -108,7 +108,7 @@ impl RigReport {
         Ok(Some(Self { runs: rig.table(), names, gauges, findings, answers, axes }))
     }
 
-    /// What the gauges show under a load.
+    /// Returns the table of the gauges' response to loads.
     pub fn gauges_under(&self, load: impl Fn(Axis) -> f64) -> Vec<f64> {
         let of_gauge = |(zero, slopes, _): &(f64, Vec<f64>, f64)| {
             let parts = slopes.iter().zip(&self.axes).map(|(slope, axis)| slope * load(*axis));
@@ -117,7 +117,7 @@ impl RigReport {
         self.answers.iter().map(of_gauge).collect()
     }
 
-    /// Zeros, sensitivities and left-out error of each recording.
+    /// Returns the tables of zeros, sensitivities and held-out errors of each recording.
     pub fn tables(&self) -> Vec<Table> {
         let rows = || self.names.iter().zip(&self.runs);
         let estimate = |own: Option<(f64, f64)>, from: f64| {
@@ -152,7 +152,7 @@ impl RigReport {
         if self.runs.len() > 1 { vec![zeros, sensitivities] } else { Vec::new() }
     }
 
-    /// Zero and sensitivity of each gauge over the recordings, in order of time.
+    /// Returns the figures of zeros and sensitivities over the recordings, in order of time.
     pub fn figures(&self) -> Vec<Figure<'static>> {
         type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
         let kinds: [(&str, Estimates, f64); 2] =
@@ -292,7 +292,7 @@ impl Contradiction {
             .costing(self.with - self.without)
     }
 
-    /// The unit that a factor speaks of, or the opposite sign.
+    /// Returns the confusion of units, or the opposite sign, that explains a factor.
     fn unit(&self) -> Option<&'static str> {
         let factor = *self.values.first()?;
         let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
@@ -304,7 +304,7 @@ impl Contradiction {
     }
 }
 
-/// Recordings that hold the same gauges and loads.
+/// Returns the recordings that contain the same gauges and loads.
 pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
     let mut pairs = Vec::new();
@@ -331,7 +331,7 @@ pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding 
     found.clone().costing(found.cost * error)
 }
 
-/// Returns the finding of gauges that are behind the reference, or ahead of it; its cost is a share of the error.
+/// Returns the finding of gauges that are behind or ahead of the reference; its cost is a share of the error.
 pub(crate) fn lag(
     training: &[&Recording],
     progress: &Progress,

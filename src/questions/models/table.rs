@@ -247,7 +247,7 @@ pub fn model_table<'a>(
             ("", step) => format!("1/{step}"),
             (data, _) => data.to_owned(),
         })
-        .about("A: all samples; B: every tenth; else every so many-th")
+        .about("A: all samples; B: every tenth sample; 1/n: every n-th sample")
         .columns(
             errors,
             |(set, axis, is_spread)| match is_spread {

@@ -9,17 +9,18 @@ use crate::scoring::faults::fault::{Channel, Fault, FaultKind};
 use crate::scoring::faults::watched::{Expected, PILES_UP, Watched, joined, looked_at};
 use crate::scoring::quantile::quantile;
 
-/// Deviation from the expected value, in standard deviations, beyond which a sample is not where it should be.
+/// Deviation from the expected value, in standard deviations, beyond which a sample deviates.
 const OFF: f64 = 6.0;
 /// Largest share of the expected movement that a stuck channel shows.
 const FOLLOWS: f64 = 0.2;
 /// Smallest expected movement, as a share of the span and in standard deviations. Noise alone stays well below it.
 const MOVES: (f64, f64) = (0.2, 15.0);
-/// Share of the span within which clipped values pile up, and beyond which they should go.
+/// Share of the span within which clipped values accumulate, and beyond which their expected values lie.
 const BEYOND: f64 = 0.05;
 /// Minimum number of clipped samples.
 const FEWEST: usize = 20;
-/// Share of the other samples that must be where they should be, and share of those beyond the limit that must be clipped.
+/// Minimum share of the other samples that agree with their expected values, and minimum share of clipped samples among those expected
+/// beyond the limit.
 const MOST: f64 = 0.95;
 /// Lengths of the intervals in which a channel may be stuck, in samples.
 const WINDOWS: [usize; 3] = [64, 256, 1024];
@@ -75,7 +76,7 @@ impl Watched<'_> {
         (goes_no_farther && others_follow && all_stop).then_some(outward(limit - 1.5 * width))
     }
 
-    /// Finds intervals in which a gauge shows next to nothing but noise although it should move, outside the faults `found`.
+    /// Finds intervals in which a gauge shows only noise although it should move, outside the faults `found`.
     /// For a resting load, gauges may seem to move, because they also respond to the other axes.
     pub fn stuck_in_noise(&self, found: &[Fault]) -> Vec<Fault> {
         let (Some(expected), Channel::Gauge(_)) = (self.expected, self.own.channel) else {
@@ -109,7 +110,7 @@ impl Watched<'_> {
         faults.collect()
     }
 
-    /// Extends the interval while the channel shows the same.
+    /// Extends the interval while the channel stays within the same values.
     fn widened(&self, run: Range<usize>) -> Range<usize> {
         let every = run.len().div_ceil(256).max(1);
         let mut values: Vec<f64> = run.clone().step_by(every).map(|k| self.value(k)).collect();

@@ -16,7 +16,7 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
-/// Error of a fit to all samples, over that without the intervals in which a load stands, up to which the load is set, not stuck.
+/// Maximum ratio of the error of a fit to all samples to that without the dwells of a load, for a load that is set and not stuck.
 const SET: f64 = 4.0;
 /// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
@@ -119,12 +119,12 @@ pub(super) struct Expected {
     constant: f64,
     /// Standard deviation of the fit, robust against outliers.
     pub sigma: f64,
-    /// Whether the channel is a reference that is set to loads: one line explains all samples, those at which it stands, too.
+    /// True if the channel is a reference that is set to loads: one line explains all samples, including the dwells.
     is_set: bool,
 }
 
 impl Expected {
-    /// The fit to samples that are not clipped or stuck. Values in `odd` are ignored.
+    /// Fits to samples that are not clipped or stuck. Values in `odd` are ignored.
     pub fn of(
         recording: &Recording,
         own: &Own,
@@ -329,7 +329,7 @@ impl Watched<'_> {
         is_farther && spread > (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span))
     }
 
-    /// Finds intervals in which the channel repeats one value although it should move, or be elsewhere.
+    /// Finds intervals in which the channel repeats one value although it should move or have another value.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
         let is_set = self.expected.is_some_and(|expected| expected.is_set);
         for run in &self.own.flat {
@@ -395,7 +395,7 @@ impl Watched<'_> {
             }
             k += 1;
         }
-        // A value that recurs stands for a missing one.
+        // A recurring value stands for a missing one.
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
             let value = self.value(samples.start);
             let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {

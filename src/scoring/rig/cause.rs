@@ -1,5 +1,5 @@
-//! Faults of a rig as corrections: each is refitted, and named only where the error that is left out becomes smaller with it by an amount
-//! that matters and that chance does not make.
+//! Faults of a rig as corrections. Each correction is refitted. It is named only if it reduces the held-out error by an amount that
+//! matters and that chance does not explain.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve as _;
@@ -9,48 +9,48 @@ use crate::recording::Axis;
 use crate::scoring::rig::fits::{self, Forward, Shape};
 use crate::scoring::rig::{Rig, Unit, chance};
 
-/// A correction is named where it leaves this share of the left-out error at most. Of a fault that adds a quarter the true
+/// Maximum held-out error with a correction, as a share of the error without it. For a fault that adds a quarter, the true
 /// correction leaves 0.8, and an estimated one up to a twentieth more.
 const MATTERS: f64 = 0.84;
 /// The same for a drift in a single recording: slow changes of hysteresis leave 0.75.
 const MATTERS_ALONE: f64 = 0.7;
-/// Smallest change of the load by a tare, as a share of the change that takes as much off the error as matters. An estimated
+/// Minimum change of the load by a tare, as a share of the change that reduces the error by as much as matters. An estimated
 /// change is smaller by chance.
 const SHIFT: f64 = 0.8;
-/// Share of full scale that the left-out error must fall by, too: one step of a reference with 16 bits.
+/// Minimum reduction of the held-out error, as a share of full scale: one step of a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
-/// Chance that one of all corrections that are tried is found in units that have no fault.
+/// Maximum probability that one of all tried corrections is found by chance, with the scatter of units.
 const BY_CHANCE: f64 = 0.005;
-/// The same over whole recordings, where there are enough to tell how far sound ones differ.
+/// The same with the scatter of whole recordings, if there are enough of them.
 const BY_CHANCE_OF_RUNS: f64 = 0.1;
-/// Fewest runs for that.
+/// Minimum number of runs for the scatter of whole recordings.
 const ENOUGH_RUNS: usize = 4;
-/// Corrections that explain most by one step, which are refitted and left out.
+/// Number of corrections that are refitted and cross-validated: those that explain most in one step.
 const REFITTED: usize = 40;
-/// Steps of a refit.
+/// Number of steps of a refit.
 const STEPS: usize = 6;
-/// Weight of a parameter against a smaller error: half the logarithm of the number of units, over twice that number.
+/// Penalty of a parameter: half the logarithm of the number of units, over twice that number.
 const PARAMETER: f64 = 0.033;
-/// Ratio of the noise of a gauge in one run to that in every other. Of four runs that one makes the error a quarter larger, its mean square is
-/// 3.25 times as large, and the noise, which is a part of it, more than that.
+/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a quarter, its mean
+/// square is 3.25 times as large, and the noise, which is a part of it, increases by more.
 const NOISIER: f64 = 1.8;
-/// Largest factor of one gauge's sensitivity, and inverse of the smallest: a gauge over a larger one is as good as left out.
+/// Maximum factor of one gauge's sensitivity, and inverse of the minimum. Beyond it, the gauge would have no weight.
 const MOST_OF_GAUGE: f64 = 20.0;
-/// How much of an exchange of two columns is found, where it is one.
+/// Minimum share of an exchange of two columns that the data show if it is one.
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
-/// What is wrong.
+/// Kind of a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// The zeros of the gauges differ.
     Tare,
-    /// The zeros of the gauges follow the time.
+    /// The zeros of the gauges change in proportion to time.
     Drift,
     /// One gauge has another sensitivity.
     Gauge(usize),
-    /// All gauges have another sensitivity by one factor, or the reference another scale.
+    /// All gauges have another sensitivity by one factor, or the reference has another scale.
     AllGauges,
-    /// These axes of the reference, by their positions among those that move, have another scale.
+    /// These axes of the reference, by their positions among the moving axes, have another scale.
     Axes(Vec<usize>),
     /// The frame of the reference is turned.
     Rotation,
@@ -60,7 +60,7 @@ pub enum Cause {
     SwappedAxes(usize, usize),
     /// These gauges have more noise.
     Noise(Vec<usize>),
-    /// It contradicts the others without a pattern.
+    /// The run contradicts the others without a pattern.
     Unlike,
 }
 
@@ -70,34 +70,34 @@ impl Cause {
     }
 }
 
-/// Where it is.
+/// Runs with a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Where {
-    /// From a run on, against those before it.
+    /// This run and all after it.
     From(usize),
-    /// In one run.
+    /// This run alone.
     One(usize),
-    /// In all of them.
+    /// All runs.
     All,
 }
 
-/// A fault that explains what contradicts the others.
+/// Fault that explains a contradiction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contradiction {
-    /// What is wrong.
+    /// Kind.
     pub cause: Cause,
-    /// Where it is.
+    /// Runs with the fault.
     pub place: Where,
-    /// A factor of the sensitivity or of the reference's scale, or an angle (rad); with a tare or a drift the change of each load by it,
-    /// as a share of full scale.
+    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as a share
+    /// of full scale.
     pub values: Vec<f64>,
-    /// Left-out error with the fault, as a share of full scale.
+    /// Held-out error with the fault, as a share of full scale.
     pub with: f64,
-    /// Left-out error once it is corrected.
+    /// Held-out error after the correction.
     pub without: f64,
 }
 
-/// What is tried of one set of runs.
+/// Correction that is tried on one set of runs.
 struct Trial {
     place: Where,
     is_here: Vec<bool>,
@@ -106,35 +106,35 @@ struct Trial {
     gain: f64,
 }
 
-/// A refitted trial.
+/// Refitted trial.
 struct Refit<'a> {
     trial: &'a Trial,
     parameters: f64,
     values: Vec<f64>,
     error: f64,
-    /// Chance over units, and over runs.
+    /// Probabilities of chance, by the scatter of units and of runs.
     chances: [f64; 2],
 }
 
-/// Zeros of the gauges that have another sensitivity.
+/// Zeros of gauges whose sensitivity is different.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Zeros {
-    /// As those of the others: the gain was set about the zero, or the reference is wrong.
+    /// Equal to the other zeros: the gain was changed around the zero, or the reference is wrong.
     Kept,
-    /// Any, since the recording was tared anew.
+    /// Free, because the recording was tared anew.
     Free,
-    /// The raw signal times the gain, zero included.
+    /// Scaled like the signal: the raw signal is multiplied by the gain.
     Scaled,
 }
 
-/// Sums of one side about a mean: of one and the loads, and of what the fit leaves of gauges with these.
+/// Sums of one side around a mean: of one and the loads, and of the gauges' residuals with these.
 struct Moments {
     loads: Mat<f64>,
     rest: Mat<f64>,
 }
 
 impl Rig {
-    /// The one fault that explains most of what is left out, if one does.
+    /// Returns the fault that explains most of the held-out error, if one explains enough.
     pub fn contradiction(&self) -> Option<Contradiction> {
         let errors = fits::left_out(&self.units, &self.shape);
         let with = fits::mean_error(&errors, &self.units, |_| true);
@@ -177,14 +177,14 @@ impl Rig {
             || shift > self.smallest_shift(&own.trial.is_here) * own.error
     }
 
-    /// Every way in which some runs can differ from the others: from one on, or one alone.
+    /// Returns each set of runs that can differ from the others: all from one on, or one alone.
     fn places(&self) -> Vec<Where> {
         let n = self.n_runs();
         let alone = if n > 2 { 1..n.saturating_sub(1) } else { 0..0 };
         (1..n).map(Where::From).chain(alone.map(Where::One)).collect()
     }
 
-    /// The runs that are corrected: the fewer.
+    /// Returns the runs that are corrected: the smaller side.
     fn corrected(&self, place: Where) -> (Vec<bool>, bool) {
         let n = self.n_runs();
         let is_in = |run: usize| match place {
@@ -202,7 +202,7 @@ impl Rig {
         fits::sum(own.map(|(own, _)| own), &self.shape)
     }
 
-    /// The fit to those that are not corrected; what they don't load it takes from the others.
+    /// Returns the fit to the runs that are not corrected. For axes that they do not load, the others are used.
     fn first_fit(&self, others: &Mat<f64>, own: &Mat<f64>) -> Forward {
         let shape = &self.shape;
         let loads = |sums: &Mat<f64>| -> f64 {
@@ -216,7 +216,7 @@ impl Rig {
         let shape = &self.shape;
         let (is_here, _) = self.corrected(place);
         let [own, others] = [true, false].map(|side| self.side(&self.units, &is_here, side));
-        // Fewer load cases than coefficients follow any correction.
+        // Fewer load cases than coefficients fit any correction.
         if own[(0, 0)] < (shape.n_gauges + 2) as f64 {
             return Vec::new();
         }
@@ -249,7 +249,7 @@ impl Rig {
         all
     }
 
-    /// The gauges whose sensitivity a cause changes.
+    /// Returns the gauges whose sensitivity a fault changes.
     fn gauges_of(&self, cause: &Cause) -> Vec<usize> {
         match cause {
             Cause::Gauge(gauge) => vec![*gauge],
@@ -258,7 +258,7 @@ impl Rig {
         }
     }
 
-    /// What the zeros may be. Where a zero is larger than the range of its gauge, a tare looks like a scaled zero.
+    /// Returns the possible kinds of zeros. If a zero is larger than the range of its gauge, a tare looks like a scaled zero.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
         let gauges = self.gauges_of(cause);
         let is_large = |gauge: &usize| self.offset(*gauge).abs() > self.spans[*gauge];
@@ -269,7 +269,7 @@ impl Rig {
         }
     }
 
-    /// The mean of a gauge, in its scale.
+    /// Returns the mean of a gauge, in its scale.
     fn offset(&self, gauge: usize) -> f64 {
         self.scales[gauge].0 / self.scales[gauge].1
     }
@@ -300,7 +300,7 @@ impl Rig {
         all
     }
 
-    /// How what the gauges show changes with each parameter of a cause, by one and the loads.
+    /// Returns the change of the gauges with each parameter of a fault, as coefficients of one and the loads.
     fn ways(&self, cause: &Cause, fit: &Forward, zeros: Zeros) -> Vec<Mat<f64>> {
         let shape = &self.shape;
         let slope = |gauge: usize, axis: usize| fit.map[(gauge, 1 + axis)];
@@ -363,7 +363,7 @@ impl Rig {
         }
     }
 
-    /// Zeros that follow the time, or a step: then the step takes the place of the time.
+    /// Zeros that follow time, or a step in place of time.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {
@@ -434,7 +434,7 @@ impl Rig {
             false => own.clone(),
         });
         let units: Vec<Unit> = corrected.collect();
-        // Of an exchange, how much of it the units show before it.
+        // For an exchange: its share that the units show before it.
         let shown = if steps == 0 { &self.units } else { &units };
         let ways = self.ways(cause, &fit, zeros);
         let means = [false, true].map(|side| match zeros {
@@ -445,7 +445,7 @@ impl Rig {
             Cause::Rotation => angles.clone(),
             _ => vec![factor - 1.0],
         };
-        // The parameters of the cause that a unit shows, and their weight.
+        // Parameters of the fault from one unit, and their weight.
         let of_unit = |(own, here): (&Unit, &bool)| {
             let moments = Moments::about(&own.sums, &means[usize::from(*here)], &fit, shape);
             let Some((mut step, _)) = moments.step(&ways, &variances) else {
@@ -478,7 +478,7 @@ impl Rig {
         })
     }
 
-    /// How the columns of samples change with one step of a correction.
+    /// Returns the change of the sample columns with one step of a correction.
     fn change(&self, cause: &Cause, step: &[f64], zeros: Zeros, fit: &Forward) -> Mat<f64> {
         let shape = &self.shape;
         let n_axes = shape.axes.len();
@@ -527,7 +527,7 @@ impl Rig {
         change
     }
 
-    /// The gauges that have more noise in one run than in each of the others, and the largest ratio.
+    /// Returns the gauges that have more noise in one run than in each of the others, with the largest ratio.
     fn noisier(&self, run: usize) -> Option<(Vec<usize>, f64)> {
         let ratio = |gauge: usize| {
             let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
@@ -539,7 +539,7 @@ impl Rig {
         (!gauges.is_empty()).then(|| (gauges, ratios.into_iter().fold(0.0, f64::max)))
     }
 
-    /// Left-out error without one run.
+    /// Returns the held-out error without one run.
     fn error_without(&self, run: usize) -> f64 {
         let others = self.units.iter().filter(|unit| unit.run != run);
         let others = others
@@ -547,8 +547,8 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// The run that has more noise, or an error out of line with the others, though its loads are not. Fewer than four runs do
-    /// not show which.
+    /// Returns the run with more noise, or with an unusually large error although its loads are usual. Fewer than four runs do not
+    /// show which run it is.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
         if n < ENOUGH_RUNS {
@@ -566,7 +566,7 @@ impl Rig {
             let weights = vec![1.0; self.units.len()];
             let chances =
                 self.chances(logarithms, weights, self.units.iter().map(is_worst).collect());
-            // Loads that the others do not reach are predicted by an extrapolation.
+            // Loads beyond those of the other runs are predicted by extrapolation.
             let reach = |wanted: bool, axis: usize| {
                 let sums = self.total(|run| (run == worst) == wanted);
                 sums[(self.shape.load(axis), self.shape.load(axis))] / sums[(0, 0)]
@@ -585,7 +585,7 @@ impl Rig {
         })
     }
 
-    /// Left-out error over all axes, as a share of full scale.
+    /// Returns the held-out error over all axes, as a share of full scale.
     pub fn left_out_error(&self) -> f64 {
         self.error(&self.units)
     }
@@ -595,7 +595,7 @@ impl Rig {
         fits::mean_error(&errors, units, |_| true)
     }
 
-    /// Means over the units of each run.
+    /// Returns the means over the units of each run.
     fn by_run(&self, values: &[Vec<f64>], weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let width = values.first().map_or(0, Vec::len);
         let of_run = |run: usize| {
@@ -610,15 +610,15 @@ impl Rig {
         (0..self.n_runs()).map(of_run).unzip()
     }
 
-    /// Returns for each run whether it has such units.
+    /// Returns for each run whether it contains one of these units.
     fn runs_here(&self, is_here: &[bool]) -> Vec<bool> {
         let of_run =
             |run| self.units.iter().zip(is_here).any(|(unit, here)| unit.run == run && *here);
         (0..self.n_runs()).map(of_run).collect()
     }
 
-    /// Returns the smallest change of the load by a tare that is named, over the error that is left without it. Where `n` parts
-    /// are left out in turn and `m` have the tare, a change adds `m (n − m) / (n − 1)²` of its square.
+    /// Returns the smallest change of the load by a tare that is named, relative to the error without the tare. If `n` parts
+    /// are held out in turn and `m` have the tare, a change adds `m (n − m) / (n − 1)²` of its square.
     fn smallest_shift(&self, is_here: &[bool]) -> f64 {
         let parts = match self.n_runs() < fits::FEWEST_RUNS {
             true => is_here.to_vec(),
@@ -629,7 +629,7 @@ impl Rig {
         ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT
     }
 
-    /// Chance that values of units follow a line in `x`, over units and over runs.
+    /// Returns the probability that values of units follow a line in `x` by chance, by the scatter of units and of runs.
     fn chances(&self, values: Vec<Vec<f64>>, weights: Vec<f64>, x: Vec<f64>) -> [f64; 2] {
         let of_units = chance::of_slope(&values, &weights, &x);
         if self.n_runs() < ENOUGH_RUNS {
@@ -656,12 +656,13 @@ impl Moments {
         Self { loads, rest }
     }
 
-    /// Product of two ways over the loads, by the variances of the gauges.
+    /// Returns the product of two changes over the loads, weighted by the variances of the gauges.
     fn square(&self, one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
         over_variances(one, &(other * &self.loads), variances)
     }
 
-    /// The step along some ways that explains most, and the squares over variance that it explains; `None` where the loads do not tell.
+    /// Returns the step along these changes that explains most, and the squares over variance that it explains; `None` if the loads do
+    /// not determine it.
     fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
         let n = ways.len();
         let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));

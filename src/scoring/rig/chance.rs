@@ -1,12 +1,12 @@
-//! How likely a difference between two sides is by chance, where the scatter of their parts is known.
+//! Probability that a difference between two sides arises by chance, given the scatter of their parts.
 
-/// The least number of parts in which a difference can be judged.
+/// Minimum number of parts for a test of a difference.
 const FEWEST: usize = 3;
 
-/// The chance that values follow a line in `x` this much; 1 where there are too few parts. With an `x` of zeros and ones, the
-/// chance that the weighted means of two sides differ this much.
+/// Returns the probability that values follow a line in `x` this closely by chance; 1 with too few parts. With zeros and ones for `x`,
+/// it is the probability that the weighted means of two sides differ this much.
 ///
-/// An F test in as many directions as the scatter about the line really has (Satterthwaite).
+/// It is an F test, with the effective number of directions of the scatter around the line (Satterthwaite).
 ///
 /// **Shapes** one row of values and one weight for each part.
 pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
@@ -46,12 +46,12 @@ pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
     beyond_f(explained / trace, directions, directions * freedom)
 }
 
-/// The chance of an F beyond this one with these degrees of freedom.
+/// Returns the probability of an F above this one with these degrees of freedom.
 fn beyond_f(f: f64, d1: f64, d2: f64) -> f64 {
     incomplete_beta(d2 / (d2 + d1 * f), 0.5 * d2, 0.5 * d1)
 }
 
-/// The regularised incomplete beta function, by its continued fraction (Lentz's method).
+/// Returns the regularised incomplete beta function, by its continued fraction (Lentz's method).
 fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return x.clamp(0.0, 1.0);
@@ -79,7 +79,7 @@ fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     front.exp() * fraction / a
 }
 
-/// The logarithm of the gamma function (Lanczos, g = 7).
+/// Returns the logarithm of the gamma function (Lanczos, g = 7).
 fn ln_gamma(x: f64) -> f64 {
     const TERMS: [f64; 8] = [
         676.520_368_121_885_1,

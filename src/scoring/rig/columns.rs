@@ -1,4 +1,4 @@
-//! Columns that are taken for gauges and are none: the reference again, a clock, a gauge that is there twice, a constant.
+//! Columns that are loaded as gauges but are none: the reference, a clock, a repeated gauge, a constant.
 
 use faer::Mat;
 
@@ -6,40 +6,40 @@ use crate::recording::median;
 use crate::scoring::rig::Rig;
 use crate::scoring::rig::fits::{self, Forward};
 
-/// Share of a gauge's standard deviation that loads leave of it, below which it follows from them to rounding: no sensor is so free of
-/// crosstalk, curvature and noise where several axes move.
+/// Maximum residual of a gauge that is computed from the loads, as a share of its standard deviation, with several moving axes. Crosstalk,
+/// curvature and noise of a sensor leave more.
 const EXACT: f64 = 3e-4;
-/// The same where one axis moves: good load cells come to a part in some thousands.
+/// The same with one moving axis: good load cells leave some thousandths.
 const EXACT_ON_ONE: f64 = 3e-5;
-/// The other gauges leave this many times more.
+/// Minimum ratio of the other gauges' residuals to this residual.
 const OTHERS_LEAVE: f64 = 10.0;
-/// Share of a gauge's standard deviation that another leaves of it where it is the same one.
+/// Maximum residual of a gauge that repeats another one, as a share of its standard deviation.
 const SAME: f64 = 1e-5;
-/// A clock stays this near to a straight line over time, a load farther than ten times this.
+/// Maximum deviation of a clock from a straight line over time. A load deviates by more than ten times this.
 const CLOCK: f64 = 5e-3;
 
-/// Deviation of a gauge, over that of all its samples, from which it moves; rounding is smaller.
+/// Minimum standard deviation of a moving gauge in a run, relative to that of all its samples; rounding is smaller.
 const MOVES: f64 = 1e-6;
-/// Deviation that loads say a gauge has where it is reported as constant.
+/// Minimum standard deviation that the loads predict for a gauge that is reported as constant.
 const SHOULD_MOVE: f64 = 0.1;
-/// Fewest samples of a constant gauge.
+/// Minimum number of samples of a constant gauge.
 const FEWEST_SAMPLES: f64 = 10.0;
 
-/// A gauge by its position, and what it seems to be.
+/// Position of a column among the gauges, and its suspected kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoGauge {
-    /// It follows from the reference to rounding.
+    /// Computed from the reference.
     Reference(usize),
-    /// It follows the time.
+    /// A clock.
     Clock(usize),
-    /// It is an earlier gauge again.
+    /// Repeats an earlier gauge.
     Copy(usize, usize),
-    /// It has one value in all runs, or in one.
+    /// Has one value in all runs, or in one run.
     Constant(usize, Option<usize>),
 }
 
 impl Rig {
-    /// Gauges that seem to be none. Where all follow from the reference, the data are computed ones, and nothing is found.
+    /// Returns the columns that are no gauges. If all follow from the reference, the data are computed, and nothing is returned.
     pub fn no_gauges(&self) -> Vec<NoGauge> {
         let shape = &self.shape;
         let all = self.total(|_| true);
@@ -53,7 +53,7 @@ impl Rig {
         let exact = if shape.axes.len() > 1 { EXACT } else { EXACT_ON_ONE };
         let usual = median(left.iter().copied().filter(|own| *own > exact)).unwrap_or(0.0);
         let is_exact = |gauge: usize| left[gauge] <= exact;
-        // Least share of a column that a straight line in time leaves in a run.
+        // Smallest share of a column that a straight line in time leaves in a run.
         let off_time = |at: usize| {
             let of_run = |run: usize| {
                 let own = self.total(|of| of == run);

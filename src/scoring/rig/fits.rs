@@ -1,4 +1,4 @@
-//! Least squares from the sums of units: loads from gauges left out by run, gauges from loads.
+//! Least squares from the sums of units: held-out loads from gauges, and gauges from loads.
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, MatRef, Side};
@@ -6,14 +6,14 @@ use faer::{Mat, MatRef, Side};
 use crate::recording::Axis;
 use crate::scoring::rig::Unit;
 
-/// Added to the diagonal of sums of columns of unit length, so that repeated columns do no harm.
+/// Addition to the diagonal of sums of columns of unit length, so that repeated columns do no harm.
 const NOTHING: f64 = 1e-9;
-/// Variance of a gauge, over that of its whole signal, below which it is as good as exact.
+/// Minimum variance of a gauge in a weighting, relative to that of its whole signal.
 const EXACT: f64 = 1e-10;
-/// Fewest runs that are left out in turn; of fewer, units are.
+/// Minimum number of runs that are held out in turn; with fewer, units are held out.
 pub(super) const FEWEST_RUNS: usize = 3;
 
-/// The columns of the sums: one, time, gauges, loads over full scale.
+/// Columns of the sums: one, time, gauges, and loads over full scale.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
     pub n_gauges: usize,
@@ -34,7 +34,7 @@ impl Shape {
         2 + self.n_gauges + axis
     }
 
-    /// One, the time where it is wanted, and the loads.
+    /// Returns the columns one, time if it is included, and loads.
     pub fn inputs(&self, with_time: bool) -> Vec<usize> {
         [0].into_iter().chain(with_time.then_some(1)).chain(self.loads()).collect()
     }
@@ -47,25 +47,25 @@ impl Shape {
         self.gauge(0)..self.load(0)
     }
 
-    /// Columns that stay as they are.
+    /// Returns the change that leaves the columns as they are.
     pub fn unchanged(&self) -> Mat<f64> {
         Mat::identity(self.width(), self.width())
     }
 }
 
 impl Unit {
-    /// Its samples with changed columns.
+    /// Returns the sums of the samples with changed columns.
     pub(super) fn changed(&self, change: &Mat<f64>) -> Self {
         Self { run: self.run, sums: changed(&self.sums, change) }
     }
 }
 
-/// The sums of changed columns, each row of `change` being one of them.
+/// Returns the sums of changed columns. Each row of `change` is one changed column.
 pub(super) fn changed(sums: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
     change * sums * change.transpose()
 }
 
-/// Factors of `inputs` that come nearest to `outputs`, one row for each input.
+/// Returns the factors of `inputs` that fit `outputs` best, one row for each input.
 fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: std::ops::Range<usize>) -> Mat<f64> {
     let length = |at: usize| sums[(at, at)].max(f64::MIN_POSITIVE).sqrt();
     let lengths: Vec<f64> = inputs.iter().map(|at| length(*at)).collect();
@@ -83,7 +83,7 @@ fn solved(sums: MatRef<'_, f64>, inputs: &[usize], outputs: std::ops::Range<usiz
     Mat::from_fn(n, outputs.len(), |i, j| found[(i, j)] / lengths[i])
 }
 
-/// What a fit leaves of an output in some sums.
+/// Returns the squared residual of an output in some sums.
 fn residual(
     sums: MatRef<'_, f64>,
     inputs: &[usize],
@@ -101,7 +101,7 @@ fn residual(
     (sums[(output, output)] + explained).max(0.0)
 }
 
-/// Products of two columns about their means, over all samples.
+/// Returns the sums of products of two columns around their means.
 pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
     sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
 }
@@ -111,7 +111,7 @@ pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> M
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
 
-/// Sums of squared left-out errors over all axes, each over full scale, of each unit.
+/// Returns the sums of squared held-out errors of each unit over all axes, each over full scale.
 pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
     let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
@@ -137,25 +137,25 @@ fn with_one(columns: std::ops::Range<usize>) -> Vec<usize> {
     [0].into_iter().chain(columns).collect()
 }
 
-/// Root mean square over the units of some runs.
+/// Returns the root mean square over the units of some runs.
 pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) -> bool) -> f64 {
     let own = || units.iter().zip(errors).filter(|(unit, _)| wanted(unit.run));
     let n: f64 = own().map(|(unit, _)| unit.sums[(0, 0)]).sum();
     (own().map(|(_, error)| error).sum::<f64>() / n.max(1.0)).sqrt()
 }
 
-/// Loads from gauges, without the constant: one row for each axis.
+/// Returns the map from gauges to loads without the constant: one row for each axis.
 pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
     let found = solved(sums.as_ref(), &with_one(shape.gauges()), shape.loads());
     Mat::from_fn(shape.axes.len(), shape.n_gauges, |axis, gauge| found[(1 + gauge, axis)])
 }
 
-/// `gauge = map · [1, load]`.
+/// Map of `gauge = map · [1, load]`.
 #[derive(Clone, Debug)]
 pub(super) struct Forward {
     /// One row for each gauge: its zero, then its slopes.
     pub map: Mat<f64>,
-    /// Change of each gauge over the whole time; empty unless it was asked for.
+    /// Drift of each gauge over the whole time; empty if not fitted.
     pub drift: Vec<f64>,
 }
 
@@ -164,7 +164,7 @@ impl Forward {
         Self::fitted(sums, shape, false)
     }
 
-    /// With a drift of each gauge over the whole time.
+    /// Fits with a drift of each gauge over the whole time.
     pub fn with_drift(sums: &Mat<f64>, shape: &Shape) -> Self {
         Self::fitted(sums, shape, true)
     }
@@ -181,7 +181,7 @@ impl Forward {
         }
     }
 
-    /// Mean squares that the fit leaves of each gauge.
+    /// Returns the mean squared residual of each gauge.
     pub fn variances(&self, sums: &Mat<f64>, shape: &Shape) -> Vec<f64> {
         let inputs = shape.inputs(false);
         let of_gauge = |gauge: usize| {
@@ -192,7 +192,7 @@ impl Forward {
         (0..shape.n_gauges).map(of_gauge).collect()
     }
 
-    /// What each gauge shows beyond the fit in the mean of these samples.
+    /// Returns the mean residual of each gauge in these samples.
     pub fn zeros(&self, sums: &Mat<f64>, shape: &Shape) -> Vec<f64> {
         let of_gauge = |gauge: usize| {
             let said = shape.inputs(false).into_iter().enumerate();
@@ -202,7 +202,7 @@ impl Forward {
         (0..shape.n_gauges).map(of_gauge).collect()
     }
 
-    /// Sum, sum of squares, and product with the gauge of what the slopes say of it.
+    /// Returns the sum of the prediction from the slopes, its sum of squares, and its product with the gauge.
     pub fn said(&self, sums: &Mat<f64>, shape: &Shape, gauge: usize) -> [f64; 3] {
         let axes = 0..shape.axes.len();
         let slope = |axis: usize| self.map[(gauge, 1 + axis)];
@@ -213,7 +213,7 @@ impl Forward {
         [along(0), squares, along(shape.gauge(gauge))]
     }
 
-    /// Zero and sensitivity of a gauge in some samples of a run, each with its weight. The sensitivity is about the run's means.
+    /// Returns zero and sensitivity of a gauge in some samples of a run, each with its weight. The sensitivity is around the run's means.
     pub fn shown(
         &self,
         sums: &Mat<f64>,
@@ -231,7 +231,7 @@ impl Forward {
             true => (product / information, information),
             false => (0.0, 0.0),
         };
-        // Without a load, by the sensitivity that the others have.
+        // Without a load, the sensitivity of the others is used.
         [((sums[(0, at)] - sum) / n - self.map[(gauge, 0)], n), factor]
     }
 }

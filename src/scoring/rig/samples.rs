@@ -1,4 +1,4 @@
-//! Faults that the sums of a rig do not show: hum, one gauge that bends, a reference that ends before the load does, noise of one recording.
+//! Faults that need the samples of a rig: hum, a nonlinear gauge, a clipped reference, and noise of one recording.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -8,36 +8,37 @@ use crate::scoring::rig::fits::{self, Forward};
 use crate::scoring::rig::{Rig, is_one_table};
 use crate::scoring::straight_lines;
 
-/// Maximum number of samples of a recording whose spectrum is taken.
+/// Maximum number of samples of a recording for its spectrum.
 const SPECTRUM: usize = 1024;
 /// Minimum number of samples for a spectrum.
 const FEWEST_SAMPLES: usize = 128;
-/// Minimum number of samples for a bend.
+/// Minimum number of samples for a nonlinearity.
 const FEWEST_CASES: usize = 16;
-/// Maximum number of recordings whose spectrum is taken.
+/// Maximum number of recordings with a spectrum.
 const SPECTRA: usize = 4;
-/// Share of what loads leave of a gauge that a hum or a bend makes up: without it the rest is a tenth smaller (√0.8).
+/// Minimum share of a hum or a nonlinearity in the residual of a gauge. Without it the residual is a tenth smaller (√0.8).
 const SHARE: f64 = 0.2;
 /// Share of the power of a load that lies below its highest frequency.
 const OF_LOAD: f64 = 0.99;
-/// Share of the range of a gauge by which it bends more than ordinary sensors do, whose makers state up to half a percent.
+/// Minimum nonlinearity of a faulty gauge, as a share of its range. Makers of ordinary sensors state up to half a percent.
 const BENDS: f64 = 0.005;
-/// Ratio of the share that a bend explains of one gauge to that of each other: a bend of all gauges is the sensor's own.
+/// Minimum ratio of the share that a nonlinearity explains of one gauge to that of each other. If all gauges have it, it belongs to the
+/// sensor.
 const OTHERS_BEND: f64 = 4.0;
-/// Mean rise of the gauges while a load stays at its largest value, times the root of the number of visits, over the error of the
-/// fit. Errors of this size alone lower the middle of a visit by 0.8 and scatter by 1.2: three are exceeded once in a thousand times.
+/// Minimum mean rise of the gauges while a load stays at its maximum, times the root of the number of visits, over the error of the
+/// fit. Errors alone lower the middle of a visit by 0.8 and scatter by 1.2, so three is exceeded once in a thousand times.
 const RISES: f64 = 3.0;
-/// Fewest peaks in the outer half of a load's range that say how far peaks differ.
+/// Minimum number of peaks in the outer half of a load's range for the scatter of peaks.
 const FEWEST_PEAKS: usize = 5;
-/// Root mean square of what the gauges show beyond a limit over the error of the fit, at least. Hysteresis at the largest load
-/// shows 1.4 times the error.
+/// Minimum root mean square of the gauges' excess beyond a limit, over the error of the fit. Hysteresis at the largest load
+/// causes 1.4 times the error.
 const BEYOND: f64 = 2.0;
-/// Chance that a load without a limit comes back to exactly its largest value this often.
+/// Maximum probability that a load without a limit returns to exactly its maximum this often.
 const RECURS_BY_CHANCE: f64 = 1e-4;
-/// Highest harmonic of the loads in which hysteresis leaves much.
+/// Highest harmonic of the loads with large residuals of hysteresis.
 const HARMONIC: usize = 3;
 
-/// A fault of single channels.
+/// Fault of single channels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ChannelFault {
     /// A line in the spectra of gauges at a frequency (Hz) that loads do not have; amplitude as a share of the gauge's range.
@@ -49,22 +50,22 @@ pub enum ChannelFault {
         /// Largest amplitude, as a share of the range of its gauge.
         amplitude: f64,
     },
-    /// One gauge bends towards its ends; by which share of its range.
+    /// One gauge is nonlinear by this share of its range.
     Bent(usize, f64),
-    /// The reference of an axis stays at a load (N, N·m) while the gauges go on.
+    /// The reference of an axis stays at a load (N, N·m) while the gauges continue.
     ClippedReference {
-        /// Position among the axes that move.
+        /// Position among the moving axes.
         axis: usize,
         /// Load at which it stays.
         load: f64,
-        /// How often.
+        /// Number of visits.
         visits: usize,
-        /// Mean rise of the gauges meanwhile, as a share of full scale.
+        /// Mean rise of the gauges during a visit, as a share of full scale.
         rise: f64,
     },
 }
 
-/// What the fit to all recordings leaves of each gauge, and what it says, in the gauge's scale.
+/// Residuals and predictions of the gauges by the fit to all recordings, in the gauge's scale.
 struct Rest {
     /// `n_samples × n_gauges`.
     left: Vec<f64>,
@@ -92,7 +93,7 @@ impl Rig {
         Rest { left, fitted }
     }
 
-    /// Noise of each gauge in each run, in the gauge's scale, however the load moves; what loads leave where samples have no order.
+    /// Returns the noise of each gauge in each run, in the gauge's scale, independent of the load; for load cases, the residual.
     pub(super) fn noise(&self, recordings: &[&Recording]) -> Vec<Vec<f64>> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let n = self.shape.n_gauges;
@@ -117,13 +118,13 @@ impl Rig {
         self.runs.iter().map(of_run).collect()
     }
 
-    /// Faults of single channels in the recordings that this was made of.
+    /// Returns the faults of single channels in these recordings.
     pub fn channel_faults(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
         let fit = Forward::of(&self.total(|_| true), &self.shape);
         let rests: Vec<Rest> = recordings.iter().map(|own| self.rest(own, &fit)).collect();
         let mut found: Vec<ChannelFault> = self.hum(recordings, &rests).into_iter().collect();
         let clipped = self.clipped_reference(recordings);
-        // Gauges bend against a reference that is clipped.
+        // Against a clipped reference, all gauges seem nonlinear.
         found.extend(if clipped.is_empty() { self.bent(&rests) } else { None });
         found.extend(clipped);
         found
@@ -174,7 +175,7 @@ impl Rig {
         Some(ChannelFault::Hum { gauges, hz, amplitude })
     }
 
-    /// The gauge that bends where the others do not, by squares and cubes of what the fit says, each half predicted by the other.
+    /// Returns the gauge that is nonlinear unlike the others, by squares and cubes of the prediction. Each half is predicted by the other.
     fn bent(&self, rests: &[Rest]) -> Option<ChannelFault> {
         let n_gauges = self.shape.n_gauges;
         let of_gauge = |gauge: usize| {
@@ -216,14 +217,14 @@ impl Rig {
         is_bent.then_some(ChannelFault::Bent(most, bend))
     }
 
-    /// Returns the axes whose reference ends before the load does: it stays at its largest value while the gauges rise and fall
-    /// again, or comes back to exactly that value where its other peaks all differ.
+    /// Returns the axes with a clipped reference: it stays at its maximum while the gauges rise and fall again, or returns to exactly
+    /// that value although its other peaks all differ.
     fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<ChannelFault> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
         for axis in 0..shape.axes.len() {
-            // Loads and what the gauges show of them, over full scale.
+            // Loads and their prediction from the gauges, over full scale.
             let traces = recordings.chunk_by(|a, b| is_one_table(a, b)).map(|table| Trace {
                 is_static: table[0].is_static(),
                 samples: (table.iter().flat_map(|own| self.shown(own, axis, back.row(axis))))
@@ -265,7 +266,7 @@ impl Rig {
         found
     }
 
-    /// Returns the load of an axis and what the gauges show of it, over full scale, sample by sample.
+    /// Returns the load of an axis and its prediction from the gauges, over full scale, sample by sample.
     fn shown(
         &self,
         of: &Recording,
@@ -283,25 +284,25 @@ impl Rig {
     }
 }
 
-/// Loads of one axis in a recording or a table of load cases, and what the gauges show of them.
+/// Loads of one axis in a recording or a table of load cases, with the predictions from the gauges.
 struct Trace {
     is_static: bool,
     samples: Vec<(f64, f64)>,
 }
 
-/// A load from which an axis turns back, or a load case.
+/// Load at which an axis reverses, or a load case.
 struct Peak {
     load: f64,
-    /// What the gauges show there.
+    /// Prediction from the gauges.
     shown: f64,
-    /// Whether the load stays there for three samples or more, or is a load case.
+    /// True if the load stays there for at least three samples, or is a load case.
     stays: bool,
-    /// How far the gauges rise and fall meanwhile.
+    /// Rise and fall of the gauges meanwhile.
     rise: f64,
 }
 
 impl Trace {
-    /// Returns the peaks in a direction; the gauges show `mean` too much.
+    /// Returns the peaks in a direction, with `mean` subtracted from the prediction.
     fn peaks(&self, outward: f64, mean: f64) -> Vec<Peak> {
         let stays: Vec<&[(f64, f64)]> = match self.is_static {
             true => self.samples.chunks(1).collect(),
@@ -325,8 +326,8 @@ impl Trace {
     }
 }
 
-/// Returns true if a load comes back to exactly its largest value more often than chance has it, while its other peaks all differ.
-/// Nominal loads recur at other values, too.
+/// Returns true if a load returns to exactly its maximum more often than chance explains, although its other peaks all differ.
+/// Nominal loads also recur at other values.
 fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
     let again = peaks
         .iter()
@@ -344,7 +345,7 @@ fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
         && expected.powi(again as i32) < RECURS_BY_CHANCE
 }
 
-/// Returns by how much the middle half of the values lies above both ends. Without a rise it is negative, by noise alone.
+/// Returns the excess of the middle half of the values over both ends. Without a rise it is negative, because of noise.
 fn rise(values: Vec<f64>) -> f64 {
     let n = values.len();
     let skipped = (n / 4).max(1);
@@ -352,17 +353,17 @@ fn rise(values: Vec<f64>) -> f64 {
     inner.iter().sum::<f64>() / inner.len() as f64 - values[0].max(values[n - 1])
 }
 
-/// How far three samples are from a straight line, as large as the noise of one of them.
+/// Returns the deviation of three samples from a straight line, on the scale of the noise of one sample.
 fn bend([a, b, c]: [f64; 3]) -> f64 {
     (a - 2.0 * b + c).abs() / 6_f64.sqrt()
 }
 
-/// Standard deviation of normal values with these sizes.
+/// Returns the standard deviation of normal values with these magnitudes.
 fn deviation(sizes: impl Iterator<Item = f64>) -> f64 {
     median(sizes).unwrap_or(0.0) / 0.6745
 }
 
-/// Powers at whole numbers of periods in `n` samples, from none to half of them, under a Hann window.
+/// Returns the powers at whole numbers of periods in `n` samples, up to half of them, under a Hann window.
 fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     let mean = (0..n).map(&value).sum::<f64>() / n as f64;
     let windowed: Vec<f64> = (0..n)
@@ -379,7 +380,7 @@ fn powers(n: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..n / 2).map(power).collect()
 }
 
-/// The position below which nearly all of the power lies.
+/// Returns the position below which nearly all of the power lies.
 fn highest(powers: &[f64]) -> usize {
     let all: f64 = powers.iter().sum();
     let mut below = 0.0;
