@@ -105,7 +105,7 @@ class Page:
         self.fill(f"the three figures of Fx are #, # and # N, and the test errors {FORCES}", *[play[name][1] for name in three], *tests)
 
     def network_sentences(self):
-        self.fill(f"overfits the training paths ({FORCES} there)", *self.forces(*NETWORK, scores="train_rmse"))
+        self.fill(f"on the training paths it has {FORCES}.", *self.forces(*NETWORK, scores="train_rmse"))
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run([self.program, "demo", folder], check=True, capture_output=True)
             files = ["--train", *sorted(map(str, Path(folder).glob("train_path1_*"))), "--test", *sorted(map(str, Path(folder).glob("test_*")))]
