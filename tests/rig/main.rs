@@ -105,7 +105,7 @@ fn described(set: &Set) -> String {
     )
 }
 
-/// By hand: `RIG_FROM=300 RIG_SETS=14 cargo test --release --test rig named -- --nocapture` prints the tables of the guide.
+/// By hand: `RIG_FROM=900 RIG_SETS=14 cargo test --release --test rig named -- --nocapture` prints the tables of the guide.
 fn assert_most_are_named(kind: &str, sound: Sound) {
     let (from, sets) = (number("RIG_FROM", 6), number("RIG_SETS", 4));
     let text = |found: &[Finding]| {

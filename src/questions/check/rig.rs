@@ -37,8 +37,8 @@ const COLORS: [[u8; 3]; 6] =
 const LAG_SHARE: f64 = 0.2;
 /// The same for less than half of the gauges. Hysteresis alone reaches 0.3 on single gauges.
 const LAG_SHARE_OF_FEW: f64 = 0.4;
-/// Smallest lag that is reported, in samples. Lags are measured to a tenth of a sample.
-const SMALLEST_LAG: f64 = 0.1;
+/// Smallest lag that is reported, in samples. Lags are measured to a tenth of a sample, so this is two errors.
+const SMALLEST_LAG: f64 = 0.2;
 /// Smallest difference of lags that is reported, in samples.
 const LAG_SAMPLES: f64 = 0.2;
 /// Number of samples beyond which lags are measured on the first recordings only.
