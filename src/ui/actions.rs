@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use egui::{Key, KeyboardShortcut, Modifiers};
 
-use crate::engine::{Action as Do, Edit, Engine, SEARCH_MINUTES};
+use crate::engine::{Action as Do, Edit, Engine, Preferences, SEARCH_MINUTES, Theme};
 use crate::export::{FileFormat, TRACE_FORMATS};
 use crate::recording::simulated::Late;
 use crate::recording::{Role, Tare};
@@ -427,6 +427,24 @@ pub fn places(pane: Pane) -> Vec<Action> {
     moves.chain([close]).collect()
 }
 
+/// Themes with their names and explanations.
+pub const THEMES: [(&str, Theme, &str); 3] = [
+    ("Dark", Theme::Dark, "Light text on a dark background"),
+    ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
+    ("Follow system", Theme::System, "Dark or light, like the desktop"),
+];
+
+/// Returns an action for each theme.
+fn themes(engine: &Engine) -> Vec<Action> {
+    let choose = |(name, theme, explanation): (&str, Theme, &'static str)| {
+        let preferences = Preferences { theme, ..engine.preferences.clone() };
+        let is_other = engine.preferences.theme != theme;
+        action(format!("Theme: {name}"), explanation, None, Do::Prefer(preferences).into())
+            .only_if(is_other)
+    };
+    THEMES.into_iter().map(choose).collect()
+}
+
 /// Returns the actions on the size of text and controls.
 pub fn text_scales() -> Vec<Action> {
     [
@@ -489,6 +507,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         workspaces(),
         panes(),
         panes::all().flat_map(places).collect(),
+        themes(engine),
         text_scales(),
         pictures(),
         help(engine),

@@ -110,7 +110,7 @@ impl PaneView for View {
                     left_out => drop(ui.weak(format!("Does not contain {left_out}"))),
                 }
                 if let Some(caution) = (target.caution)(calibration) {
-                    ui.warn(caution);
+                    ui.warn(format!("Leaves out {caution}"));
                 }
             }
         });

@@ -2,7 +2,7 @@
 
 use egui::Button;
 
-use crate::engine::{Action as Do, Engine, Preferences, Theme};
+use crate::engine::{Action as Do, Engine, Preferences};
 use crate::ui::actions;
 use crate::ui::actions::{Action, CanGo};
 use crate::ui::command::{Command, Workspace};
@@ -94,11 +94,7 @@ fn view(ui: &mut egui::Ui, engine: &Engine, workspaces: &Workspaces, out: &mut V
     ui.separator();
     items(ui, actions::pictures(), out);
     ui.separator();
-    for (label, theme, explanation) in [
-        ("Dark", Theme::Dark, "Light text on a dark background"),
-        ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
-        ("Follow system", Theme::System, "Dark or light, like the desktop"),
-    ] {
+    for (label, theme, explanation) in actions::THEMES {
         let radio = ui.radio(engine.preferences.theme == theme, label);
         if radio.on_hover_text(explanation).clicked() {
             out.push(prefer(Preferences { theme, ..engine.preferences.clone() }));
