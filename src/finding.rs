@@ -318,6 +318,9 @@ pub enum Id {
     NotReached,
     LinearOnly,
     Unreached,
+    Simulated,
+    NoLookBack,
+    TaredUnderLoad,
 }
 
 impl Id {
@@ -588,6 +591,11 @@ impl Id {
                 "a network or kernel has more parameters, so only cross-validation can assess it",
                 &[],
             ),
+            Self::Simulated => ("origin", "", &[]),
+            Self::NoLookBack => ("thresholds", "", &[]),
+            Self::TaredUnderLoad => {
+                ("tare", "the zeros contain this load; tare over a time without load", &[Way::Tare])
+            }
             Self::Unreached => (
                 "next",
                 "no proposed load determines them; use other masses, or a mass on an arm",

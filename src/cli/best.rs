@@ -19,7 +19,6 @@ use super::values::{named_file, number_in};
 use crate::engine::SEARCH_MINUTES;
 use crate::export::{Together, interrupt_stops};
 use crate::features::Range;
-use crate::finding::Face;
 use crate::progress::Progress;
 use crate::questions::thresholds::ScoreSet;
 use crate::questions::{AnalysisError, Best, Request, Search, WITHIN, find_best, train};
@@ -111,7 +110,7 @@ impl Work for BestJob {
             check_determined(&calibration, self.force)?;
             let data = request.datasets.get(&request.key(), &progress)?;
             if let Some(worse) = data.worse_at_start(&calibration)? {
-                run.say.warning(worse.text(Face::CommandLine));
+                run.say.finding(worse);
             }
             let mut files = Together::default();
             let identity = Identity::default();

@@ -113,12 +113,11 @@ impl Work for FitJob {
             check_determined(&calibration, self.force)?;
         }
         // Grave findings are also printed on standard error, for users who read the figures alone.
-        let text = |found: &Finding| found.text(Face::CommandLine);
         let (grave, others): (Vec<Finding>, Vec<Finding>) =
             (findings(&request, &calibration, &run.progress)?.into_iter()).partition(|found| {
                 matches!(found.id, Id::Undetermined | Id::NoCrossValidation | Id::ColdStart)
             });
-        grave.iter().for_each(|found| run.say.warning(text(found)));
+        grave.iter().for_each(|found| run.say.finding(found.clone()));
         let factory = match &self.factory {
             Some(path) => factory_scores(path, &request, &calibration)?,
             None => None,
@@ -148,7 +147,7 @@ impl Work for FitJob {
             if !others.is_empty() {
                 writeln!(out, "\nFindings:")?;
             }
-            others.iter().try_for_each(|found| writeln!(out, "* {}", text(found)))
+            others.iter().try_for_each(|found| writeln!(out, "* {}", found.text(Face::CommandLine)))
         })?;
         keep_limits(&limits)
     }

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::{Mutex, MutexGuard};
 
+use crate::finding::{Face, Finding};
 use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::shown;
@@ -22,7 +23,7 @@ pub struct Messages(Mutex<State>);
 struct State {
     /// The progress line, which each new text replaces.
     line: Option<String>,
-    warnings: Vec<String>,
+    findings: Vec<Finding>,
     left_out: Vec<String>,
 }
 
@@ -42,14 +43,19 @@ impl Messages {
         self.error(&format_args!("note: {note}"));
     }
 
-    /// Prints a warning and keeps it.
+    /// Prints a warning.
     pub fn warning(&self, warning: impl Display) {
         self.error(&format_args!("warning: {warning}"));
-        self.state().warnings.push(warning.to_string());
     }
 
-    pub fn warnings(&self) -> Vec<String> {
-        self.state().warnings.clone()
+    /// Prints a finding as a warning, and keeps it for [`Messages::findings`].
+    pub fn finding(&self, found: Finding) {
+        self.warning(found.text(Face::CommandLine));
+        self.state().findings.push(found);
+    }
+
+    pub fn findings(&self) -> Vec<Finding> {
+        self.state().findings.clone()
     }
 
     /// Prints that a file is skipped, and keeps the reason.

@@ -12,7 +12,6 @@ use super::values::{named_file, number_in};
 use crate::engine::Session;
 use crate::export::read_with_notes;
 use crate::features::Range;
-use crate::finding::Face;
 use crate::import;
 use crate::import::map::ColumnMap;
 use crate::progress::Progress;
@@ -183,9 +182,7 @@ impl ReadArgs {
             let read = || {
                 let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
                 let loaded = loaded.map_err(|error| self.unread(input, error))?;
-                for warning in &loaded.warnings {
-                    run.say.warning(warning.text(Face::CommandLine));
-                }
+                loaded.warnings.into_iter().for_each(|found| run.say.finding(found));
                 let checked = loaded.recordings.iter().try_for_each(check);
                 checked.map_err(|why| {
                     self.refused(input, JobError::other(format!("{}: {why}", path.display())))
@@ -276,7 +273,7 @@ impl ReadArgs {
             run.say.note(format_args!("{name}: tared over {from:.3} s to {to:.3} s"));
         }
         if let Some(loaded) = tared.loaded_while_tared((from, to)) {
-            run.say.warning(loaded);
+            run.say.finding(loaded);
         }
         Ok(tared)
     }

@@ -19,7 +19,6 @@ use super::values::{List, named_file, one_of};
 use crate::calibration::Scores;
 use crate::export::Together;
 use crate::features::{BLOCKS, Distance, Setting, Thresholds, listed};
-use crate::finding::Face;
 use crate::questions::thresholds::{
     Along, FlatRange, GridError, Measure, MeasureScale, PastAges, ScoreSet, Suggestion,
     ThresholdGrid, ThresholdMap, even_values, threshold_heat_map, write_threshold_csv,
@@ -196,7 +195,7 @@ impl Work for SweepJob {
         })?;
         let suggestion = map.suggestion(measure)?;
         if let Some(lag) = study.lag(progress)? {
-            run.say.warning(lag.text(Face::CommandLine));
+            run.say.finding(lag);
         }
         let pick = |block: &HistoryBlock| study.suggest_block(*block, measure, progress);
         let scale = &map.scale;

@@ -39,7 +39,7 @@ use crate::questions::check::faulty::{FaultyRecording, FindFaults};
 use crate::questions::errors::asked::Analyse;
 use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
 use crate::questions::loops::{LookRequest, Question};
-use crate::questions::models::asked::{Compare, FindBest, OnTrained, Train, Trained};
+use crate::questions::models::asked::{OnTrained, Train, Trained, TryModels};
 use crate::questions::page::ReportRequest;
 use crate::questions::question::Query;
 use crate::questions::thresholds::Measure;
@@ -360,7 +360,7 @@ impl Engine {
 
     /// Returns true if a search or comparison of models runs.
     pub fn is_trying(&self) -> bool {
-        !self.lane::<Compare>().is_idle() || !self.lane::<FindBest>().is_idle()
+        !self.lane::<TryModels>().is_idle()
     }
 
     /// Returns the running fit.

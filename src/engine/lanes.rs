@@ -10,7 +10,7 @@ use crate::questions::errors::asked::Analyse;
 use crate::questions::expected_error::asked::AskExpectedError;
 use crate::questions::history::AskHistory;
 use crate::questions::loops::asked::{AskFigures, AskLoops, AskPredicted, AskResidual, AskVerdict};
-use crate::questions::models::asked::{Compare, FindBest, Train};
+use crate::questions::models::asked::{Train, TryModels};
 use crate::questions::question::Query;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 
@@ -35,8 +35,7 @@ impl Lanes {
             Box::new(Lane::<AskColdStart>::new(notify)),
             Box::new(Lane::<ChooseBlock>::new(notify)),
             Box::new(Lane::<Train>::new(notify)),
-            Box::new(Lane::<Compare>::new(notify)),
-            Box::new(Lane::<FindBest>::new(notify)),
+            Box::new(Lane::<TryModels>::new(notify)),
         ])
     }
 

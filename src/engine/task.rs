@@ -238,7 +238,7 @@ fn tared(
         };
         let tared = Recording::clone(&entry.recording).tared(tare);
         let (tared, place) = tared.map_err(|why| why.text(Face::Window))?;
-        warnings.extend(tared.loaded_while_tared(place));
+        warnings.extend(tared.loaded_while_tared(place).map(|found| found.text(Face::Window)));
         set.replace(*at, tared);
     }
     Ok(set)

@@ -34,7 +34,7 @@ pub use errors::view::View;
 pub use expected_error::query::{expected_error, handed_over};
 pub use models::best::{Best, Search, Tried, WITHIN, find_best};
 pub(crate) use models::comparison::{Candidate, paper_candidates};
-pub use models::comparison::{ModelState, compare};
+pub use models::comparison::{Comparison, compare};
 pub use models::learning::TrainingStep;
 pub use models::table::{Cost, Mark, Model, ModelRow, RELATIVE, model_table};
 pub use models::training::{Scored, train, train_and_score};

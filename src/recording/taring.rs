@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::load_cases::largest_loads;
-use crate::finding::{Advice, Way};
+use crate::finding::{Advice, Finding, Id, Verdict, Way};
 use crate::min_max::MinMax;
 use crate::recording::axis::Axis;
 use crate::recording::recording::Recording;
@@ -87,9 +87,9 @@ impl Recording {
         Ok((self.less_offsets(&offsets, tare), place))
     }
 
-    /// Returns a warning if the mean reference load is not zero while the recording is tared, from and to these times (s
+    /// Returns a finding if the mean reference load is not zero while the recording is tared, from and to these times (s
     /// from the first sample).
-    pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<String> {
+    pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<Finding> {
         let samples = self.samples_between(from, to);
         if self.axes().is_empty() || samples.is_empty() || is_unloaded(self, samples.clone()) {
             return None;
@@ -99,11 +99,12 @@ impl Recording {
             let mean = mean(self.loads(), n_axes, at, samples.clone());
             format!("{axis} {mean:.3} {}", axis.unit())
         });
-        Some(format!(
-            "{}: the mean reference load is not zero while taring, from {from:.3} s to {to:.3} s ({}), so the zeros contain this load; tare over a time without load",
-            self.name(),
-            means.collect::<Vec<_>>().join(", ")
-        ))
+        let seen = format!(
+            "{}: the mean reference load is not zero while taring, from {from:.3} s to {to:.3} s",
+            self.name()
+        );
+        let means = means.collect::<Vec<_>>().join(", ");
+        Some(Finding::new(Id::TaredUnderLoad, Verdict::Doubtful, seen).with(means))
     }
 
     /// Returns the samples from one time to another (s from the first sample), both included.

@@ -185,9 +185,8 @@ impl View {
 fn bars(ui: &mut egui::Ui, engine: &Engine, out: &mut Vec<Command>) {
     let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
         .filter_map(|row| {
-            let model = row.model()?;
-            let percent = 100.0 * model.relative(ScoreSet::LeftOut)?;
-            Some((row, percent, 100.0 * model.spread.unwrap_or(0.0)))
+            let percent = 100.0 * row.model.relative(ScoreSet::LeftOut)?;
+            Some((row, percent, 100.0 * row.model.spread.unwrap_or(0.0)))
         })
         .collect();
     ui.strong("Cross-validated error, % of uncompensated");

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::questions::WITHIN;
+use crate::questions::models::asked::List;
 
 impl Engine {
     /// Does an action. Long work runs in the background.
@@ -28,8 +29,7 @@ impl Engine {
             Action::FindBest(time_limit) => self.find_best(time_limit),
             Action::ComparePaper => self.compare(),
             Action::StopTrying => {
-                self.lane::<Compare>().cancel();
-                self.lane::<FindBest>().cancel();
+                self.lane::<TryModels>().cancel();
             }
             Action::Follow(path) => {
                 self.following.cancel();
@@ -42,7 +42,7 @@ impl Engine {
             Action::KeepModel => self.keep_model(),
             Action::Model(id, change) => self.models.change(id, change),
             Action::BringBack(id) => {
-                let settings = self.models.row(id).map(|row| Box::new(row.settings.clone()));
+                let settings = self.models.row(id).map(|row| Box::new(row.model.settings.clone()));
                 settings.into_iter().for_each(|settings| self.edit(Edit::Model(settings)));
             }
             Action::Import(command) => self.import(command),
@@ -140,8 +140,12 @@ impl Engine {
             time_limit,
             within: WITHIN,
         };
+        self.try_models(List::Search(search));
+    }
+
+    fn try_models(&mut self, list: List) {
         let run = self.models.next_run();
-        self.lanes.of_mut::<FindBest>().ask_again(FindBest { run, search });
+        self.lanes.of_mut().ask_again(TryModels { run, list });
     }
 
     pub(super) fn compare(&mut self) {
@@ -149,7 +153,7 @@ impl Engine {
             return;
         }
         match self.models.begin_paper(&self.project) {
-            Some(compare) => self.lanes.of_mut::<Compare>().ask_again(compare),
+            Some(paper) => self.try_models(List::Paper(paper)),
             None => self
                 .notice(Level::Info, "Every row of the comparison already has a result that holds"),
         }

@@ -6,7 +6,7 @@ impl Engine {
     /// Takes the results of questions and tasks.
     pub fn take(&mut self) {
         // Queried before taking answers: once a lane is idle, its answer can be taken.
-        let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];
+        let have_ended = self.lane::<TryModels>().is_idle();
         for failed in self.lanes.take() {
             self.notice(Level::Error, failed);
         }
@@ -86,27 +86,17 @@ impl Engine {
         self.notice(Level::Info, text);
     }
 
-    /// Takes the progress of the search or comparison of models.
-    pub(super) fn take_models(&mut self, [has_compared, has_searched]: [bool; 2]) {
-        let comparing = self.lanes.of_mut::<Compare>();
-        if let (Some(asked), Some(states)) = (comparing.answered(), comparing.answer())
-            && !comparing.happened().is_empty()
+    /// Takes the models that were tried.
+    pub(super) fn take_models(&mut self, have_ended: bool) {
+        let lane = self.lanes.of_mut::<TryModels>();
+        if let (Some(asked), Some(found)) = (lane.answered(), lane.answer())
+            && !lane.happened().is_empty()
         {
-            self.models.take_paper(asked, states);
+            self.models.take(asked, found);
         }
         // The models are in the list, so the recordings need not be kept for the question.
-        if has_compared {
-            self.models.end_paper();
-            comparing.forget();
-        }
-        let searching = self.lanes.of_mut::<FindBest>();
-        if let (Some(asked), Some(best)) = (searching.answered(), searching.answer())
-            && !searching.happened().is_empty()
-        {
-            self.models.take_search(asked.run, best, &asked.search.recordings);
-        }
-        if has_searched {
-            searching.forget();
+        if have_ended {
+            lane.forget();
         }
     }
 

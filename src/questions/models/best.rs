@@ -64,8 +64,13 @@ pub struct Search {
 /// Candidate that was tried.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// Name.
+    /// Position in the list of candidates.
+    #[serde(skip)]
+    pub at: usize,
     pub name: String,
+    /// Amount of data as named in the paper; empty if the settings give it.
+    #[serde(skip)]
+    pub data: String,
     /// Description of the blocks; empty without blocks.
     pub blocks: String,
     /// Regressor.
@@ -88,6 +93,23 @@ pub struct Tried {
 }
 
 impl Tried {
+    /// Creates the row of a model that is not yet compared with others.
+    pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
+        Self {
+            at: 0,
+            name: name.to_owned(),
+            data: String::new(),
+            blocks,
+            regressor: model.settings.regressor,
+            relative: model.relative(ScoreSet::LeftOut).unwrap_or(1.0),
+            model,
+            is_proposed: false,
+            is_smallest: false,
+            refused: None,
+            squares,
+        }
+    }
+
     /// Returns the mark of the candidate in tables.
     pub fn mark(&self) -> Mark {
         match (self.is_proposed, self.is_smallest) {
@@ -102,9 +124,8 @@ impl Tried {
         ModelRow {
             mark: self.mark().cell(),
             name: &self.name,
-            data: "",
-            settings: &self.model.settings,
-            state: Ok(&self.model),
+            data: &self.data,
+            model: &self.model,
         }
     }
 }
@@ -201,8 +222,7 @@ impl Best {
             let n = self.n_left;
             remarks.push(format!("The time did not allow {n} more; a longer limit does"));
         }
-        let failed = self.failed.iter();
-        remarks.extend(failed.map(|(name, why)| format!("{name} could not be tried: {why}")));
+        remarks.extend(self.failures());
         if !self.ruled_out.is_empty() {
             let (n, at) = (self.ruled_out.len(), significant(100.0 * self.least_ruled_out(), 3));
             remarks.push(format!(
@@ -210,6 +230,11 @@ impl Best {
             ));
         }
         remarks
+    }
+
+    /// Returns the candidates that could not be tried, with the reasons, one sentence each.
+    pub fn failures(&self) -> impl Iterator<Item = String> {
+        self.failed.iter().map(|(name, why)| format!("{name} could not be tried: {why}"))
     }
 
     fn least_ruled_out(&self) -> f64 {
@@ -228,6 +253,7 @@ impl Best {
         let (own, reference) = (of(&tried), of(&conventional));
         // Without any error, no model is better than another.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
+        tried.at = self.tried.len();
         tried.model.spread = Some(self.cut.blocks.compare(&own, &reference).standard_error);
         self.tried.push(tried);
         let mut order: Vec<usize> = (0..self.tried.len()).collect();
@@ -596,21 +622,13 @@ impl<'a> Running<'a> {
         let cv_rmse = (0..n_axes).map(|axis| (of_axis(axis).sum::<f64>() / n.max(1.0)).sqrt());
         let quality = &calibration.quality.compensated;
         let scores = Scores { cv_rmse: Some(cv_rmse.collect()), ..quality.clone() };
-        Ok(Tried {
-            name: recipe.name.clone(),
-            blocks: settings.features.describe(),
-            regressor: recipe.regressor,
-            model: Model {
-                scores,
-                cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
-                ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
-            },
-            relative: 1.0,
-            is_proposed: false,
-            is_smallest: false,
-            refused: None,
-            squares,
-        })
+        let blocks = settings.features.describe();
+        let model = Model {
+            scores,
+            cv_spread: (0..n_axes).map(|axis| spread(&errors, axis, n_axes)).collect(),
+            ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
+        };
+        Ok(Tried::new(&recipe.name, blocks, model, squares))
     }
 }
 

@@ -6,6 +6,7 @@ use std::time::SystemTime;
 use jiff::Timestamp;
 
 use crate::calibration::{Calibration, ExpectedError, FactoryScores, UsedRecording};
+use crate::finding::Finding;
 use crate::questions::check::independent_loads::Sufficiency;
 use crate::questions::expected_error::limits::Checked;
 use crate::questions::metrology::Metrology;
@@ -44,7 +45,7 @@ pub struct ReportData {
     /// Outcome of each limit; empty without limits.
     pub limits: Vec<Checked>,
     /// Warnings at the top of the report.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Finding>,
 }
 
 /// A recording in a report.

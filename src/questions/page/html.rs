@@ -3,6 +3,7 @@
 use minijinja::{Value, context};
 
 use super::data::{ReportData, utc};
+use super::request::sentence;
 use super::tables;
 use crate::export::filled_markup;
 use crate::finding::Face;
@@ -49,7 +50,7 @@ pub(super) fn html_of(report: &ReportData) -> String {
         n_test => count(Role::Test),
         sensor => tables::sensor(calibration),
         notes => notes.filter(|line| !line.is_empty()).collect::<Vec<_>>(),
-        warnings => report.warnings.clone(),
+        warnings => report.warnings.iter().map(|own| sentence(&own.to_string())).collect::<Vec<_>>(),
         check => or_reason(&report.check, |found| context! {
             verdict => found.verdict.words(),
             sentences => found.sentences(Face::Page).collect::<Vec<_>>(),

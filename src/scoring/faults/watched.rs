@@ -25,13 +25,13 @@ const SHOWN_BY_OTHERS: f64 = 0.3;
 /// Smallest deviation of a dropout from the expected value, as a share of the span and in standard deviations.
 const ELSEWHERE: (f64, f64) = (0.5, 20.0);
 /// Largest deviation after a spike from the value before it, as a share of the spike.
-pub(super) const BACK_AGAIN: f64 = 0.25;
+const BACK_AGAIN: f64 = 0.25;
 /// Maximum length of a spike (samples).
 const SPIKE_SAMPLES: usize = 3;
 /// Maximum length of a dropout (samples); a longer one is stuck.
-pub(super) const DROPOUT_SAMPLES: usize = 50;
+const DROPOUT_SAMPLES: usize = 50;
 /// Frequency of a clipped extreme, relative to that of each neighbouring value.
-pub(super) const PILES_UP: usize = 3;
+const PILES_UP: usize = 3;
 
 /// Properties of a single channel.
 #[derive(Debug)]
@@ -107,7 +107,7 @@ impl Own {
     }
 }
 
-pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
+fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
     (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
 }
 
@@ -115,22 +115,17 @@ pub(super) fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 #[derive(Debug)]
 pub(super) struct Expected {
     /// Other channels, with the mean that is subtracted and the factor.
-    pub by: Vec<(Channel, f64, f64)>,
+    by: Vec<(Channel, f64, f64)>,
     constant: f64,
     /// Standard deviation of the fit, robust against outliers.
-    pub sigma: f64,
+    sigma: f64,
     /// True if the channel is a reference that is set to loads: one line explains all samples, including the dwells.
     is_set: bool,
 }
 
 impl Expected {
-    /// Fits to samples that are not clipped or stuck. Values in `odd` are ignored.
-    pub fn of(
-        recording: &Recording,
-        own: &Own,
-        by: Vec<Channel>,
-        odd: impl Fn(f64) -> bool,
-    ) -> Option<Self> {
+    /// Fits to samples that are not clipped or stuck.
+    pub fn of(recording: &Recording, own: &Own, by: Vec<Channel>) -> Option<Self> {
         let all = || looked_at(recording.n_samples());
         let is_flat = |k: usize| {
             let at = own.flat.partition_point(|run| run.end <= k);
@@ -138,7 +133,7 @@ impl Expected {
         };
         let is_inside = |k: &usize| {
             let value = own.channel.of(recording, *k);
-            !own.piles_up.contains(&value) && !odd(value) && !is_flat(*k)
+            !own.piles_up.contains(&value) && !is_flat(*k)
         };
         let fewest = 2 * (by.len() + 1);
         // Samples that may be clipped or stuck would distort the line.
@@ -269,7 +264,6 @@ impl Watched<'_> {
         found: &mut Vec<Fault>,
     ) -> (Option<f64>, Option<f64>) {
         let Channel::Gauge(gauge) = self.own.channel else {
-            self.clipped_load(found);
             return (None, None);
         };
         let entered = entered.and_then(|range| range.of(gauge));
@@ -277,11 +271,8 @@ impl Watched<'_> {
         let limits = match entered {
             Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
             None => {
-                let limit = |extreme: f64, inward: f64| match self.is_clipped(extreme) {
-                    true => Some(extreme),
-                    false => self.noisy_limit(inward),
-                };
-                (limit(self.own.low, 1.0), limit(self.own.high, -1.0))
+                let limit = |extreme: f64| self.is_clipped(extreme).then_some(extreme);
+                (limit(self.own.low), limit(self.own.high))
             }
         };
         let beyond = |k: usize| {
@@ -293,20 +284,6 @@ impl Watched<'_> {
         match entered {
             Some((low, high)) => (Some(low), Some(high)),
             None => [limits.0, limits.1].map(|limit| limit.map(|limit| limit + tared_by)).into(),
-        }
-    }
-
-    /// Finds intervals in which the reference stays at its extreme while the gauges go on by far more than the fit's error.
-    fn clipped_load(&self, found: &mut Vec<Fault>) {
-        let (Channel::Load(_), Some(expected)) = (self.own.channel, self.expected) else { return };
-        for (extreme, outward) in [(self.own.low, -1.0), (self.own.high, 1.0)] {
-            let at = (0..self.n()).filter(|k| self.value(*k) == extreme);
-            let farther = at.map(|k| outward * (expected.at(self.recording, k) - extreme));
-            let is_far = median(farther).is_some_and(|own| own > 3.0 * expected.sigma);
-            if is_far && self.is_clipped(extreme) {
-                let is_at = (0..self.n()).map(|k| self.value(k) == extreme);
-                push_runs(is_at, FaultKind::Saturated, self.own.channel, found);
-            }
         }
     }
 
@@ -370,7 +347,8 @@ impl Watched<'_> {
     pub fn jumps(&self, found: &mut Vec<Fault>) {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
-        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(4.0 * resolution);
+        let resolution = if *span > 0.0 { 4.0 * resolution } else { 0.0 };
+        let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(resolution);
         let mut away: Vec<(Range<usize>, bool)> = Vec::new();
         let mut k = 1;
         while k < self.n() {
@@ -395,14 +373,16 @@ impl Watched<'_> {
             }
             k += 1;
         }
-        // A recurring value stands for a missing one.
+        // A recurring value stands for a missing one. Without any other change, the jumps may be those of a switch.
+        let n_steps = (1..self.n()).filter(|k| self.value(*k) != self.value(k - 1)).count();
+        let is_switch = n_steps <= 2 * away.len();
         for (at, (samples, is_one_value)) in away.iter().enumerate() {
             let value = self.value(samples.start);
             let again = |(other, (samples, _)): (usize, &(Range<usize>, bool))| {
                 other != at && self.value(samples.start) == value
             };
-            let stands_for_none =
-                value == 0.0 || samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
+            let recurs = samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
+            let stands_for_none = value == 0.0 || (recurs && !is_switch);
             let kind = match *is_one_value && stands_for_none {
                 true => FaultKind::Dropout,
                 false => FaultKind::Spike,

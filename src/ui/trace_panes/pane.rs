@@ -80,12 +80,8 @@ fn pane(
     let visible = visible(traces, panes.shown.time)?;
     let shown = shown_series(axis, kind, panes);
     let key = (axis.axis, kind);
-    let values = panes
-        .shown
-        .values
-        .get(&key)
-        .copied()
-        .unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
+    let locked = panes.shown.values.get(&key).copied();
+    let values = locked.unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
     if panes.locks_values {
         panes.shown.values.insert(key, values);
     }
@@ -120,8 +116,6 @@ fn pane(
         separate_segments(plot, traces, &visible, columns, &visuals);
         if kind == Kind::Load {
             overlay::thresholds(plot, traces, hovered, &visuals);
-        }
-        if kind == Kind::Load {
             shade_band(plot, traces, axis, &visible, columns, &visuals);
         }
         lines.for_each(|line| plot.add(line));
@@ -146,26 +140,38 @@ fn pane(
         ..Figure::default()
     };
     plots::finish(&response.response, &title, Some(&print), out);
+    let ranges = || {
+        format!("{}, {}", plots::range(visible.time, traces.across()), plots::range(values, &title))
+    };
+    show_values(ui, &response, traces, (axis, kind), panes, ranges)
+}
+
+/// Shows the values of the sample under the pointer, or of the sample that plays, in a tooltip. Returns the sample under the pointer.
+fn show_values(
+    ui: &egui::Ui,
+    response: &PlotResponse<()>,
+    traces: &TraceSet,
+    (axis, kind): (&AxisTraces, Kind),
+    panes: &TimeView,
+    ranges: impl Fn() -> String,
+) -> Option<usize> {
+    let hovered = panes.hovered;
     let at_cursor = || traces.sample_at(panes.cursors.first()?);
     plots::say(&response.response, || match hovered.or_else(at_cursor) {
         Some(k) => overlay::spoken(traces, axis, k),
-        None => format!(
-            "{}, {}",
-            plots::range(visible.time, traces.across()),
-            plots::range(values, &title)
-        ),
+        None => ranges(),
     });
-    let sample = sample_under_pointer(&response, traces);
+    let sample = sample_under_pointer(response, traces);
     // While playing, the first pane shows the values.
     let is_first =
         kind == Kind::Load && traces.axes.first().is_some_and(|own| own.axis == axis.axis);
-    let told = match (sample, is_first && panes.playing.leads()) {
+    let shown = match (sample, is_first && panes.playing.leads()) {
         (Some(k), _) => Some((k, None)),
         (None, true) => hovered.map(|k| (k, Some(response.response.rect))),
         (None, false) => None,
     };
     // The tooltip would cover the menu.
-    if let Some((k, beside)) = told.filter(|_| !response.response.context_menu_opened()) {
+    if let Some((k, beside)) = shown.filter(|_| !response.response.context_menu_opened()) {
         overlay::tooltip(ui, &response.response, traces, axis, (k, beside));
     }
     sample
