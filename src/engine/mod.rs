@@ -32,8 +32,9 @@ pub use engine::{Action, Engine};
 pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
-pub use live::{Followed, LiveTraces};
-pub use models::{ModelChange, Models, Row, SEARCH_MINUTES};
+pub(crate) use live::{Followed, LiveTraces};
+pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};
+pub use models::Models;
 pub use notice::{Level, Notice};
 #[cfg(feature = "gui")]
 pub(crate) use preferences::PreferencesFile;
