@@ -27,7 +27,6 @@ use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::first_clauses;
 
-/// Number of loads that are proposed.
 const PROPOSED: usize = 6;
 /// Maximum number of recordings with faults that are named.
 const FAULTY: usize = 3;
@@ -244,7 +243,6 @@ fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) 
 }
 
 impl Dataset {
-    /// Returns findings about load programmes.
     fn of_programmes(&self, n_axes: usize) -> Vec<Finding> {
         let training = in_role(&self.entries, Role::Train);
         let mut found = Vec::new();
@@ -275,10 +273,8 @@ struct Proposing<'a> {
     rig: Option<&'a RigReport>,
 }
 
-/// Loads to record next.
 struct Proposals {
     next: Vec<NextLoad>,
-    /// Method by which they were chosen, or the reason why there are none.
     note: String,
     /// Finding about axes that no proposed load reaches.
     unreached: Option<Finding>,

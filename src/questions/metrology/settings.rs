@@ -78,7 +78,6 @@ impl Rules<'_> {
     }
 }
 
-/// Reason why no figures can be computed from these settings and numbers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
     #[error("{given} {what} are given for {axes} axes; give one for each, in axis order")]

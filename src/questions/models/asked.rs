@@ -15,7 +15,6 @@ use crate::same::same_where;
 /// Request to train a network or a kernel, which takes longer than a slider may wait. A stopped network keeps its best epoch.
 #[derive(Clone)]
 pub struct Train {
-    /// Recordings and settings.
     pub request: Request,
     /// Called with the result at once, even while the window draws nothing.
     pub on_trained: OnTrained,
@@ -23,22 +22,18 @@ pub struct Train {
 
 same_where!(Train: shared() value(request) besides(on_trained));
 
-/// Receives a calibration that was trained for this request.
 pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
 
-/// Progress and result of a training.
 #[derive(Clone, Debug, Default)]
 pub struct Trained {
     /// Reports of the network, one for each epoch.
     pub epochs: Vec<EpochReport>,
-    /// Present step.
     pub step: Option<TrainingStep>,
     /// Trained calibration, at the end.
     pub calibration: Option<Arc<Calibration>>,
 }
 
 impl Trained {
-    /// Returns true if the calibration has a cross-validated error.
     pub fn is_cross_validated(&self) -> bool {
         let calibration = self.calibration.as_ref();
         calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())
@@ -72,12 +67,9 @@ impl Query for Train {
     }
 }
 
-/// Request to search for the best model.
 #[derive(Clone, Debug)]
 pub struct FindBest {
-    /// Number of the run.
     pub run: u64,
-    /// Recordings, settings and limits.
     pub search: Search,
 }
 
@@ -98,16 +90,12 @@ impl Query for FindBest {
     }
 }
 
-/// Request to fit regressors and features side by side.
 #[derive(Clone, Debug)]
 pub struct Compare {
-    /// Number of the run.
     pub run: u64,
-    /// Recordings with their roles.
     pub recordings: Arc<RecordingSet>,
     /// Settings that all candidates share.
     pub settings: FitSettings,
-    /// Models to fit.
     pub candidates: Vec<Candidate>,
 }
 

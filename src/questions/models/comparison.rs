@@ -18,12 +18,9 @@ use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::recording::{RecordingSet, Role};
 
-/// Row of the comparison: a regressor and blocks, trained on a part of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// Regressor.
     pub regressor: Regressor,
-    /// Features.
     pub features: FeatureSettings,
     /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
@@ -51,17 +48,13 @@ impl Candidate {
     }
 }
 
-/// State of a model that is being tried.
 #[derive(Clone, Debug, Default)]
 pub enum ModelState {
-    /// Not started.
     #[default]
     Waits,
     /// Running, with the progress of the network or of the cross-validation.
     Runs(Option<TrainingStep>),
-    /// Failed for this reason.
     Failed(AnalysisError),
-    /// Fitted.
     Ready(Box<Model>),
 }
 
@@ -186,7 +179,6 @@ pub fn compare(
 }
 
 impl Candidate {
-    /// Returns the settings of the candidate, with the other settings from `common`.
     pub fn settings(&self, common: &FitSettings) -> FitSettings {
         FitSettings {
             regressor: self.regressor,
@@ -196,7 +188,6 @@ impl Candidate {
         }
     }
 
-    /// Returns the amount of work, in passes over all samples.
     fn weight(&self, settings: &FitSettings) -> u64 {
         let passes = match self.regressor.learner() {
             None => 1,

@@ -13,9 +13,7 @@ use crate::scoring::cross_validation::{Fold, MOST_FITS, fit_without};
 /// Number of segments of each recording if there is only one group.
 const SEGMENTS: usize = 4;
 
-/// All folds of a search.
 pub(super) struct NestedFolds {
-    /// Folds.
     pub folds: Vec<Fold>,
     /// All training recordings, divided as in the folds, with the test recordings.
     pub whole: Arc<RecordingSet>,
@@ -27,7 +25,6 @@ pub(super) struct NestedFolds {
     pub n_left_out: usize,
 }
 
-/// Training recording with its fold and its part.
 struct Piece {
     fold: usize,
     part: usize,
@@ -35,10 +32,8 @@ struct Piece {
 }
 
 impl NestedFolds {
-    /// Divides the training recordings.
-    ///
     /// # Errors
-    /// [`AnalysisError::NoTraining`] if there are none.
+    /// [`AnalysisError::NoTraining`] without training recordings.
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())
@@ -155,7 +150,6 @@ mod tests {
         set
     }
 
-    /// Each training sample is held out once and used for training in every other fold; no test sample is in a fold.
     #[test]
     fn folds_are_made_of_the_training_recordings() {
         for n in [1, 2, 3, 7] {

@@ -44,14 +44,12 @@ pub struct ThresholdStudy {
     pub lag: Option<Finding>,
 }
 
-/// A prepared study, with its map so far.
 struct Prepared {
     of: StudyThresholds,
     study: Study,
     map: Option<Arc<ThresholdMap>>,
 }
 
-/// Data that a study reuses.
 #[derive(Default)]
 pub struct StudyCache(Option<Prepared>);
 
