@@ -7,12 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::engine::{Action, Edit, FileContent, ImportCommand, Level, Notice};
 use crate::features::Setting;
 
-/// Description of a pane: its names and its explanation.
 #[derive(Debug)]
 pub struct Kind {
     /// Name of the pane in files.
     pub key: &'static str,
-    /// Title on the tab.
     pub title: &'static str,
     /// Explanation in one sentence, without a full stop.
     pub explanation: &'static str,
@@ -23,12 +21,10 @@ pub struct Kind {
 pub struct Pane(pub &'static Kind);
 
 impl Pane {
-    /// Returns the title on the tab.
     pub fn title(self) -> &'static str {
         self.0.title
     }
 
-    /// Returns the explanation.
     pub fn explanation(self) -> &'static str {
         self.0.explanation
     }

@@ -38,22 +38,18 @@ impl Trace {
     }
 }
 
-/// Returns a colour of the figures as an egui colour.
 pub fn rgb([red, green, blue]: [u8; 3]) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
-/// Returns a colour for figures.
 pub fn bytes(color: Color32) -> [u8; 3] {
     [color.r(), color.g(), color.b()]
 }
 
-/// Colour of the look-back.
 pub fn look_back(visuals: &Visuals) -> Color32 {
     if visuals.dark_mode { Color32::from_rgb(0, 200, 150) } else { rgb(color::LOOK_BACK) }
 }
 
-/// Returns the colours of loops and cross-plots.
 pub fn inks(visuals: &Visuals) -> Inks {
     let bytes = |color: Color32| [color.r(), color.g(), color.b()];
     Inks {

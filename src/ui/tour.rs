@@ -6,7 +6,6 @@ use crate::ui::command::{Command, Pane};
 use crate::ui::controls::Controls as _;
 use crate::ui::{export_pane, loops_pane, recordings_panel, settings_panel, trace_panes};
 
-/// A step of the tour: its pane, title and text.
 type Step = (Pane, &'static str, &'static str);
 
 const STEPS: [Step; 6] = [
@@ -56,29 +55,24 @@ const RING: f32 = 5.0;
 /// Distance from the edges of the window, which leaves room for menus and status line (points).
 const EDGE: Vec2 = Vec2::new(24.0, 60.0);
 
-/// State of the tour.
 #[derive(Debug, Default)]
 pub struct Tour {
     step: Option<usize>,
 }
 
 impl Tour {
-    /// Starts the tour.
     pub fn begin(&mut self) {
         self.step = Some(0);
     }
 
-    /// Ends the tour.
     pub fn end(&mut self) {
         self.step = None;
     }
 
-    /// Returns true while the tour is shown.
     pub fn is_on(&self) -> bool {
         self.step.is_some()
     }
 
-    /// Returns the pane that the present step explains.
     pub fn pane(&self) -> Pane {
         STEPS[self.step.unwrap_or(0).min(STEPS.len() - 1)].0
     }
