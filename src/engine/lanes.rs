@@ -14,11 +14,9 @@ use crate::questions::models::asked::{Compare, FindBest, Train};
 use crate::questions::question::Query;
 use crate::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 
-/// One lane for each kind of question.
 pub struct Lanes(Vec<Box<dyn Background>>);
 
 impl Lanes {
-    /// Creates lanes without questions.
     pub fn new(notify: &Notify) -> Self {
         Self(vec![
             Box::new(Lane::<Analyse>::new(notify)),
@@ -49,8 +47,6 @@ impl Lanes {
         own.expect("each question has a line in the list of lanes")
     }
 
-    /// Returns the lane for asking questions.
-    ///
     /// # Panics
     /// As [`Self::of`].
     pub fn of_mut<Q: Query>(&mut self) -> &mut Lane<Q> {
@@ -73,7 +69,6 @@ impl Lanes {
         self.0.iter().all(|lane| lane.is_idle())
     }
 
-    /// Cancels all running and waiting work.
     pub fn cancel(&self) {
         self.0.iter().for_each(|lane| lane.cancel());
     }

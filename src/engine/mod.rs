@@ -1,9 +1,8 @@
 //! The program without its window: a document, questions about it, and work with files.
 //!
-//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change and one step of undo. A result is
-//! the answer to a [`Query`](crate::questions::question::Query), computed on a [`Lane`](query::Lane) off the window's
-//! thread. The [`Engine`] keeps the document, asks the questions that follow from it, and does the work with files. It
-//! draws nothing.
+//! A [`Project`] is everything that a session saves, and an [`Edit`] is one change and one step of undo. A result is the answer
+//! to a [`Query`](crate::questions::question::Query), computed on a [`Lane`](query::Lane) off the window's thread. The
+//! [`Engine`] keeps the document, asks the questions that follow from it, and does the work with files.
 
 #[expect(clippy::module_inception, reason = "the room's centre bears its name")]
 mod engine;

@@ -1,7 +1,6 @@
 //! List of models: origin, result, and whether a model belongs to the present recordings.
 //!
 //! Guarantees: results stay when a run is cancelled. A run replaces results of the previous run, except pinned ones.
-//! Rows are identified by number.
 
 use std::sync::{Arc, Weak};
 
@@ -19,14 +18,11 @@ use crate::report::{Cell, Table};
 /// Default time (min) after which a search starts no further model.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
-/// Change of a row in the list.
 #[derive(Clone, Debug)]
 pub enum ModelChange {
     /// Pin or unpin: a pinned row stays when other models are tried.
     Pin(bool),
-    /// Rename.
     Name(String),
-    /// Remove from the list.
     Remove,
 }
 
@@ -36,26 +32,18 @@ enum Origin {
     Search(u64, usize),
     /// A comparison and the index of the candidate.
     Paper(u64, usize),
-    /// The user kept this model.
     Kept,
-    /// Model of the present settings.
     Present,
 }
 
-/// Row of the list.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Number that identifies the row.
     pub id: u64,
-    /// Name.
     pub name: String,
-    /// True if the row stays when other models are tried.
+    /// A pinned row stays when other models are tried.
     pub is_pinned: bool,
-    /// Settings of the model.
     pub settings: FitSettings,
-    /// State of the fit.
     pub state: State,
-    /// Recommendation of the search.
     pub mark: Mark,
     /// Amount of data as named in the paper; empty if it follows from the settings.
     data: String,
@@ -81,8 +69,7 @@ impl Row {
         !std::ptr::eq(self.recordings.as_ptr(), Arc::as_ptr(&project.recordings))
     }
 
-    /// Returns true if the document has the settings of this row. Full scales belong to the sensor and are not
-    /// compared.
+    /// Returns true if the document has the settings of this row; full scales belong to the sensor and do not count.
     pub fn is_present(&self, project: &Project) -> bool {
         let own = project.with_full_scale(self.settings.clone());
         project.applied.is_none() && own == project.settings
@@ -108,7 +95,6 @@ impl Models {
         self.n_runs
     }
 
-    /// Adds a row at the end of the list.
     fn push(
         &mut self,
         (name, origin): (String, Origin),
@@ -130,7 +116,6 @@ impl Models {
         self.rows.last_mut().expect("a row was added")
     }
 
-    /// Adds a row with a fitted model.
     fn push_model(
         &mut self,
         origin: (String, Origin),
@@ -146,7 +131,6 @@ impl Models {
         self.rows.iter().find(|row| row.id == id)
     }
 
-    /// Changes the row with this number, if it exists.
     pub(super) fn change(&mut self, id: u64, change: ModelChange) {
         let Some(at) = self.rows.iter().position(|row| row.id == id) else {
             return;
@@ -160,7 +144,6 @@ impl Models {
         }
     }
 
-    /// Takes the progress of a search.
     pub(super) fn take_search(&mut self, run: u64, best: &Best, recordings: &Arc<RecordingSet>) {
         if self.taken.0 != run {
             self.taken = (run, 0);
@@ -217,7 +200,6 @@ impl Models {
         })
     }
 
-    /// Takes the progress of a comparison.
     pub(super) fn take_paper(&mut self, asked: &Compare, states: &[State]) {
         for (at, state) in states.iter().enumerate() {
             let origin = Origin::Paper(asked.run, at);
@@ -233,7 +215,6 @@ impl Models {
         self.rows.retain(Row::has_ended);
     }
 
-    /// Adds a model that the user keeps.
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         let kept = self.rows.iter().filter(|row| row.origin == Origin::Kept);
         let number = kept.count() + 1;
