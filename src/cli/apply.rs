@@ -137,7 +137,6 @@ impl ApplyJob {
         self.traces.traces.iter().try_for_each(|path| run.print_path(path))
     }
 
-    /// Computes the loads of samples as they come.
     fn answer_rows(&self, run: &Run, calibration: Calibration) -> Result<(), JobError> {
         let writes = self.out.is_some() || self.traces.traces.is_some();
         let ([path], false) = (&self.files[..], writes) else {

@@ -199,7 +199,6 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     }
 }
 
-/// Returns the errors of the factory calibration on the same recordings.
 fn factory_scores(
     path: &Path,
     request: &Request,
@@ -236,7 +235,6 @@ fn step_text(step: &TrainingStep, cost: f64) -> String {
     format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}, {left:.0} s left{then}")
 }
 
-/// The JSON object that `fit --json` prints.
 #[derive(Debug, Serialize)]
 struct FitReport<'a> {
     simulated: bool,
@@ -247,7 +245,6 @@ struct FitReport<'a> {
     units: &'a [String],
     full_scale: &'a [f64],
     regressor: Regressor,
-    /// Thresholds of the first look-back.
     f_th: Option<f64>,
     t_th: Option<f64>,
     distance: Distance,

@@ -50,7 +50,7 @@ pub struct InspectJob {
 
 impl Work for InspectJob {
     fn files(&self) -> Files<'_> {
-        // The map that is read may be overwritten, with the additions of this job.
+        // The map may be overwritten with the additions of this job.
         let files = Files { recordings: &self.files, ..Files::default() };
         files.writing(&self.write_map, self.force)
     }

@@ -97,7 +97,6 @@ impl ReadArgs {
         }
     }
 
-    /// Reads the column map.
     pub fn map(&self) -> Result<Option<ColumnMap>, JobError> {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
@@ -265,7 +264,6 @@ impl ReadArgs {
         }
     }
 
-    /// Tares a recording as the user asked.
     pub fn tared(&self, run: &Run, recording: Recording) -> Result<Recording, JobError> {
         let Some(tare) = self.tare else {
             return Ok(recording);
