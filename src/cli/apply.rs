@@ -170,7 +170,7 @@ impl ApplyJob {
         }
     }
 
-    /// Returns the reason why there is no calibration. It suggests to swap the arguments if the calibration was named last.
+    /// Returns the reason why there is no calibration, with a hint to swap the arguments if the calibration was named last.
     fn swapped(&self, error: ReadCalibrationError) -> JobError {
         let may_be_one =
             |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());

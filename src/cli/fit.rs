@@ -214,7 +214,7 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-/// Returns a progress line of a training. Its cross-validation, if any, takes `cost` times as long.
+/// Returns a progress line of a training, whose cross-validation, if any, takes `cost` times as long.
 fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();

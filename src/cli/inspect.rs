@@ -1,4 +1,4 @@
-//! `loopscope inspect`: shows the contents of a file and what would be loaded, and writes a column map.
+//! `loopscope inspect`: shows the contents of a file and the recordings that it would load, and writes a column map.
 
 use std::io::{self, Write};
 use std::path::PathBuf;

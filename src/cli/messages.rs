@@ -8,7 +8,8 @@ use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::shown;
 
-/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them too.
+/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them
+/// too.
 pub fn print_message(message: &dyn Display) {
     let message = shown::message(message);
     let _ = writeln!(io::stderr(), "loopscope: {message}");

@@ -83,7 +83,7 @@ impl Work for MetrologyJob {
     fn files(&self) -> Files<'_> {
         Files {
             recordings: &self.files,
-            // If a folder also holds test files, the calibration is measured on those instead of its training files.
+            // If a folder also holds test files, the calibration is measured on the test files instead of its training files.
             test: self.calibration.is_none().then_some(&[]),
             ..Files::default()
         }

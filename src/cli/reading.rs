@@ -49,7 +49,7 @@ pub struct ReadArgs {
 }
 
 /// Moves the recordings with the most frequent gauges and axes to the front, because the first recording decides which others
-/// can be used. Their order is otherwise unchanged.
+/// can be used. The order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
         let [a, b] = [a, b].map(|own| &own.recording);
@@ -196,8 +196,8 @@ impl ReadArgs {
         Ok(all)
     }
 
-    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its recording.
-    /// Prints what was done, and what looks wrong, on standard error.
+    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its
+    /// recording. Prints what was done, and what looks wrong, on standard error.
     fn prepared(
         &self,
         run: &Run,

@@ -60,7 +60,7 @@ struct Begun {
     lane: Lane<Task>,
 }
 
-/// Requests that create recordings. They run one after another, because each starts from the result of the previous
+/// Requests that create recordings. The requests run one after another, because each starts from the result of the previous
 /// one, and to limit memory.
 #[derive(Clone)]
 enum InTurn {
@@ -280,7 +280,7 @@ impl Engine {
         &self.history
     }
 
-    /// Returns the newest analysis of the loaded recordings. It stays available while the next one runs.
+    /// Returns the newest analysis of the loaded recordings, also while the next one runs.
     pub fn analysis(&self) -> Option<&Arc<Analysis>> {
         let (own, of) = (&self.project.recordings, self.lane::<Analyse>().answered()?);
         let of = &of.0.recordings;

@@ -20,7 +20,7 @@ const COLUMNS: f64 = 1000.0;
 /// Maximum number of samples in the history, at any sample rate.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// Calibration with which a file is followed. It changes while sliders are moved.
+/// Calibration with which a file is followed; sliders change it while they are moved.
 pub type Current = Arc<Mutex<Option<Arc<Calibration>>>>;
 
 #[derive(Clone, Debug)]

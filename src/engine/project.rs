@@ -24,8 +24,7 @@ use crate::scoring::numbers::round_step;
 
 /// Default F_th as a share of the range of the force: the ratio of the paper's 3 N to the 22 N range of its sensor.
 const USUAL_SHARE: f64 = 0.125;
-/// Shares at which F_th has an effect. Larger values find almost no past sample; smaller values find only the previous
-/// samples.
+/// Shares at which F_th has an effect. Larger values find almost no past sample; smaller values find only the previous samples.
 const SENSIBLE_SHARES: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 #[derive(Clone, Debug)]

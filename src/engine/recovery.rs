@@ -1,4 +1,5 @@
-//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. The thread also runs while the window is hidden and draws nothing.
+//! Autosave: a thread regularly writes unsaved changes, so that a crash loses at most half a minute and no training. The thread
+//! also runs while the window is hidden and draws nothing.
 //!
 //! Each window has its own file and a lock that ends with its process. A file whose lock no process holds is from a
 //! window that crashed.
@@ -78,7 +79,7 @@ struct Desk {
     is_saved: bool,
     /// State in the file; `None` without file.
     written: Option<Unsaved>,
-    /// Restored files of other windows. They are removed once their content is written or saved here.
+    /// Restored files of other windows, to be removed once their content is written or saved here.
     restored: Vec<PathBuf>,
     /// True if the next write must happen at once.
     is_urgent: bool,

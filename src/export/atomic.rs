@@ -81,7 +81,7 @@ impl Together {
     /// Gives all files and folders their final names.
     ///
     /// # Errors
-    /// [`WriteError`] if one of them cannot be renamed. Those before it then already have their final names.
+    /// [`WriteError`] if a file cannot be renamed. The files before it then already have their final names.
     pub fn finish(self) -> Result<(), WriteError> {
         // Declared first, so that it is dropped after the lock of the list, which it takes.
         let mut forgotten = Vec::new();
@@ -286,7 +286,7 @@ fn clean_up(folder: &Path, prefix: &str) {
 /// Creates a new file that no other program takes for a leftover.
 fn new_file(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
-    // The permissions are those of any new file. Temporary files would be readable by their owner only.
+    // The file gets the permissions of any new file. Temporary files would be readable by their owner only.
     options.write(true).create_new(true);
     loop {
         let file = options.open(path)?;

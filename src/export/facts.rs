@@ -12,7 +12,7 @@ const NAMED_RECORDINGS: usize = 40;
 /// A unique name and a text.
 pub(super) type Fact = (Cow<'static, str>, String);
 
-/// Facts in their order. The texts are those of the calibration, not escaped.
+/// Returns the facts in their order, with the unescaped texts of the calibration.
 pub(super) fn facts(calibration: &Calibration, holds: &str, leaves_out: &str) -> Vec<Fact> {
     let quality = &calibration.quality;
     let mut facts = vec![

@@ -31,7 +31,7 @@ pub struct Target {
     pub reader: Option<ReadBack>,
     /// True if a controller can run the files. The export pane then shows the memory that they need.
     pub on_controller: bool,
-    /// True if its files name the gauges. Otherwise gauges are known by their order.
+    /// True if the files name the gauges. Otherwise gauges are known by their order.
     pub names_gauges: bool,
 }
 

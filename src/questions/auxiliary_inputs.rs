@@ -224,7 +224,7 @@ mod tests {
         }
     }
 
-    /// A temperature noise of a few hundredths of a degree is no drift. This noise must not cause corrections at another temperature.
+    /// A temperature noise of a few hundredths of a degree must not cause corrections at another temperature.
     #[test]
     fn a_temperature_that_hardly_moved_is_left_out_and_reported() {
         let mut recordings = drifting(0.5);

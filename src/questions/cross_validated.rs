@@ -80,7 +80,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
     (0..n).map(|at| of_folds[fit_without(at, n)].clone()).collect()
 }
 
-/// Returns the squared errors of the parts. If shares are chosen, those of each fold are chosen on the other folds.
+/// Returns the squared errors of the parts. If shares are chosen, the shares of each fold are chosen on the other folds.
 pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();

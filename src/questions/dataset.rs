@@ -86,7 +86,7 @@ pub(crate) struct Dataset {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of a dataset in the cache. Its lock is held while the dataset is prepared.
+/// Place of a dataset in the cache; the place is locked while the dataset is prepared.
 type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
 
 /// Datasets that questions about the same recordings share.

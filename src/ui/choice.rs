@@ -1,5 +1,5 @@
-//! A drop-down list for mouse and keyboard. It opens at the chosen item; Up and Down move, Enter chooses, Escape closes, and
-//! the focus returns to the button.
+//! A drop-down list for mouse and keyboard. The list opens at the chosen item; Up and Down move, Enter chooses, Escape closes,
+//! and the focus returns to the button.
 
 use std::borrow::Cow;
 

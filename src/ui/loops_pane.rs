@@ -1,5 +1,5 @@
 //! Pane of outputs over the load: hysteresis loops with their figures, cross-plots of any two channels, and drift in dwells.
-//! Its contents are computed in the background.
+//! The contents of the pane are computed in the background.
 
 mod cross_view;
 mod dwell_view;

@@ -1,4 +1,4 @@
-//! Colours. Each has one meaning in every pane and in the report, can be told apart by colour-blind eyes (Okabe and Ito
+//! Colours. Each colour has one meaning in every pane and in the report, can be told apart by colour-blind eyes (Okabe and Ito
 //! 2008), and has enough contrast. Orange is the uncompensated load, blue the compensated load, green the look-back, yellow a
 //! warning, red an error. Scores on training, test and held-out recordings differ by their dashes.
 

@@ -1,4 +1,4 @@
-//! Interface of a pane: it asks questions, draws answers, and pushes actions. It computes nothing.
+//! Interface of a pane: it asks questions, draws answers, and pushes actions, but computes nothing.
 
 use crate::engine::Engine;
 use crate::questions::question::Query;

@@ -198,7 +198,7 @@ struct Clouds {
     textures: Vec<(Frame, TextureHandle)>,
 }
 
-/// Returns the textures of these densities. They are made again only if the densities changed since the last frame.
+/// Returns the textures of these densities, made again only if the densities changed since the last frame.
 fn clouds(ui: &egui::Ui, id: &str, clouds: &[Cloud]) -> Clouds {
     let key = ui.scope_id().with(("clouds", id));
     let kept: Clouds = ui.data(|data| data.get_temp(key)).unwrap_or_default();

@@ -81,7 +81,7 @@ impl Saving<'_> {
 
 #[derive(Clone, Debug)]
 pub struct Sort {
-    /// Name of the column that the rows are sorted by. Without such a column the rows keep their order.
+    /// Name of the column that the rows are sorted by. Without this column the rows keep their order.
     column: String,
     descending: bool,
 }

@@ -1,4 +1,4 @@
-//! Tour of the main job on the built-in sensor. It points at the pane that it explains, and can be skipped at any time.
+//! Tour of the main job on the built-in sensor. Each step points at the pane that it explains; any step can end the tour.
 
 use egui::{Rect, Vec2};
 
@@ -48,7 +48,7 @@ const STEPS: [Step; 6] = [
     ),
 ];
 
-/// Size of each step. It is the same for all, so that the buttons stay in place.
+/// Size of each step; the same for all, so that the buttons stay in place.
 const SIZE: Vec2 = Vec2::new(360.0, 190.0);
 /// Distance of the ring around a pane from its contents (points).
 const RING: f32 = 5.0;

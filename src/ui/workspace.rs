@@ -450,7 +450,7 @@ impl Behavior<Pane> for Drawing<'_> {
         pane.title().into()
     }
 
-    /// Draws a tab. Its close button appears under the pointer, in a place that is kept free.
+    /// Draws a tab. The close button of the tab appears under the pointer, in a place that is kept free.
     fn tab_ui(
         &mut self,
         tiles: &mut Tiles<Pane>,

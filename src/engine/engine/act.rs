@@ -104,7 +104,7 @@ impl Engine {
         }
     }
 
-    /// Returns the training with the present settings. Its result is autosaved at once, even if the window is hidden.
+    /// Returns the training with the present settings, whose result is autosaved at once, even if the window is hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
         let request = Request {

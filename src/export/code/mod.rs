@@ -234,7 +234,7 @@ fn n_inputs(layer: &Layer) -> usize {
     layer.weights.first().map_or(0, Vec::len)
 }
 
-/// Returns the weights by input: those of the first input, then those of the second, and so on.
+/// Returns the weights by input: all weights of the first input, then all weights of the second, and so on.
 pub(in crate::export) fn input_by_input(layer: &Layer) -> impl Iterator<Item = f32> + '_ {
     (0..n_inputs(layer)).flat_map(|input| layer.weights.iter().map(move |row| row[input]))
 }

@@ -1,8 +1,8 @@
 //! A calibration in the form that exported code runs: its constants, folded so that few steps are left.
 //!
-//! Guarantees: the program gives the loads of the calibration, except for rounding. Gauges are taken relative to a centre near their mean that is
-//! exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no digits in single
-//! precision.
+//! Guarantees: the program gives the loads of the calibration, except for rounding. Gauges are taken relative to a centre near
+//! their mean that is exact in single precision, and past gauges relative to the present gauges. So large raw offsets cost no
+//! digits in single precision.
 
 use serde::Serialize;
 

@@ -127,7 +127,7 @@ pub struct LiveSample<'a> {
     pub time: f64,
     /// Time of the sample as written (s).
     pub clock_secs: f64,
-    /// Its gauges, in the order of the calibration.
+    /// Gauges, in the order of the calibration.
     pub gauges: &'a [f64],
     pub auxiliary: &'a [f64],
     /// Axes and values of the reference load; empty if there is none.

@@ -7,7 +7,7 @@ use crate::shown::first_clauses;
 
 /// Share of turning points above which a gauge alternates: halfway between independent noise (2/3) and strict alternation (1).
 const ALTERNATES: f64 = 5.0 / 6.0;
-/// Minimum number of samples: noise, whose share has the variance 16 / (90 n), is then five standard deviations below the limit.
+/// Minimum number of samples: the share of noise (variance 16 / (90 n)) is then five standard deviations below the limit.
 const FEWEST_SAMPLES: usize = 160;
 const NAMED: usize = 6;
 

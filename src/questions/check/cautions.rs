@@ -279,7 +279,7 @@ mod tests {
     use crate::recording::simulated::{Late, late_set};
     use crate::recording::{Entry, Recording, RecordingSet, Source, simulated};
 
-    /// Returns the findings on a fit to recordings with these names and loads on two axes; a `t` in the name puts one into the test role.
+    /// Returns the findings on a fit to recordings with these names and loads on two axes; `t` in a name means the test role.
     fn of(recordings: &[(&str, Vec<[f64; 2]>)], features: FeatureSettings) -> Vec<Finding> {
         let mut set = RecordingSet::default();
         for (name, loads) in recordings {

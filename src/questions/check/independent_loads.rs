@@ -33,7 +33,7 @@ pub struct Sufficiency {
     pub next_note: String,
     /// Zeros and sensitivities of the gauges in each recording.
     pub rig: RigReport,
-    /// Loads for which the calibration is shown to hold, and what the recordings do not cover.
+    /// Loads for which the calibration is shown to hold, and conditions that the recordings do not cover.
     pub holds_for: String,
 }
 
@@ -67,7 +67,7 @@ pub struct NextLoad {
     pub how: Option<String>,
     /// Increase of the logarithm of the determinant of the design.
     pub gain: f64,
-    /// Remaining share of the variance of predictions, with this load and those before it.
+    /// Remaining share of the variance of predictions, with this load and the loads before it.
     pub variance_left: f64,
 }
 

@@ -5,7 +5,7 @@ use crate::finding::{Finding, Id, Verdict};
 use crate::scoring::coverage::Coverage;
 use crate::scoring::numbers::significant;
 
-/// Number of load cases per free coefficient below which errors on new loads are five times those of the fit, by the count alone.
+/// Number of load cases per free coefficient below which errors on new loads are, by count alone, five times those of the fit.
 const FEWEST_CASES: f64 = 1.25;
 /// Number of load cases per free coefficient below which errors on new loads are twice those of the fit.
 const FEW_CASES: f64 = 2.0;

@@ -194,7 +194,7 @@ fn faulty(asked: &CheckData, progress: &Progress) -> Result<(Vec<String>, f64), 
     Ok((words, spoiled as f64 / n.max(1) as f64))
 }
 
-/// Returns the loads for which the calibration is shown to hold, and what the recordings do not cover.
+/// Returns a text: the loads for which the calibration is shown to hold, and the conditions that the recordings do not cover.
 fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str) -> String {
     let axis = |own: &AxisReach| {
         let [low, high] = [own.low, own.high].map(|end| significant(end, 3));
@@ -377,7 +377,7 @@ fn within(axes: &[AxisReach], moves: &[bool]) -> Vec<Vec<f64>> {
     loads
 }
 
-/// Returns the loads that masses on arms make, with gravity along the axes or between them, within the largest load of each axis.
+/// Returns the loads of masses on arms, with gravity along the axes or between them, up to the largest load of each axis.
 fn hung(hanging: &HangingMass, axes: &[AxisReach]) -> Vec<(Vec<f64>, Option<String>)> {
     let steps = [-1.0, 0.0, 1.0];
     let ways = steps

@@ -1,5 +1,4 @@
-//! Limits that a calibration must keep: a maximum of the expected error, the RMSE and the loop width, for all axes or for
-//! each.
+//! Limits that a calibration must keep: a maximum of the expected error, the RMSE and the loop width, for all axes or for each.
 //!
 //! Guarantees: an unknown figure does not pass. An unknown name is an error that lists the known ones.
 

@@ -231,7 +231,7 @@ mod tests {
         move |share| [10.0 * (7.0 * share + at).sin(), 10.0 * (5.0 * share + 2.0 * at).cos()]
     }
 
-    /// The errors on each axis are 0.01, 0.02 … 1.00: 95 % lie within 0.95. Those of the test recordings are half as large.
+    /// The errors on each axis are 0.01, 0.02 … 1.00: 95 % lie within 0.95. The test errors are half as large.
     #[test]
     fn the_larger_of_cross_validation_and_test_counts() {
         let entries: Vec<Entry> = (0..3).map(|at| entry("r", path(f64::from(at)))).collect();

@@ -316,7 +316,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
     })
 }
 
-/// Returns the opacity of thin lines. It falls with their number so that thick lines stand out; a single line stays visible.
+/// Returns the opacity of thin lines: the more lines, the fainter, so that thick lines stand out; a single line stays visible.
 fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|own| own.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);

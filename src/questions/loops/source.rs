@@ -96,7 +96,7 @@ impl Source {
     }
 
     /// Measures the lag of an output once: over the training recordings with a reference for every axis, else over all
-    /// recordings with such a reference.
+    /// recordings with this reference.
     ///
     /// # Errors
     /// [`LookError`] if the calibration does not match the recordings, or the work is cancelled.

@@ -138,7 +138,7 @@ impl<'a> Measured<'a> {
         Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, lags })
     }
 
-    /// Returns the time lag of each output. It is measured at the first call.
+    /// Returns the time lag of each output, which the first call measures.
     pub(crate) fn lags(&self) -> &Lags {
         let of_output = |output| {
             let runs: Vec<LagRun<'_>> = self.lag_runs(output).collect();

@@ -60,7 +60,8 @@ pub struct Rules<'a> {
     pub full_scale: &'a [f64],
     /// Settings of the user.
     pub settings: &'a MetrologySettings,
-    /// Noise and range of the loads, for settings without a value; see [`extents_of_set`](crate::scoring::loops::extents_of_set).
+    /// Noise and range of the loads, for settings without a value; see
+    /// [`extents_of_set`](crate::scoring::loops::extents_of_set).
     pub extents: &'a [LoadExtent],
 }
 

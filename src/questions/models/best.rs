@@ -30,8 +30,8 @@ const ENOUGH_SAMPLES: usize = 60_000;
 /// Effort of the first, short training of each network and kernel.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
 const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// Models that are trained fully. For each regressor: the maximum short-training error as a multiple of the lowest error, and the
-/// maximum number of models. A short training is less conclusive for a network.
+/// Models that are trained fully. For each regressor: the maximum short-training error as a multiple of the lowest error, and
+/// the maximum number of models. A short training is less conclusive for a network.
 const CAN_WIN: [(Regressor, f64, usize); 4] = [
     (Regressor::HybridKernel, 1.3, 3),
     (Regressor::Kernel, 1.3, 3),

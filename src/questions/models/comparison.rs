@@ -24,8 +24,8 @@ pub struct Candidate {
     pub features: FeatureSettings,
     /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
-    /// True if only the recordings of the first programme are used for training. The paper has no such pattern; it adds the case
-    /// of few trajectories to that of few samples.
+    /// True if only the recordings of the first programme are used for training. The paper lacks this pattern, which adds the
+    /// case of few trajectories to that of few samples.
     pub few_trajectories: bool,
 }
 
@@ -112,8 +112,8 @@ pub fn paper_candidates(
     candidates
 }
 
-/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the first
-/// with several recordings.
+/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the
+/// first with several recordings.
 fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();

@@ -1,7 +1,7 @@
 //! Folds of a model search: groups of recordings, or intervals of one long recording.
 //!
-//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each later
-//! segment is also predicted from the earlier ones, so that a drift increases the error.
+//! Guarantees: each training sample is held out once, and is then predicted from a cold start. In one long recording, each
+//! later segment is also predicted from the earlier ones, so that a drift increases the error.
 
 use std::sync::Arc;
 
@@ -112,7 +112,8 @@ impl NestedFolds {
             };
         let mut folds: Vec<Fold> = (0..n_left_out).map(|at| fold(at, n_left_out)).collect();
         if is_forward {
-            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a fit.
+            // The last segment is predicted from all earlier ones already. Less than half of the segments is too little for a
+            // fit.
             let later = n_left_out.div_ceil(2)..n_left_out.saturating_sub(1);
             folds.extend(later.map(|at| fold(at, at + 1)));
         }

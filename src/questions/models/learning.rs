@@ -1,7 +1,7 @@
 //! Training of networks and kernels on all training recordings, alone or after a linear stage.
 //!
-//! Guarantees: features are computed once if the rows of a kernel are few, else again in each pass. A network's samples are kept
-//! in single precision, because it draws them in a new order in every epoch.
+//! Guarantees: features are computed once if the rows of a kernel are few, else again in each pass. A network's samples are
+//! kept in single precision, because it draws them in a new order in every epoch.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -281,7 +281,7 @@ impl<'a> TrainingRows<'a> {
         at >= n - n / HELD_OUT
     }
 
-    /// Returns the training samples of a network, and those held out for early stopping.
+    /// Returns the training samples of a network, and the samples held out for early stopping.
     fn samples(&self, progress: &Progress) -> Result<(Samples, Samples), AnalysisError> {
         let (n_inputs, n_axes) = self.widths();
         let mut train = Samples::new(n_inputs, n_axes);

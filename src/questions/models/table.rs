@@ -37,8 +37,8 @@ pub struct Model {
     pub scores: Scores,
     /// Standard deviation of the cross-validated RMSE over the folds, per axis; empty if the folds are unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on the scale of
-    /// [`relative`](Self::relative); `None` if the folds are unknown.
+    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on
+    /// the scale of [`relative`](Self::relative); `None` if the folds are unknown.
     pub spread: Option<f64>,
     /// Description of the held-out parts; may be empty.
     #[serde(skip)]

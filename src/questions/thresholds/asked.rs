@@ -40,7 +40,7 @@ pub struct ThresholdStudy {
     pub past_ages: PastAges,
     /// Mean hysteresis of the training recordings.
     pub hysteresis: MeanHysteresis,
-    /// Time lag that the thresholds would describe as hysteresis. It is measured after the map.
+    /// Time lag that the thresholds would describe as hysteresis; measured after the map.
     pub lag: Option<Finding>,
 }
 
