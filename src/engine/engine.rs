@@ -341,6 +341,7 @@ impl Engine {
         self.is_current() && self.project.applied.is_none() && (!learns || self.fitting().is_some())
     }
 
+    /// Returns the running training.
     pub fn training(&self) -> Option<Running> {
         self.lane::<Train>().running()
     }

@@ -55,6 +55,7 @@ pub enum Doubt {
 }
 
 impl FileContent {
+    /// Returns the file name that a dialog suggests.
     pub fn usual_name(&self) -> &'static str {
         match self {
             Self::Calibration(..) => "calibration.json",

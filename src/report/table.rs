@@ -42,6 +42,7 @@ pub struct Column {
     pub name: String,
     /// Unit of its numbers; empty if each row has its own unit.
     pub unit: &'static str,
+    /// Alignment of the cells.
     pub align: Align,
     /// Explanation; may be empty.
     pub about: String,

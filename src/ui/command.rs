@@ -21,10 +21,12 @@ pub struct Kind {
 pub struct Pane(pub &'static Kind);
 
 impl Pane {
+    /// Returns the title on the tab.
     pub fn title(self) -> &'static str {
         self.0.title
     }
 
+    /// Returns an explanation in one sentence, without a full stop.
     pub fn explanation(self) -> &'static str {
         self.0.explanation
     }

@@ -3,6 +3,7 @@
 use super::*;
 
 impl Engine {
+    /// Takes the results of questions and tasks into the document.
     pub fn take(&mut self) {
         // Queried before taking answers: once a lane is idle, its answer can be taken.
         let have_ended = [self.lane::<Compare>().is_idle(), self.lane::<FindBest>().is_idle()];

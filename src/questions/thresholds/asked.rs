@@ -50,6 +50,7 @@ struct Prepared {
     map: Option<Arc<ThresholdMap>>,
 }
 
+/// Prepared study that the next question of the same recordings and settings reuses.
 #[derive(Default)]
 pub struct StudyCache(Option<Prepared>);
 
