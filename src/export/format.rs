@@ -12,7 +12,6 @@ pub struct FileFormat<W> {
 }
 
 impl<W> FileFormat<W> {
-    /// Returns the format of a file's ending.
     pub fn for_path<'a>(all: &'a [Self], path: &Path) -> Option<&'a Self> {
         let ending = path.extension()?.to_str()?;
         all.iter().find(|own| own.ending.eq_ignore_ascii_case(ending))

@@ -54,7 +54,6 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// Returns the units that are shown.
     pub(crate) fn both<T>(self, in_units: T, in_percent: T) -> Vec<T> {
         match self {
             Self::PercentFs => vec![in_percent],

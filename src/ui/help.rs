@@ -110,7 +110,6 @@ impl Help {
         self.open = !self.open;
     }
 
-    /// Opens the help at the About page.
     pub fn open_about(&mut self) {
         self.open = true;
         self.page = Page::About;

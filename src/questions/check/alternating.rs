@@ -11,7 +11,6 @@ const ALTERNATES: f64 = 5.0 / 6.0;
 const FEWEST_SAMPLES: usize = 160;
 const NAMED: usize = 6;
 
-/// Returns a finding on the gauges that alternate in any of the recordings.
 pub(super) fn finding(recordings: &[&Recording]) -> Option<Finding> {
     let alternates = |recording: &&Recording| {
         let n_gauges = recording.gauge_names().len();

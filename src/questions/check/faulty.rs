@@ -10,7 +10,6 @@ use crate::recording::{Entry, Recording, RecordingSet, ValidRange};
 use crate::same::same_where;
 use crate::scoring::faults::Faults;
 
-/// Request for the faults of recordings.
 #[derive(Clone, Debug)]
 pub struct FindFaults {
     pub recordings: Arc<RecordingSet>,

@@ -29,7 +29,6 @@ impl LoadCount {
         Self { cases: coverage.n_cases(&columns), coefficients, free }
     }
 
-    /// Returns the count in words.
     pub fn words(&self) -> String {
         let Self { cases, coefficients, .. } = self;
         let few = self.free.ceil();

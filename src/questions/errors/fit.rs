@@ -358,7 +358,6 @@ mod tests {
         lengths.iter().enumerate().map(of_length).collect()
     }
 
-    /// Returns the fit to all recordings except `tested`.
     fn fitted(recordings: &[Arc<Recording>], tested: Option<usize>) -> Arc<Calibration> {
         let is_tested = |at: usize| Some(at) == tested;
         fitted_in_groups(recordings, &is_tested, &vec![None; recordings.len()])

@@ -95,7 +95,6 @@ impl TraceSet {
         }
     }
 
-    /// Returns the segment of sample `k`.
     pub fn segment_of(&self, k: usize) -> Option<&Segment> {
         let at = self.segments.partition_point(|segment| segment.samples.end <= k);
         self.segments.get(at)

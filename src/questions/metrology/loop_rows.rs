@@ -99,7 +99,6 @@ impl<'a> LoopRows<'a> {
         self.found(size, Some(place), 1, cycle.loads())
     }
 
-    /// Returns the largest and the mean width of the mean loop.
     fn mean_loop(&self, output: usize) -> [Result<Found>; 2] {
         let axis = self.view.axis;
         let mean = self.mean_cycles.as_ref().map_err(Clone::clone);

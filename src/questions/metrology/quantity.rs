@@ -13,7 +13,6 @@ pub enum Quantity {
     Hysteresis,
     /// Largest width of the mean loop of the full cycles.
     MeanLoopHysteresis,
-    /// Mean width of the mean loop.
     MeanWidth,
     /// Deviation of the rising branch from the line between its ends.
     TerminalNonlinearity,
@@ -31,7 +30,6 @@ pub enum Quantity {
     HysteresisWithoutLag,
     /// Change of the output under a constant load.
     Creep,
-    /// Time constant of the creep.
     CreepTime,
     /// Change of the output at zero after a load.
     CreepRecovery,

@@ -29,7 +29,6 @@ pub struct Trained {
     /// Reports of the network, one for each epoch.
     pub epochs: Vec<EpochReport>,
     pub step: Option<TrainingStep>,
-    /// Trained calibration, at the end.
     pub calibration: Option<Arc<Calibration>>,
 }
 

@@ -50,7 +50,6 @@ fn map_of(
     study.threshold_map(&grid, &progress, &|_| {}).unwrap()
 }
 
-/// Returns the scores of a separate fit at these thresholds.
 fn fresh(recordings: &Arc<RecordingSet>, settings: &FitSettings, at: Thresholds) -> [Scores; 2] {
     let mut settings = settings.clone();
     match settings.features.look_backs.first_mut() {
