@@ -32,8 +32,8 @@ pub(crate) use files::is_calibration;
 pub use importing::ImportCommand;
 pub(crate) use importing::Importing;
 pub(crate) use live::{Followed, LiveTraces};
-pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};
 pub use models::Models;
+pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
 #[cfg(feature = "gui")]
 pub(crate) use preferences::PreferencesFile;
