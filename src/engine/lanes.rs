@@ -47,8 +47,7 @@ impl Lanes {
         own.expect("each question has a line in the list of lanes")
     }
 
-    /// # Panics
-    /// As [`Self::of`].
+    /// Returns the lane for asking questions; panics as [`Self::of`].
     pub fn of_mut<Q: Query>(&mut self) -> &mut Lane<Q> {
         let own = self.0.iter_mut().find_map(|lane| (&mut **lane as &mut dyn Any).downcast_mut());
         own.expect("each question has a line in the list of lanes")

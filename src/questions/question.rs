@@ -45,8 +45,7 @@ pub trait Query: Clone + PartialEq + Send + Sync + 'static {
         true
     }
 
-    /// # Errors
-    /// [`Unanswered`] if there is none.
+    /// Computes the answer, or returns the reason why there is none.
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self>;
 }
 

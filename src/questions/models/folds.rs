@@ -32,8 +32,7 @@ struct Piece {
 }
 
 impl NestedFolds {
-    /// # Errors
-    /// [`AnalysisError::NoTraining`] without training recordings.
+    /// Divides the training recordings; without any, returns [`AnalysisError::NoTraining`].
     pub fn of(recordings: &RecordingSet) -> Result<Self, AnalysisError> {
         let groups = recordings.groups();
         let training: Vec<(Entry, usize)> = (recordings.entries().iter().enumerate())

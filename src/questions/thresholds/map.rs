@@ -158,8 +158,7 @@ impl ThresholdMap {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
 
-    /// # Panics
-    /// If the pair does not exist.
+    /// Returns the thresholds of one pair; panics if the pair does not exist.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
         Thresholds { f_th: self.grid.f_ths()[f_at], t_th_secs: self.grid.t_ths_secs()[t_at] }
     }

@@ -57,8 +57,7 @@ pub enum NoSuggestion {
 }
 
 impl ThresholdMap {
-    /// # Errors
-    /// [`NoSuggestion`] if the map has no errors to choose by.
+    /// Returns the thresholds to use, or [`NoSuggestion`] if the map has no errors to choose by.
     pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
         let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
         let conventional = self
