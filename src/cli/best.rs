@@ -54,12 +54,10 @@ pub struct BestJob {
     json: bool,
 }
 
-/// The JSON object that `best --json` prints.
 #[derive(Serialize)]
 struct Report<'a> {
     #[serde(flatten)]
     best: &'a Best,
-    /// Arguments of `fit` that fit the proposed model.
     fit: Option<&'a String>,
 }
 
@@ -103,7 +101,7 @@ impl Work for BestJob {
         };
         if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
-            // Ctrl-C stopped the search only; the export of its result has its own progress.
+            // Ctrl-C stopped the search only; the export has its own progress.
             let progress = Progress::default();
             let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;

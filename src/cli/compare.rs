@@ -57,7 +57,6 @@ pub struct CompareJob {
     json: bool,
 }
 
-/// A row of the JSON array that `compare --json` prints.
 #[derive(Serialize)]
 struct Row<'a> {
     #[serde(flatten)]
@@ -89,7 +88,6 @@ impl<'a> Row<'a> {
     }
 }
 
-/// Returns the table of models with the errors on these samples.
 fn table(rows: &[Row<'_>], sets: &[ScoreSet]) -> Table {
     let titles: Vec<String> = sets.iter().map(|set| format!("RMSE, {}", set.label())).collect();
     let axes = rows.first().map_or(&[][..], |row| row.axes);

@@ -198,7 +198,6 @@ fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) 
     }
 }
 
-/// Returns the errors of the factory calibration on the same recordings.
 fn factory_scores(
     path: &Path,
     request: &Request,
@@ -214,7 +213,7 @@ fn factory_scores(
     Ok(analyse(&request, &Progress::default())?.factory)
 }
 
-/// Returns a progress line of a training. Its cross-validation, if any, takes `cost` times as long.
+/// Returns a progress line of a training, whose cross-validation, if any, takes `cost` times as long.
 fn step_text(step: &TrainingStep, cost: f64) -> String {
     let TrainingStep::Epoch(report) = step else {
         let left = step.time_left().as_secs_f64();
@@ -235,7 +234,6 @@ fn step_text(step: &TrainingStep, cost: f64) -> String {
     format!("epoch {epoch} of {epochs}, loss {train_loss:.5}{held_out}, {left:.0} s left{then}")
 }
 
-/// The JSON object that `fit --json` prints.
 #[derive(Debug, Serialize)]
 struct FitReport<'a> {
     simulated: bool,
@@ -246,7 +244,6 @@ struct FitReport<'a> {
     units: &'a [String],
     full_scale: &'a [f64],
     regressor: Regressor,
-    /// Thresholds of the first look-back.
     f_th: Option<f64>,
     t_th: Option<f64>,
     distance: Distance,

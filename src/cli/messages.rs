@@ -9,13 +9,13 @@ use crate::panicked::locked;
 use crate::progress::Progress;
 use crate::shown;
 
-/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them too.
+/// Writes one line to standard error, with control characters escaped. Errors are ignored, because the exit code reports them
+/// too.
 pub fn print_message(message: &dyn Display) {
     let message = shown::message(message);
     let _ = writeln!(io::stderr(), "loopscope: {message}");
 }
 
-/// Messages of a job.
 #[derive(Debug, Default)]
 pub struct Messages(Mutex<State>);
 
@@ -32,13 +32,11 @@ impl Messages {
         locked(&self.0)
     }
 
-    /// Prints an error.
     pub fn error(&self, error: &dyn Display) {
         self.end_line();
         print_message(error);
     }
 
-    /// Prints a note.
     pub fn note(&self, note: impl Display) {
         self.error(&format_args!("note: {note}"));
     }
@@ -58,25 +56,21 @@ impl Messages {
         self.state().findings.clone()
     }
 
-    /// Prints that a file is skipped, and keeps the reason.
     pub fn left_out(&self, error: &dyn Display) {
         self.error(&format_args!("left out: {error}"));
         self.state().left_out.push(error.to_string());
     }
 
-    /// Returns the reason for each skipped file.
     pub fn files_left_out(&self) -> Vec<String> {
         self.state().left_out.clone()
     }
 
-    /// Shows the progress of the work.
     pub fn show(&self, progress: &Progress) {
         if let Some(fraction) = progress.fraction() {
             self.line(&format!("{:.0} %", 100.0 * fraction));
         }
     }
 
-    /// Replaces the progress line by this text.
     pub fn line(&self, text: &str) {
         let mut out = io::stderr();
         let mut state = self.state();
@@ -87,7 +81,6 @@ impl Messages {
         }
     }
 
-    /// Removes the progress line.
     pub fn end_line(&self) {
         if self.state().line.take().is_some() {
             let _ = write!(io::stderr(), "\r\x1b[K");

@@ -48,7 +48,7 @@ pub struct ReadArgs {
 }
 
 /// Moves the recordings with the most frequent gauges and axes to the front, because the first recording decides which others
-/// can be used. Their order is otherwise unchanged.
+/// can be used. The order is otherwise unchanged.
 fn usual_columns_first(all: &mut [Entry]) {
     let has_columns_of = |a: &Entry, b: &Entry| {
         let [a, b] = [a, b].map(|own| &own.recording);
@@ -96,7 +96,6 @@ impl ReadArgs {
         }
     }
 
-    /// Reads the column map.
     pub fn map(&self) -> Result<Option<ColumnMap>, JobError> {
         Ok(self.columns.as_deref().map(ColumnMap::read).transpose()?)
     }
@@ -194,8 +193,8 @@ impl ReadArgs {
         Ok(all)
     }
 
-    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its recording.
-    /// Prints what was done, and what looks wrong, on standard error.
+    /// Tares the recordings of a file and leaves out faulty samples, as the user asked. A long faulty interval splits its
+    /// recording. Prints what was done, and what looks wrong, on standard error.
     fn prepared(
         &self,
         run: &Run,
@@ -262,7 +261,6 @@ impl ReadArgs {
         }
     }
 
-    /// Tares a recording as the user asked.
     pub fn tared(&self, run: &Run, recording: Recording) -> Result<Recording, JobError> {
         let Some(tare) = self.tare else {
             return Ok(recording);

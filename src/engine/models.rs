@@ -1,7 +1,6 @@
 //! List of models: origin, result, and whether a model belongs to the present recordings.
 //!
 //! Guarantees: results stay when a run is cancelled. A run replaces results of the previous run, except pinned ones.
-//! Rows are identified by number.
 
 use std::sync::{Arc, Weak};
 
@@ -18,14 +17,11 @@ use crate::report::{Cell, Table};
 /// Default time (min) after which a search starts no further model.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
-/// Change of a row in the list.
 #[derive(Clone, Debug)]
 pub enum ModelChange {
     /// Pin or unpin: a pinned row stays when other models are tried.
     Pin(bool),
-    /// Rename.
     Name(String),
-    /// Remove from the list.
     Remove,
 }
 
@@ -35,20 +31,15 @@ enum Origin {
     Search(u64, usize),
     /// A comparison and the index of the candidate.
     Paper(u64, usize),
-    /// The user kept this model.
     Kept,
-    /// Model of the present settings.
     Present,
 }
 
-/// Row of the list.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Number that identifies the row.
     pub id: u64,
-    /// Name.
     pub name: String,
-    /// True if the row stays when other models are tried.
+    /// A pinned row stays when other models are tried.
     pub is_pinned: bool,
     pub model: Model,
     /// Recommendation of the search.
@@ -65,8 +56,7 @@ impl Row {
         !std::ptr::eq(self.recordings.as_ptr(), Arc::as_ptr(&project.recordings))
     }
 
-    /// Returns true if the document has the settings of this row. Full scales belong to the sensor and are not
-    /// compared.
+    /// Returns true if the document has the settings of this row; full scales belong to the sensor and do not count.
     pub fn is_present(&self, project: &Project) -> bool {
         let own = project.with_full_scale(self.model.settings.clone());
         project.applied.is_none() && own == project.settings
@@ -92,7 +82,6 @@ impl Models {
         self.n_runs
     }
 
-    /// Adds a row at the end of the list.
     fn push(
         &mut self,
         name: String,
@@ -119,7 +108,6 @@ impl Models {
         self.rows.iter().find(|row| row.id == id)
     }
 
-    /// Changes the row with this number, if it exists.
     pub(super) fn change(&mut self, id: u64, change: ModelChange) {
         let Some(at) = self.rows.iter().position(|row| row.id == id) else {
             return;
@@ -190,7 +178,6 @@ impl Models {
         (!candidates.is_empty()).then_some(Comparison { recordings, settings, candidates })
     }
 
-    /// Adds a model that the user keeps.
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         let kept = self.rows.iter().filter(|row| row.origin == Origin::Kept);
         let number = kept.count() + 1;

@@ -71,7 +71,6 @@ pub(super) fn of_file(name: &str, gauges: &[&str], axes: &[Axis]) -> Recording {
     recording(name, Source::File(name.into()), gauges, axes)
 }
 
-/// Opens one recording of this name from a file.
 #[track_caller]
 pub(super) fn add(project: &mut Project, name: &str, gauges: &[&str], axes: &[Axis]) {
     let refused = project.add(vec![vec![of_file(name, gauges, axes)]], |_| None);
@@ -106,7 +105,6 @@ pub(super) fn roles(project: &Project) -> Vec<Role> {
     entries.map(|entry| entry.role).collect()
 }
 
-/// Returns the calibration fitted to these recordings.
 pub(super) fn fitted(project: &Project) -> Arc<Calibration> {
     let analysis = analyse(&project.request(None), &Progress::default());
     analysis.unwrap().calibration
@@ -189,7 +187,6 @@ fn engine_with_built_in() -> Engine {
     engine
 }
 
-/// Returns the analysis of the present document.
 #[track_caller]
 fn analysed(engine: &mut Engine) -> Arc<Analysis> {
     settle(engine);
@@ -219,7 +216,7 @@ fn f_th(engine: &Engine) -> f64 {
     engine.project().settings.features.look_backs[0].f_th
 }
 
-/// Writes a file with a recording of this name in `folder`. Without `header`, its columns have no names.
+/// Writes a recording of this name in `folder`. Without `header`, its columns have no names.
 fn write_recording(folder: &Path, name: &str, header: bool) -> PathBuf {
     let recording = of_file(name, &GAUGES, &FORCES);
     let mut text = String::new();
@@ -474,14 +471,12 @@ fn an_empty_document_has_no_problem() {
     assert_eq!(engine.problem(), None);
 }
 
-/// Asks for the metrology figures, as the metrology pane does.
 fn ask_figures(engine: &mut Engine) {
     if let Some(look) = engine.look(None, Question::Table(TableQuestion { of: TableOf::All })) {
         engine.ask::<AskFigures>(LookAt(look));
     }
 }
 
-/// Asks for the study of thresholds, as the thresholds pane does.
 fn ask_study(engine: &mut Engine) {
     if !engine.entries().is_empty() {
         engine.ask(study_of(engine.project()));
@@ -765,7 +760,6 @@ fn files_are_read_and_an_empty_list_does_nothing() {
     assert_eq!(names(engine.project()), ["a", "b"], "all files of the folder are opened");
 }
 
-/// A file that is opened repeatedly must not be read several times at once.
 #[test]
 fn files_are_read_one_after_another_and_once_however_often_they_are_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -934,7 +928,6 @@ fn a_cancelled_queue_of_imports_names_some_files_and_counts_the_rest() {
     assert_eq!(engine.project().recordings, before, "the loaded recordings stay");
 }
 
-/// Returns network settings with few samples and epochs.
 fn network(epochs: usize) -> FitSettings {
     let mut settings = FitSettings { regressor: Regressor::Network, ..FitSettings::default() };
     settings.network.hidden = vec![4];

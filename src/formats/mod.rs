@@ -37,7 +37,7 @@ mod number;
 mod opened;
 pub(crate) mod parquet;
 mod parts;
-pub mod text;
+pub(crate) mod text;
 mod xlsx;
 
 pub(crate) use arrays::{Array, Entry};

@@ -5,7 +5,6 @@ use crate::panicked::Panicked;
 use crate::progress::Cancelled;
 use crate::questions::thresholds::{GridError, NoSuggestion};
 
-/// Reason why there is no analysis.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum AnalysisError {

@@ -104,7 +104,7 @@ impl Engine {
         }
     }
 
-    /// Returns the training with the present settings. Its result is autosaved at once, even if the window is hidden.
+    /// Returns the training with the present settings, whose result is autosaved at once, even if the window is hidden.
     pub(super) fn training_of(&self, recordings: Arc<RecordingSet>) -> Train {
         let autosave = self.recovery.autosave();
         let request = Request {
@@ -129,7 +129,6 @@ impl Engine {
         }
     }
 
-    /// Searches for the best model, unless a search or comparison runs.
     pub(super) fn find_best(&mut self, time_limit: Duration) {
         if self.is_trying() {
             return;
@@ -184,7 +183,6 @@ impl Engine {
     }
 
     pub(super) fn save(&mut self, content: FileContent, path: PathBuf, existing: Existing) {
-        // The notice must contain the absolute path.
         let path = std::path::absolute(&path).unwrap_or(path);
         let inputs = self.project.files().map(Path::to_owned).collect();
         self.start(Task::write(content, path, existing, inputs));
@@ -245,7 +243,6 @@ impl Engine {
         self.begin_next();
     }
 
-    /// Starts the next request of the queue, if none runs.
     pub(super) fn begin_next(&mut self) {
         if self.tasks.iter().any(|task| task.turn.is_some()) {
             return;

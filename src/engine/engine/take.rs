@@ -3,7 +3,7 @@
 use super::*;
 
 impl Engine {
-    /// Takes the results of questions and tasks.
+    /// Takes the results of questions and tasks into the document.
     pub fn take(&mut self) {
         // Queried before taking answers: once a lane is idle, its answer can be taken.
         let have_ended = self.lane::<TryModels>().is_idle();
@@ -60,8 +60,7 @@ impl Engine {
         }
     }
 
-    /// Sets the thresholds that were found, unless the user has changed thresholds, recordings or roles in the
-    /// meantime.
+    /// Sets the thresholds that were found, unless the user has changed thresholds, recordings or roles.
     fn take_first_thresholds(&mut self) {
         let Some((recordings, before)) = &self.first_thresholds else { return };
         let study = self.lane::<StudyThresholds>();
@@ -186,7 +185,6 @@ impl Engine {
         }
     }
 
-    /// Replaces the loaded recordings by the simulated ones.
     pub(super) fn take_simulated(&mut self, set: RecordingSet) {
         // A session that was just opened with the built-in sensor is unchanged.
         let is_saved = self.entries().is_empty() && self.saved.is_some() && !self.is_unsaved();
@@ -210,7 +208,6 @@ impl Engine {
         self.prove();
     }
 
-    /// Records that a session was saved.
     pub(super) fn take_saved(
         &mut self,
         project: Project,

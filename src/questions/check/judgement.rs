@@ -7,8 +7,8 @@ use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
 
-/// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads per coefficient
-/// it is five by the count alone.
+/// Minimum ratio of a held-out error to that of the fit for a finding, if the error exceeds [`ERROR_MATTERS`]. With 1.25 loads
+/// per coefficient the ratio is five by the count alone.
 const RATIO_FAILS: f64 = 5.0;
 /// Minimum held-out error for a finding, as a share of full scale.
 const ERROR_MATTERS: f64 = 0.01;
@@ -71,7 +71,7 @@ impl Sufficiency {
             .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
     }
 
-    /// Returns the axes whose held-out errors are many times those of the fit, with the largest ratio.
+    /// Returns the finding of held-out errors that are many times those of the fit, with the largest ratio.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
         let times = self.left_out(false).filter_map(|(own, error)| {
             let least = 1e-9 * own.deviation;
@@ -98,7 +98,7 @@ impl Sufficiency {
         Some(found.costing(error / own.full_scale))
     }
 
-    /// Returns the finding that the loads move in fewer directions than axes.
+    /// Returns the finding that the loads move in fewer directions than there are axes.
     fn few_directions(&self, spread: &LoadSpread) -> Option<Finding> {
         let (n_moving, n) = (spread.n_moving(), spread.n_directions);
         let (direction, deviation) = spread.stiffest.as_ref().filter(|_| n < n_moving)?;
@@ -114,7 +114,7 @@ impl Sufficiency {
         Some(Finding::new(Id::FewDirections, Insufficient, seen).with(figures))
     }
 
-    /// Returns the axes whose loads mostly follow from those of the others.
+    /// Returns the finding of axes whose loads mostly follow from those of the others.
     fn move_together(&self) -> Option<Finding> {
         let tied = |own: &&AxisReach| own.inflation.is_some_and(|own| own >= INFLATION);
         let tied: Vec<&AxisReach> = self.axes.iter().filter(tied).collect();
@@ -136,7 +136,6 @@ impl AxisReach {
         format!("{} {}", significant(value, 3), self.axis.unit())
     }
 
-    /// Returns the finding that an axis with a rated load was loaded in one direction only.
     fn one_sided(&self) -> Option<Finding> {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
         let (some, other) = (up.max(down), up.min(down));
@@ -154,7 +153,6 @@ impl AxisReach {
         })
     }
 
-    /// Returns the finding that a rated load was not reached.
     fn not_reached(&self) -> Option<Finding> {
         if !self.rated || self.full_scale <= 0.0 || self.deviation == 0.0 {
             return None;

@@ -7,10 +7,10 @@
 //! comes with the loads, groups and samples that it is based on, and with the conditions that it does not cover.
 
 pub mod asked;
-pub mod limits;
+pub(crate) mod limits;
 pub(crate) mod limits_shown;
 pub mod query;
-pub mod rule;
+pub(crate) mod rule;
 pub(crate) mod shown;
 
 pub(crate) use limits_shown::limits_table;

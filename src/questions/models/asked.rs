@@ -14,7 +14,6 @@ use crate::same::same_where;
 /// Request to train a network or a kernel, which takes longer than a slider may wait. A stopped network keeps its best epoch.
 #[derive(Clone)]
 pub struct Train {
-    /// Recordings and settings.
     pub request: Request,
     /// Called with the result at once, even while the window draws nothing.
     pub on_trained: OnTrained,
@@ -22,22 +21,17 @@ pub struct Train {
 
 same_where!(Train: shared() value(request) besides(on_trained));
 
-/// Receives a calibration that was trained for this request.
 pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
 
-/// Progress and result of a training.
 #[derive(Clone, Debug, Default)]
 pub struct Trained {
     /// Reports of the network, one for each epoch.
     pub epochs: Vec<EpochReport>,
-    /// Present step.
     pub step: Option<TrainingStep>,
-    /// Trained calibration, at the end.
     pub calibration: Option<Arc<Calibration>>,
 }
 
 impl Trained {
-    /// Returns true if the calibration has a cross-validated error.
     pub fn is_cross_validated(&self) -> bool {
         let calibration = self.calibration.as_ref();
         calibration.is_some_and(|own| own.quality.compensated.cv_rmse.is_some())

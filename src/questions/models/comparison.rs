@@ -19,17 +19,14 @@ use crate::questions::models::training::train;
 use crate::questions::request::Request;
 use crate::recording::{RecordingSet, Role};
 
-/// Row of the comparison: a regressor and blocks, trained on a part of the samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Candidate {
-    /// Regressor.
     pub regressor: Regressor,
-    /// Features.
     pub features: FeatureSettings,
     /// Decimation: 1 is the paper's pattern A, 10 its pattern B.
     pub decimation: usize,
-    /// True if only the recordings of the first programme are used for training. The paper has no such pattern; it adds the case
-    /// of few trajectories to that of few samples.
+    /// True if only the recordings of the first programme are used for training. The paper lacks this pattern, which adds the
+    /// case of few trajectories to that of few samples.
     pub few_trajectories: bool,
 }
 
@@ -140,8 +137,8 @@ pub fn paper_candidates(
     candidates
 }
 
-/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the first
-/// with several recordings.
+/// Returns the recordings with only the first group in the train role, or `None` if there are not at least two groups, the
+/// first with several recordings.
 fn few_trajectories(recordings: &RecordingSet) -> Option<RecordingSet> {
     let groups = recordings.groups();
     let training = recordings.entries().iter().zip(&groups.of).enumerate();
@@ -195,7 +192,6 @@ pub fn compare(
 }
 
 impl Candidate {
-    /// Returns the settings of the candidate, with the other settings from `common`.
     pub fn settings(&self, common: &FitSettings) -> FitSettings {
         FitSettings {
             regressor: self.regressor,
@@ -205,7 +201,6 @@ impl Candidate {
         }
     }
 
-    /// Returns the amount of work, in passes over all samples.
     fn weight(&self, settings: &FitSettings) -> u64 {
         let passes = match self.regressor.learner() {
             None => 1,

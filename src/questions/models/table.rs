@@ -11,13 +11,10 @@ use crate::questions::thresholds::ScoreSet;
 use crate::recording::{Axis, RecordingSet, Role};
 use crate::report::{Cell, Column, Table};
 
-/// Number of estimator steps that are timed.
 const TIMED_STEPS: usize = 2_000;
 
-/// Cost of a calibration at run time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
-    /// Number of coefficients.
     pub coefficients: usize,
     /// Size of an export in single precision, numbers and state, at the sample rate of the recordings (bytes).
     pub bytes: usize,
@@ -31,21 +28,17 @@ fn nan_if_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
 
-/// Settings with their results.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Model {
-    /// Settings that reproduce the model.
     #[serde(skip)]
     pub settings: FitSettings,
-    /// Axes in the order of the scores.
     pub axes: Vec<Axis>,
-    /// RMSE per axis.
     #[serde(flatten)]
     pub scores: Scores,
     /// Standard deviation of the cross-validated RMSE over the folds, per axis; empty if the folds are unknown.
     pub cv_spread: Vec<f64>,
-    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on the scale of
-    /// [`relative`](Self::relative); `None` if the folds are unknown.
+    /// Standard error of the difference of the mean squared error to the conventional one, over blocks of held-out samples, on
+    /// the scale of [`relative`](Self::relative); `None` if the folds are unknown.
     pub spread: Option<f64>,
     /// Description of the held-out parts; may be empty.
     #[serde(skip)]
@@ -53,9 +46,7 @@ pub struct Model {
     /// Scores of the conventional calibration on the same samples.
     #[serde(skip)]
     pub conventional: Scores,
-    /// Cost at run time.
     pub cost: Cost,
-    /// Number of training samples.
     pub n_train: u64,
     /// Ridge of the linear part, per axis.
     #[serde(skip)]
@@ -68,7 +59,6 @@ pub struct Model {
 }
 
 impl Model {
-    /// Creates the model of a calibration that was fitted to these recordings.
     pub fn fitted(
         settings: FitSettings,
         calibration: &Arc<Calibration>,
@@ -115,7 +105,6 @@ pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     conventional_rmse.iter().map(weight).collect()
 }
 
-/// Returns the cost of a calibration at run time.
 fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     let design = calibration.design();
     let coefficients = calibration.n_coefficients();
@@ -143,20 +132,16 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
     }
 }
 
-/// Mark of a model in a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mark {
-    /// Not recommended, or not from a search.
     #[default]
     None,
     /// Smallest model that is nearly as accurate as the most accurate one.
     Smallest,
-    /// Most accurate model.
     Proposed,
 }
 
 impl Mark {
-    /// Returns the cell before the model's name.
     pub fn cell(self) -> Cell {
         match self {
             Self::Proposed => Cell::words("→").about("Proposed: the most accurate"),
@@ -169,11 +154,8 @@ impl Mark {
 /// Name of the column that the table is sorted by.
 pub const RELATIVE: &str = "relative RMSE";
 
-/// Row of the table of models.
 pub struct ModelRow<'a> {
-    /// Mark.
     pub mark: Cell,
-    /// Name.
     pub name: &'a str,
     /// Amount of data as named in the paper; empty if the settings give it.
     pub data: &'a str,
@@ -289,7 +271,6 @@ fn error(model: &Model, axis: Axis, set: ScoreSet, is_spread: bool) -> Cell {
 mod tests {
     use super::*;
 
-    /// An axis that is always zero has no weight.
     #[test]
     fn an_axis_without_error_does_not_count() {
         assert_eq!(weights(&[2.0, 0.0]), [0.25, 0.0]);

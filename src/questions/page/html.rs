@@ -21,7 +21,6 @@ const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
 const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
-/// Returns the whole page.
 pub(super) fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
     let count = |role: Role| {
@@ -97,7 +96,6 @@ pub(super) fn html_of(report: &ReportData) -> String {
     filled_markup(include_str!("report.html"), values)
 }
 
-/// Returns a result as a value of the template, or the reason why there is none.
 fn or_reason<T>(found: &Result<T, String>, shown: impl FnOnce(&T) -> Value) -> Value {
     match found {
         Ok(found) => shown(found),

@@ -243,7 +243,6 @@ fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str
     chosen.into_iter().find_map(|(role, why)| Some((in_role(role)?, why)))
 }
 
-/// Returns the recordings that loops and figures are measured on.
 fn measured_recordings(of: TableOf) -> String {
     let words = match of {
         TableOf::Test => "the test recordings",
@@ -346,7 +345,6 @@ fn curves(
     ReportCurves { plots, about }
 }
 
-/// Measures the loops of these recordings.
 struct Looker<'a> {
     viewer: Viewer,
     request: LookRequest,

@@ -28,14 +28,12 @@ const TRACES_SHARE: f32 = 0.55;
 const MARKS_APART: usize = 8;
 /// Minimum number of columns of a saved figure.
 const PRINTED_COLUMNS: usize = figure::STANDS_ALONE.0 as usize;
-/// Height of a cell, and whether it has the time axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub height: f32,
     pub time_axis: Option<f32>,
 }
 
-/// Visible time and samples.
 struct Visible {
     time: (f64, f64),
     samples: Range<usize>,
@@ -221,7 +219,6 @@ fn value_range(shown: &[(Trace, &Arc<Series>)], samples: &Range<usize>, kind: Ki
     (low - margin, high + margin)
 }
 
-/// Returns the recordings on screen.
 fn visible_segments<'a>(
     traces: &'a TraceSet,
     samples: &Range<usize>,
@@ -251,7 +248,6 @@ fn columns_of(traces: &TraceSet, visible: &Visible, columns: usize) -> Vec<Colum
         .collect()
 }
 
-/// Returns the figure of the pane for a file.
 fn printed(
     shown: &[(Trace, &Arc<Series>)],
     traces: &TraceSet,
@@ -303,7 +299,6 @@ fn shade_band(
     plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
 }
 
-/// Shades intervals without past samples.
 fn shade_without_past(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
@@ -370,7 +365,6 @@ fn shade_faulty(
     }
 }
 
-/// Marks the borders between recordings.
 fn separate_segments(
     plot: &mut PlotUi<'_>,
     traces: &TraceSet,
