@@ -1,5 +1,4 @@
-//! Zero and sensitivity of each gauge in each recording, and the single fault that best explains a contradiction between
-//! recordings.
+//! Zero and sensitivity of each gauge in each recording, and the single fault that best explains why recordings disagree.
 //!
 //! The model is `gauge = zero + sensitivity · (A · load)`, with A fitted to the other recordings. It needs only the sums of
 //! contiguous units of each recording: one pass over the samples, then every fault is a refit of corrected sums.

@@ -19,8 +19,7 @@ const MOVES: (f64, f64) = (0.2, 15.0);
 const BEYOND: f64 = 0.05;
 /// Minimum number of clipped samples.
 const FEWEST: usize = 20;
-/// Minimum share of the other samples that agree with their expected values, and minimum share of clipped samples among those expected
-/// beyond the limit.
+/// Minimum share of other samples as expected, and minimum share of clipped samples among those expected beyond the limit.
 const MOST: f64 = 0.95;
 /// Lengths of the intervals in which a channel may be stuck, in samples.
 const WINDOWS: [usize; 3] = [64, 256, 1024];

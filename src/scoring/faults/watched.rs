@@ -250,8 +250,7 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Returns true if the channel should move where it does not. The first and last samples do not count, as a late reference may
-    /// still move there.
+    /// Returns true if the channel should move but does not, apart from the outer samples, where a late reference may move.
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
@@ -310,8 +309,7 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns true if the logger ends at an extreme: the value is repeated exactly, and the channel should move there,
-    /// mostly beyond it.
+    /// Returns true if the logger ends at an extreme: the value repeats exactly where the channel should move, mostly beyond.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own { resolution, span, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
@@ -444,7 +442,7 @@ fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
     found.iter().any(is_all)
 }
 
-/// Adds each run of such samples as a fault.
+/// Adds each run of samples that are true as a fault.
 pub(super) fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,

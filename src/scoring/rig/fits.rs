@@ -54,7 +54,6 @@ impl Shape {
 }
 
 impl Unit {
-    /// Returns the sums of the samples with changed columns.
     pub(super) fn changed(&self, change: &Mat<f64>) -> Self {
         Self { run: self.run, sums: changed(&self.sums, change) }
     }
@@ -106,7 +105,6 @@ pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
     sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
 }
 
-/// Returns the sums over some units.
 pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> Mat<f64> {
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }

@@ -22,8 +22,7 @@ const SHARE: f64 = 0.2;
 const OF_LOAD: f64 = 0.99;
 /// Minimum nonlinearity of a faulty gauge, as a share of its range. Makers of ordinary sensors state up to half a percent.
 const BENDS: f64 = 0.005;
-/// Minimum ratio of the share that a nonlinearity explains of one gauge to that of each other. If all gauges have it, it belongs to the
-/// sensor.
+/// Minimum ratio of the share that a nonlinearity explains of one gauge to any other's. If all have it, it is the sensor's.
 const OTHERS_BEND: f64 = 4.0;
 /// Minimum mean rise of the gauges while a load stays at its maximum, times the root of the number of visits, over the error of the
 /// fit. Errors alone lower the middle of a visit by 0.8 and scatter by 1.2, so three is exceeded once in a thousand times.
