@@ -78,7 +78,6 @@ impl PosePart {
 }
 
 impl ColumnRole {
-    /// Returns all roles.
     pub fn all() -> impl Iterator<Item = Self> {
         let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
         [Self::Gauge, Self::Time]
@@ -90,7 +89,7 @@ impl ColumnRole {
             .chain([Self::Mount])
     }
 
-    /// Returns the name in the file of a map.
+    /// Returns the name in map files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ignore => "ignore",
@@ -135,7 +134,6 @@ impl From<ColumnRole> for &'static str {
     }
 }
 
-/// A name that no role has.
 #[derive(Debug, thiserror::Error)]
 #[error("a column cannot be \"{name}\"; use one of: {known}")]
 pub struct UnknownRole {
