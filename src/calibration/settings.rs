@@ -128,6 +128,7 @@ impl Regressor {
     pub const ALL: [Self; 5] =
         [Self::Linear, Self::Network, Self::Kernel, Self::HybridNetwork, Self::HybridKernel];
 
+    /// Returns the nonlinear part, or `None` for the linear regressor.
     pub fn learner(self) -> Option<Learner> {
         match self {
             Self::Linear => None,

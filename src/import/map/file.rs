@@ -28,12 +28,14 @@ struct Start {
 }
 
 impl ColumnMap {
+    /// Reads and checks the map in a file.
     pub fn read(path: &Path) -> Result<Self, MapFileError> {
         let io_error = |source| MapFileError::Io { path: path.to_owned(), source };
         let text = read_small(path, "a column map", MAP_BYTES_LIMIT).map_err(io_error)?;
         Self::from_json(&text).map_err(|source| MapFileError::Map { path: path.to_owned(), source })
     }
 
+    /// Reads and checks a map in JSON.
     pub fn from_json(text: &[u8]) -> Result<Self, MapError> {
         if text.trim_ascii_start().first() != Some(&b'{') {
             return Err(MapError::NotAMap);

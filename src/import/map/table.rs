@@ -82,7 +82,7 @@ pub struct ColumnRule {
     pub name: Option<String>,
     /// Unit of the values, by default that in the header, else derived from the values (times) or SI (loads, positions).
     ///
-    /// A gauge or an auxiliary channel may have any label (known: `degC`, `K`, `degF`, `V`, `mV`, `%`), an angle `rad` or `deg`,
+    /// A gauge or an auxiliary channel has any label (known: `degC`, `K`, `degF`, `V`, `mV`, `%`), an angle `rad` or `deg`,
     /// and a time `s`, `ms`, `us`, `ns`, `samples`, `iso8601`, `d.m.y`, `m/d/y`, `d/m/y` or `h:m:s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
