@@ -87,8 +87,8 @@ pub struct ThresholdAges<'a> {
     pub t_ths_secs: &'a [f64],
 }
 
-/// Returns the products of each piece by age, otherwise like [`recording_sums`](crate::calibration::recording_sums), or
-/// like [`cold_sums`](crate::calibration::cold_sums) if `is_cold`. Panics as they do, or if the design has no look-back.
+/// Returns the products of each piece by age, otherwise like [`recording_sums`](crate::calibration::recording_sums), or from
+/// a cold start at each piece if `is_cold`. Panics as that function does, or if the design has no look-back.
 pub fn aged_sums(
     design: &Design,
     conventional: PresentLoads<'_>,

@@ -218,9 +218,7 @@ pub enum SettingsError {
 }
 
 impl FitSettings {
-    ///
-    /// # Errors
-    /// [`SettingsError`] for the first value out of range.
+    /// Checks every value; the error is [`SettingsError`] for the first one out of range.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.features.validate()?;
         self.network.validate()?;

@@ -85,7 +85,7 @@ impl Recording {
         Ok((self.less_offsets(&offsets, tare), place))
     }
 
-    /// Returns a warning if the mean reference is not zero while the recording is tared, between these times (s after the start).
+    /// Returns a warning if the mean reference is not zero while the recording is tared, between these times (s after start).
     pub fn loaded_while_tared(&self, (from, to): (f64, f64)) -> Option<String> {
         let samples = self.samples_between(from, to);
         if self.axes().is_empty() || samples.is_empty() || is_unloaded(self, samples.clone()) {

@@ -78,7 +78,7 @@ impl PosePart {
 }
 
 impl ColumnRole {
-    /// Returns all roles, in the order of the window's list.
+    /// Returns all roles.
     pub fn all() -> impl Iterator<Item = Self> {
         let poses = PosePart::VARIANTS.iter().copied().map(Self::Pose);
         [Self::Gauge, Self::Time]
