@@ -190,7 +190,7 @@ pub fn estimate_weight(
         moment_rms: None,
         n_samples: rotations.len(),
     };
-    // Twice the sum of products of variances along two directions. The result is zero if gravity turned along only one direction.
+    // Twice the sum of products of variances along two directions: zero if gravity turned along only one direction.
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     if let Some(moments) = moments

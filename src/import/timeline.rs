@@ -6,7 +6,7 @@ use crate::recording::gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pa
 use crate::recording::median;
 use crate::recording::units::TimeUnit;
 
-/// Minimum number of pauses that are taken for the rhythm of a logger that writes rows in bursts. The pauses must also be more frequent than one step in [`STEPS_PER_BURST`].
+/// Minimum number of pauses that count as the rhythm of a logger that writes rows in bursts; see [`STEPS_PER_BURST`].
 const FEWEST_BURSTS: usize = 20;
 /// Maximum mean number of steps per burst, see [`FEWEST_BURSTS`].
 const STEPS_PER_BURST: usize = 50;
@@ -19,9 +19,9 @@ const SLOWEST_STEP_SECS: f64 = 60.0;
 
 const UNITS: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
-/// Minimum median step of whole numbers in microseconds. Steps of 1000 are taken as microseconds at 1 kHz, not as milliseconds at 1 Hz.
+/// Minimum median step of whole numbers in microseconds: steps of 1000 are microseconds at 1 kHz, not milliseconds at 1 Hz.
 const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
-/// Minimum median step of times in nanoseconds. Steps of 333,000 are taken as nanoseconds at 3 kHz, not as microseconds at 3 Hz.
+/// Minimum median step of times in nanoseconds: steps of 333,000 are nanoseconds at 3 kHz, not microseconds at 3 Hz.
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Starts of recordings and repeated times.

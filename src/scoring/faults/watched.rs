@@ -16,7 +16,7 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
-/// Maximum ratio of the error of a fit to all samples to that without the dwells of a load, for a load that is set and not stuck.
+/// Maximum ratio of a fit's error with the dwells of a load to the error without, for a load that is set and not stuck.
 const SET: f64 = 4.0;
 /// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);

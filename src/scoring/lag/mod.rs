@@ -38,8 +38,8 @@ use crate::progress::{Cancelled, Progress};
 const LEAST_SHARE: f64 = 0.02;
 /// Maximum uncertainty (two standard errors) in samples. A lag is reported if it is within this or the next limit.
 ///
-/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: 225 lags are within
-/// one of the limits, and 8 of them are wrong by more than a tenth of a sample and 3 %. 25 lags are beyond both limits, and 24 of them are wrong by more.
+/// Measured on 100 simulated sensors with lags up to five samples, play up to 10 % and noise up to 1 %: of 225 lags within one
+/// of the limits, 8 are wrong by more than a tenth of a sample and 3 %; of 25 lags beyond both limits, 24 are.
 const MOST_SAMPLES: f64 = 0.25;
 /// Maximum uncertainty as a share of the lag.
 const MOST_SHARE: f64 = 0.07;

@@ -1,4 +1,4 @@
-//! Simulated sensors with known lag and play. The simulator is separate from the built-in sensor, and has twenty steps per sample.
+//! Simulated sensors with known lag and play, from a separate simulator with twenty steps per sample.
 
 use super::*;
 use crate::random::Random;

@@ -364,7 +364,7 @@ mod tests {
         ]
     }
 
-    /// Returns the steps of paths in pixels. Paths are cut at values that are not finite, and a single sample is a step of length zero.
+    /// Returns the steps of paths in pixels, cut at values that are not finite. A single sample is a step of length zero.
     fn steps(paths: &[Vec<[f64; 2]>]) -> Vec<[[f64; 2]; 2]> {
         let place = |[load, output]: [f64; 2]| [30.0 * (load + 1.0), 10.0 * (output + 2.0)];
         let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());

@@ -1,4 +1,4 @@
-//! Faults of a rig as corrections. Each correction is refitted. It is named only if it reduces the held-out error by an amount that
+//! Faults of a rig as corrections. A refitted correction is named only if it reduces the held-out error by an amount that
 //! matters and that chance does not explain.
 
 use faer::Mat;
@@ -30,8 +30,8 @@ const REFITTED: usize = 40;
 const STEPS: usize = 6;
 /// Penalty of a parameter: half the logarithm of the number of units, over twice that number.
 const PARAMETER: f64 = 0.033;
-/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a quarter, its mean
-/// square is 3.25 times as large, and the noise, which is a part of it, increases by more.
+/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a
+/// quarter, its mean square is 3.25 times as large, and the noise, which is a part of it, increases by more.
 const NOISIER: f64 = 1.8;
 /// Maximum factor of one gauge's sensitivity, and inverse of the minimum. Beyond it, the gauge would have no weight.
 const MOST_OF_GAUGE: f64 = 20.0;
@@ -87,8 +87,8 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs with the fault.
     pub place: Where,
-    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as a share
-    /// of full scale.
+    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as
+    /// a share of full scale.
     pub values: Vec<f64>,
     /// Held-out error with the fault, as a share of full scale.
     pub with: f64,
@@ -545,8 +545,8 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// Returns the run with more noise, or with an unusually large error although its loads are usual. Fewer than four runs do not
-    /// show which run it is.
+    /// Returns the run with more noise, or with an unusually large error under usual loads. Fewer than four runs do not show
+    /// which run it is.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
         if n < ENOUGH_RUNS {

@@ -211,7 +211,7 @@ impl Forward {
         [along(0), squares, along(shape.gauge(gauge))]
     }
 
-    /// Returns zero and sensitivity of a gauge in some samples of a run, each with its weight. The sensitivity is around the run's means.
+    /// Returns zero and sensitivity (around the run's means) of a gauge in some samples of a run, each with its weight.
     pub fn shown(
         &self,
         sums: &Mat<f64>,
