@@ -186,8 +186,8 @@ impl Design {
         coefficients
     }
 
-    /// Converts one row of coefficients from standardised to raw columns, except those of monomials, which are always products
-    /// of standardised gauges.
+    /// Converts one row of coefficients from standardised to raw columns. Those of monomials do not change, because monomials
+    /// are always products of standardised gauges.
     pub fn raw_coefficients(&self, coefficients: &[f64]) -> Vec<f64> {
         let g = self.n_gauges();
         let mut raw = coefficients.to_vec();

@@ -80,7 +80,7 @@ impl Drift {
         self.start + self.amplitude * risen(secs, self.fitted_tau_secs)
     }
 
-    /// Returns true if the means of the first and the last tenth differ by more than three standard errors of the drift.
+    /// Returns true if the fitted change exceeds three standard errors of the difference between the means of two tenths.
     pub fn is_significant(&self) -> bool {
         let error = self.noise * (20.0 / self.n_samples as f64).sqrt();
         self.size.abs() > SIGNIFICANT * error
