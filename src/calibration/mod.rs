@@ -1,5 +1,4 @@
-//! Calibration from gauges to load: sums over recordings, linear least squares, network and kernel, and the calibration
-//! file.
+//! Calibration from gauges to load: sums over recordings, least squares, network and kernel, and the calibration file.
 
 mod aged_sums;
 #[expect(clippy::module_inception, reason = "the main type has the name of the module")]

@@ -1,5 +1,3 @@
-//! Reasons why there are no cross-validation errors.
-
 use crate::calibration::settings::Learner;
 use crate::shown::counted;
 
@@ -32,7 +30,7 @@ pub enum NoCrossValidation {
 }
 
 impl NoCrossValidation {
-    /// Returns the reason for a fit that has no cross-validation errors although it was fitted here.
+    /// Returns the reason why a fit that was made here has no cross-validation errors.
     pub fn of(learner: Option<Learner>) -> Self {
         match learner {
             Some(Learner::Network) => Self::Network,

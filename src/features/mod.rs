@@ -1,12 +1,11 @@
 //! Features of a sample: its gauges, and the columns of each chosen block.
 //!
-//! The look-back (Eq. 9-12, [`look_back`]) comes first; it selects the past sample by the load. The other blocks are
-//! listed in [`BLOCKS`]. Each is one file that implements [`Block`]; window, command line, exports and guide need
-//! nothing else.
+//! The look-back (Eq. 9-12, [`look_back`]) comes first; it selects the past sample by the load. The other blocks are listed
+//! in [`BLOCKS`]. Each is one file that implements [`Block`]; window, command line, exports and guide need nothing else.
 //!
 //! Blocks are causal, run in bounded memory and start anew in each recording. Columns enter the fit *standardised*
-//! ([`GaugeScale`]). Past gauges are fitted relative to the present (`(s_past − s) / scale`): a past that equals the
-//! present gives zero, and the result is the conventional calibration. [`Design::columns`] lists the columns.
+//! ([`GaugeScale`]), past gauges relative to the present (`(s_past − s) / scale`): a past that equals the present gives zero,
+//! and the result is the conventional calibration. [`Design::columns`] lists the columns.
 
 mod block;
 mod blocks;

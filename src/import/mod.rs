@@ -1,7 +1,7 @@
 //! Recordings from files with one row per sample: text as loggers and spreadsheets write it, or arrays of numbers.
 //!
-//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its
-//! line (rows of arrays count as lines). Wrong data never panics. A text file is never held in memory.
+//! Guarantees: all values are finite and in SI units. A row is used completely, or skipped with a warning that gives its line
+//! (rows of arrays count as lines). Wrong data never panics. A text file is never held in memory.
 //!
 //! | module | contents |
 //! |---|---|

@@ -1,6 +1,5 @@
-//! Measured data: recordings, their roles, and the simulated sensor.
-//!
-//! All values are in SI units (s, N, N·m). Units are converted where files are read or written.
+//! Measured data in SI units (s, N, N·m): recordings, their roles, and the simulated sensor. Units are converted where files
+//! are read or written.
 
 mod auxiliary;
 mod axis;

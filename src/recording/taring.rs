@@ -1,7 +1,7 @@
 //! Taring: subtracts the mean gauge readings of an unloaded interval, for each recording on its own.
 //!
-//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist,
-//! or a recording that is never quiet, is an error.
+//! Guarantees: taring subtracts one number from each gauge and changes nothing else. An interval that does not exist, or a
+//! recording that is never quiet, is an error.
 
 use std::ops::Range;
 
@@ -32,7 +32,6 @@ impl Advice for TareError {
     }
 }
 
-/// Reason why a recording cannot be tared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TareError {
     #[error(
@@ -54,8 +53,7 @@ pub enum TareError {
 }
 
 impl Recording {
-    /// Returns the recording minus its mean gauge readings over an interval, and the start and end of the interval (s
-    /// from the first sample).
+    /// Returns the recording minus its mean gauge readings over an interval, and the interval (s from the first sample).
     ///
     /// # Errors
     /// [`TareError`] if the interval has no sample, or if no interval is both quiet and unloaded.

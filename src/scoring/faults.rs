@@ -19,7 +19,6 @@ use crate::scoring::faults::watched::{Expected, Own, Watched, joined, push_runs}
 /// Maximum share of samples at which an auxiliary channel drops out; a channel with more is a switch.
 const DROPOUT_SHARE: f64 = 0.05;
 
-/// Faults of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Faults in order of kind, channel and time.
@@ -37,7 +36,6 @@ impl Faults {
         joined(ranges)
     }
 
-    /// Returns the number of samples that cannot be used.
     pub fn n_samples(&self) -> usize {
         self.samples().iter().map(ExactSizeIterator::len).sum()
     }
@@ -64,8 +62,7 @@ impl Faults {
         words.collect()
     }
 
-    /// Returns the recording without its unusable samples: one recording, several if history must not cross the missing
-    /// interval, or none if no sample remains.
+    /// Returns the recording without unusable samples: none if no sample remains, several if history must not cross the gap.
     pub fn left_out_of(&self, recording: &Recording, range: &ValidRange) -> Vec<Recording> {
         let left_out = LeftOut {
             of: recording.name().to_owned(),
@@ -113,7 +110,6 @@ pub fn faults_of(recordings: &[&Recording], range: &ValidRange) -> Vec<Faults> {
     all.into_iter().flatten().collect()
 }
 
-/// Returns the faults of a recording by its channels and their properties.
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
     let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
     let loads = (0..recording.axes().len()).map(Channel::Load);

@@ -5,7 +5,6 @@ use crate::min_max::MinMax;
 /// Smallest share of an axis' variance along a direction for which the loads count as moving in it.
 const DIRECTION: f64 = 1e-3;
 
-/// Mean, spread and correlation of the loads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadSpread {
     /// Standard deviation of each axis.
@@ -14,15 +13,13 @@ pub struct LoadSpread {
     pub correlations: Vec<Option<f64>>,
     /// Share of each axis' variance that the other axes do not explain: 1 for an axis that moves independently.
     pub inflations: Vec<Option<f64>>,
-    /// Combination of axes that moves least, in standard deviations of each axis, and its standard deviation. `None` with
-    /// fewer than two moving axes.
+    /// Combination of axes that moves least, in deviations of each axis, and its deviation; `None` below two moving axes.
     pub stiffest: Option<(Vec<f64>, f64)>,
     /// Number of independent directions in which the loads move.
     pub n_directions: usize,
 }
 
 impl LoadSpread {
-    /// Returns the spread of these loads.
     pub fn of<'a>(loads: impl Iterator<Item = &'a [f64]> + Clone, ranges: &[MinMax]) -> Self {
         let n_axes = ranges.len();
         let n = loads.clone().count().max(1) as f64;
@@ -76,7 +73,6 @@ impl LoadSpread {
         Self { deviations, correlations, inflations, stiffest, n_directions }
     }
 
-    /// Returns the number of axes that move.
     pub fn n_moving(&self) -> usize {
         self.deviations.iter().filter(|own| **own > 0.0).count()
     }

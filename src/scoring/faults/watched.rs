@@ -16,7 +16,7 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
-/// Maximum ratio of the error of a fit to all samples to that without the dwells of a load, for a load that is set and not stuck.
+/// Maximum ratio of a fit's error with the dwells of a load to the error without, for a load that is set and not stuck.
 const SET: f64 = 4.0;
 /// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
@@ -245,8 +245,7 @@ impl Watched<'_> {
         self.recording.n_samples()
     }
 
-    /// Returns true if the channel should move where it does not. The first and last samples do not count, as a late reference may
-    /// still move there.
+    /// Returns true if the channel should move but does not, apart from the outer samples, where a late reference may move.
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         let outer = if self.recording.is_static() { 0 } else { STUCK_SAMPLES.min(run.len() / 4) };
@@ -424,7 +423,7 @@ fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
     found.iter().any(is_all)
 }
 
-/// Adds each run of such samples as a fault.
+/// Adds each run of samples that are true as a fault.
 pub(super) fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,

@@ -1,4 +1,4 @@
-//! Faults of a rig as corrections. Each correction is refitted. It is named only if it reduces the held-out error by an amount that
+//! Faults of a rig as corrections. A refitted correction is named only if it reduces the held-out error by an amount that
 //! matters and that chance does not explain.
 
 use faer::Mat;
@@ -14,8 +14,7 @@ use crate::scoring::rig::{Rig, Unit, chance};
 const MATTERS: f64 = 0.84;
 /// The same for a drift in a single recording: slow changes of hysteresis leave 0.75.
 const MATTERS_ALONE: f64 = 0.7;
-/// Minimum change of the load by a tare, as a share of the change that reduces the error by as much as matters. An estimated
-/// change is smaller by chance.
+/// Minimum change of the load by a tare, relative to the change that reduces the error enough. Estimates are smaller by chance.
 const SHIFT: f64 = 0.8;
 /// Minimum reduction of the held-out error, as a share of full scale: one step of a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
@@ -31,8 +30,8 @@ const REFITTED: usize = 40;
 const STEPS: usize = 6;
 /// Penalty of a parameter: half the logarithm of the number of units, over twice that number.
 const PARAMETER: f64 = 0.033;
-/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a quarter, its mean
-/// square is 3.25 times as large, and the noise, which is a part of it, increases by more.
+/// Minimum ratio of the noise of a gauge in one run to that in every other. If one of four runs increases the error by a
+/// quarter, its mean square is 3.25 times as large, and the noise, which is a part of it, increases by more.
 const NOISIER: f64 = 1.8;
 /// Maximum factor of one gauge's sensitivity, and inverse of the minimum. Beyond it, the gauge would have no weight.
 const MOST_OF_GAUGE: f64 = 20.0;
@@ -88,8 +87,8 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs with the fault.
     pub place: Where,
-    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as a share
-    /// of full scale.
+    /// Factor of the sensitivity or of the reference's scale, or angle (rad). For a tare or a drift, the change of each load as
+    /// a share of full scale.
     pub values: Vec<f64>,
     /// Held-out error with the fault, as a share of full scale.
     pub with: f64,
@@ -269,7 +268,6 @@ impl Rig {
         }
     }
 
-    /// Returns the mean of a gauge, in its scale.
     fn offset(&self, gauge: usize) -> f64 {
         self.scales[gauge].0 / self.scales[gauge].1
     }
@@ -363,7 +361,7 @@ impl Rig {
         }
     }
 
-    /// Zeros that follow time, or a step in place of time.
+    /// Refits zeros that change with time, or with a step in place of time.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let shape = &self.shape;
         let in_step = |(own, here): (&Unit, &bool)| {
@@ -547,8 +545,8 @@ impl Rig {
         self.error(&others.collect::<Vec<_>>())
     }
 
-    /// Returns the run with more noise, or with an unusually large error although its loads are usual. Fewer than four runs do not
-    /// show which run it is.
+    /// Returns the run with more noise, or with an unusually large error under usual loads. Fewer than four runs do not show
+    /// which run it is.
     fn unlike(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
         let n = self.n_runs();
         if n < ENOUGH_RUNS {
@@ -595,7 +593,6 @@ impl Rig {
         fits::mean_error(&errors, units, |_| true)
     }
 
-    /// Returns the means over the units of each run.
     fn by_run(&self, values: &[Vec<f64>], weights: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let width = values.first().map_or(0, Vec::len);
         let of_run = |run: usize| {
@@ -661,8 +658,7 @@ impl Moments {
         over_variances(one, &(other * &self.loads), variances)
     }
 
-    /// Returns the step along these changes that explains most, and the squares over variance that it explains; `None` if the loads do
-    /// not determine it.
+    /// Returns the step along these changes that explains most, and its squares over variance; `None` if undetermined.
     fn step(&self, ways: &[Mat<f64>], variances: &[f64]) -> Option<(Vec<f64>, f64)> {
         let n = ways.len();
         let products = Mat::from_fn(n, n, |i, j| self.square(&ways[i], &ways[j], variances));
@@ -704,7 +700,7 @@ fn column_means(sums: &Mat<f64>) -> Vec<f64> {
     (0..sums.ncols()).map(|at| sums[(0, at)] / sums[(0, 0)].max(f64::MIN_POSITIVE)).collect()
 }
 
-/// The directions (x, y, z) about which a turn mixes axes.
+/// Returns the directions (x, y, z) about which a turn mixes axes.
 fn turns(axes: &[Axis]) -> Vec<usize> {
     let has = |at: usize| axes.contains(&Axis::ALL[at]);
     let others = |about: usize| [(about + 1) % 3, (about + 2) % 3];
@@ -715,7 +711,7 @@ fn turns(axes: &[Axis]) -> Vec<usize> {
     (0..3).filter(mixes).collect()
 }
 
-/// Change of loads, as shares of full scale, with a small turn about a direction: `about × load`.
+/// Returns the change of loads, as shares of full scale, with a small turn about a direction: `about × load`.
 fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| {
@@ -730,7 +726,7 @@ fn generator(shape: &Shape, about: usize) -> Mat<f64> {
     })
 }
 
-/// A turn by angles (rad) about the directions of [`turns`]: the exponential series, for angles below one.
+/// Returns a turn by angles (rad) about the directions of [`turns`]: the exponential series, for angles below one.
 fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     let n = shape.axes.len();
     let all = turns(&shape.axes).into_iter().zip(angles);
@@ -743,7 +739,7 @@ fn turned(shape: &Shape, angles: &[f64]) -> Mat<f64> {
     })
 }
 
-/// Two columns of loads exchanged, as they are in the file.
+/// Returns the exchange of two columns of loads, as they are in the file.
 fn exchanged(shape: &Shape, a: usize, b: usize) -> Mat<f64> {
     let n = shape.axes.len();
     Mat::from_fn(n, n, |i, j| match (i, j) {

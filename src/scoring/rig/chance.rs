@@ -3,8 +3,8 @@
 /// Minimum number of parts for a test of a difference.
 const FEWEST: usize = 3;
 
-/// Returns the probability that values follow a line in `x` this closely by chance; 1 with too few parts. With zeros and ones for `x`,
-/// it is the probability that the weighted means of two sides differ this much.
+/// Returns the probability that values follow a line in `x` this closely by chance; 1 with too few parts. For `x` of zeros
+/// and ones, it is the probability that the weighted means of two sides differ this much.
 ///
 /// It is an F test, with the effective number of directions of the scatter around the line (Satterthwaite).
 ///
