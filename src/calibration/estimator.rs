@@ -43,7 +43,6 @@ pub struct Estimator<'a> {
 
 /// Reason why a sample was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum SampleError {
     #[error("the sample has {actual} gauges, but the calibration needs {expected}")]
     Gauges { expected: usize, actual: usize },

@@ -10,5 +10,5 @@
 mod fitting;
 mod model;
 
-pub use fitting::{KernelFit, LinearStage, RowBlock, Rows, TakeRows};
-pub use model::{Band, GridEdge, Kernel, KernelError, KernelScratch, KernelSettings, LANDMARKS};
+pub use fitting::{LinearStage, RowBlock, Rows, TakeRows};
+pub use model::{GridEdge, Kernel, KernelError, KernelScratch, KernelSettings, LANDMARKS};

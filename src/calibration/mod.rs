@@ -32,7 +32,7 @@ pub(crate) use calibration::{
     BlockRidge, FactoryScores, NEVER_REACHED, Past, Quality, Scores, Undetermined,
     history_step_by_rate, learned_inputs, past_samples,
 };
-pub(crate) use choice::{Blocks as ErrorBlocks, Choice, Refusal};
+pub(crate) use choice::{Blocks as ErrorBlocks, Refusal};
 pub(crate) use choice::{HARM, NEARLY, SHARES, best_share, simplest_good, weighed};
 pub(crate) use coefficient_errors::CoefficientErrors;
 pub(crate) use coefficient_errors::MOST_FEATURES;
@@ -41,7 +41,6 @@ pub(crate) use cross_validation::CrossValidation;
 pub(crate) use error::{CalibrationError, FORMAT, VERSION};
 pub use estimator::Estimator;
 pub(crate) use estimator::STRAYS;
-pub(crate) use estimator::SampleError;
 pub(crate) use expected_error::{AxisExpectedError, ExpectedError, HeldOut};
 pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};

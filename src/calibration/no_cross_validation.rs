@@ -3,7 +3,6 @@ use crate::shown::counted;
 
 /// Reason why there are no cross-validation errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum NoCrossValidation {
     #[error("nothing was left out")]
     NotDone,

@@ -28,7 +28,6 @@ pub use column::Column;
 pub(crate) use column::ColumnKind;
 pub use design::Design;
 pub(crate) use design::FeatureStream;
-pub(crate) use design::OfBlock;
 pub(crate) use gauge_scale::GaugeScale;
 pub(crate) use look_back::{Distance, F_TH, HISTORY_RATE, LiveLookBack, T_TH};
 pub use look_back::{LoadPath, Thresholds};

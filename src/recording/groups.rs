@@ -66,7 +66,6 @@ const ROLES: [&str; 3] = ["train", "training", "test"];
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum GroupedBy {
     #[default]
     Recording,

@@ -86,7 +86,6 @@ pub struct Layout {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum LayoutError {
     #[error(
         "{name}: the gauges are {}, but {} in the other recordings; use recordings of one sensor",

@@ -110,7 +110,6 @@ fn plain(unit: &str) -> Option<String> {
 
 /// A unit in which loggers write time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names are the documentation")]
 pub enum TimeUnit {
     Seconds,
     Milliseconds,

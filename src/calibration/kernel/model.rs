@@ -60,7 +60,6 @@ pub enum GridEdge {
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages describe the fields")]
 pub enum KernelError {
     #[error(transparent)]
     Setting(#[from] OutOfRange),

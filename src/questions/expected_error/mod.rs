@@ -14,7 +14,6 @@ pub(crate) mod rule;
 pub(crate) mod shown;
 
 pub(crate) use limits_shown::limits_table;
-pub use rule::{Evidence, HeldOutErrors};
 #[cfg(feature = "gui")]
 pub(crate) use shown::expected_error_column;
 pub(crate) use shown::expected_error_table;

@@ -69,8 +69,9 @@ impl Comparison {
             let name = candidate.regressor.label();
             match outcome {
                 Some(Ok(model)) => {
-                    let row = Tried::new(name, candidate.history(), model.clone(), Vec::new());
-                    best.tried.push(Tried { at, data: candidate.pattern(), ..row });
+                    let mut row = Tried::new(name, candidate.history(), model.clone(), Vec::new());
+                    (row.at, row.data) = (at, candidate.pattern());
+                    best.tried.push(row);
                 }
                 Some(Err(error)) => {
                     let name = format!("{name}, {}", candidate.history());

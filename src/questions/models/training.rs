@@ -16,6 +16,7 @@ use crate::scoring::part_squares::PartSquares;
 pub struct Scored {
     pub calibration: Calibration,
     /// Residuals of the fits without each part; `None` without cross-validation.
+    #[cfg_attr(not(test), expect(dead_code, reason = "tests compare the parts"))]
     pub left_out: Option<PartSquares>,
 }
 
