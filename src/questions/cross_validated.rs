@@ -267,7 +267,7 @@ mod tests {
     use super::*;
     use crate::calibration::{Regressor, RidgeChoice};
     use crate::features::{Blocks, FeatureSettings, Polynomial, Thresholds};
-    use crate::questions::models::training::train_and_score;
+    use crate::questions::models::training::{Scored, train_and_score};
     use crate::random::Random;
     use crate::recording::RecordingSet;
     use crate::recording::{Axis, Recording, Source};
@@ -322,7 +322,7 @@ mod tests {
         recordings: &[Arc<Recording>],
         tested: Option<usize>,
         settings: &FitSettings,
-    ) -> crate::questions::Scored {
+    ) -> Scored {
         let mut set = RecordingSet::default();
         for (at, recording) in recordings.iter().enumerate() {
             let mut entry = Entry::with_default_role((**recording).clone());

@@ -358,6 +358,10 @@ mod tests {
             }
             let found = words(&recording(gauges, loads.clone()));
             assert_eq!(found, [format!("{stuck} stuck (S1)")]);
+            if stuck > 600 {
+                // A load that stands still for most of the time is one that is set.
+                continue;
+            }
             let (gauges, _) = sensor(None);
             for k in 100..100 + stuck {
                 loads[2 * k] = loads[200];

@@ -926,7 +926,7 @@ fn models_are_found_sorted_brought_back_and_saved() {
     let other = rows.iter().find(|row| row.name != "Conventional").expect("a candidate");
     click(&mut window, Role::Button, &other.name);
     let settings = state(&window).project().settings.clone();
-    assert_eq!(settings.features, other.settings.features);
+    assert_eq!(settings.features, other.model.settings.features);
     click(&mut window, Role::Button, "Keep this model");
     assert!(has(&window, "Kept 1"));
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);

@@ -16,8 +16,10 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
-/// Maximum ratio of a fit's error with the dwells of a load to the error without, for a load that is set and not stuck.
-const SET: f64 = 4.0;
+/// Maximum deviation from the expected value of a sample that is no outlier, as a share of the channel's span.
+const NEAR: f64 = 0.1;
+/// Number of fits of the expected value, each without the outliers of the one before.
+const FITS: usize = 3;
 /// Smallest jump, relative to the usual step and to the range.
 const JUMP: (f64, f64) = (30.0, 0.05);
 /// Smallest share of a real jump that the other channels show.
@@ -119,8 +121,6 @@ pub(super) struct Expected {
     constant: f64,
     /// Standard deviation of the fit, robust against outliers.
     sigma: f64,
-    /// True if the channel is a reference that is set to loads: one line explains all samples, including the dwells.
-    is_set: bool,
 }
 
 impl Expected {
@@ -136,8 +136,9 @@ impl Expected {
             !own.piles_up.contains(&value) && !is_flat(*k)
         };
         let fewest = 2 * (by.len() + 1);
-        // Samples that may be clipped or stuck would distort the line.
-        let mut samples: Vec<usize> = all().filter(is_inside).collect();
+        // Samples that may be clipped or stuck would distort the line. A load that is set in steps stands still most of the time.
+        let is_load = matches!(own.channel, Channel::Load(_));
+        let mut samples: Vec<usize> = all().filter(|k| is_load || is_inside(k)).collect();
         if samples.len() < fewest {
             samples = all().collect();
         }
@@ -153,27 +154,19 @@ impl Expected {
                 (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
             })
             .collect();
-        let mut found = Self::fitted(recording, own.channel, &scaled, samples, 3)?;
-        if matches!(own.channel, Channel::Load(_)) {
-            let whole = Self::fitted(recording, own.channel, &scaled, all().collect(), 1)?;
-            let off = |k: usize| own.channel.of(recording, k) - whole.at(recording, k);
-            let squares: f64 = all().map(|k| off(k).powi(2)).sum();
-            found.is_set = (squares / all().len() as f64).sqrt() <= SET * found.sigma;
-        }
-        Some(found)
+        Self::fitted(recording, own, &scaled, samples)
     }
 
     /// Fits by least squares several times, each time without the outliers of the previous fit.
     fn fitted(
         recording: &Recording,
-        channel: Channel,
+        own: &Own,
         scaled: &[(Channel, f64, f64)],
         mut samples: Vec<usize>,
-        rounds: usize,
     ) -> Option<Self> {
-        let value = |k: usize| channel.of(recording, k);
+        let value = |k: usize| own.channel.of(recording, k);
         let mut found = None;
-        for _ in 0..rounds {
+        for _ in 0..FITS {
             let n = samples.len();
             let mean = samples.iter().map(|k| value(*k)).sum::<f64>() / n as f64;
             let ridge = (scaled.len(), 1e-4 * (n as f64).sqrt());
@@ -192,12 +185,14 @@ impl Expected {
                     .collect(),
                 constant: mean + solved[scaled.len()],
                 sigma: 0.0,
-                is_set: false,
             };
             let off = |k: &usize| (value(*k) - expected.at(recording, *k)).abs();
             let sigma = 1.4826 * median(samples.iter().map(off))?;
-            let near: Vec<usize> =
-                (samples.iter().copied()).filter(|k| off(k) <= 4.0 * sigma).collect();
+            // While a load stands still its error is small, and its hysteresis elsewhere is no outlier.
+            let farthest = (4.0 * sigma).max(NEAR * own.span);
+            let near: Vec<usize> = samples.iter().copied().filter(|k| off(k) <= farthest).collect();
+            let squares: f64 = near.iter().map(|k| off(k).powi(2)).sum();
+            let sigma = sigma.max((squares / near.len().max(1) as f64).sqrt());
             expected.sigma = sigma;
             let is_finite = expected.by.iter().all(|(_, _, factor)| factor.is_finite());
             found = Some(expected).filter(|_| is_finite && sigma.is_finite());
@@ -307,9 +302,8 @@ impl Watched<'_> {
 
     /// Finds intervals in which the channel repeats one value although it should move or have another value.
     pub fn stuck(&self, found: &mut Vec<Fault>) {
-        let is_set = self.expected.is_some_and(|expected| expected.is_set);
         for run in &self.own.flat {
-            if is_set || is_known(found, run) {
+            if is_known(found, run) {
                 continue;
             }
             if !self.recording.is_static() && self.is_elsewhere(run) {
@@ -347,6 +341,13 @@ impl Watched<'_> {
         let Own { step, span, resolution, .. } = self.own;
         let certain = if self.expected.is_some() { 1.0 } else { 2.0 };
         let resolution = if *span > 0.0 { 4.0 * resolution } else { 0.0 };
+        // Noise of the other channels must not hide that they jump, too.
+        let expected_step = self.expected.and_then(|expected| {
+            let at = |k: usize| expected.at(self.recording, k);
+            let steps = looked_at(self.n()).filter(|k| *k > 0);
+            median(steps.map(|k| (at(k) - at(k - 1)).abs()))
+        });
+        let step = step.max(expected_step.unwrap_or(0.0));
         let least = certain * (JUMP.0 * step).max(JUMP.1 * span).max(resolution);
         let mut away: Vec<(Range<usize>, bool)> = Vec::new();
         let mut k = 1;

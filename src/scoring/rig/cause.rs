@@ -111,6 +111,8 @@ struct Refit<'a> {
     parameters: f64,
     values: Vec<f64>,
     error: f64,
+    /// Held-out error with other zeros alone, if the correction has other zeros, too.
+    with_zeros: f64,
     /// Probabilities of chance, by the scatter of units and of runs.
     chances: [f64; 2],
 }
@@ -149,7 +151,7 @@ impl Rig {
         let refits: Vec<Refit<'_>> = refits.collect();
         let is_found = |own: &&Refit<'_>| {
             let n_places = if own.trial.place == Where::All { 1 } else { places.len() };
-            matters(with, own.error)
+            matters(with.min(own.with_zeros), own.error)
                 && (self.n_runs() > 1 || own.error < MATTERS_ALONE * with)
                 && self.is_shift(own)
                 && own.chances[0] < BY_CHANCE / trials.len() as f64
@@ -257,14 +259,15 @@ impl Rig {
         }
     }
 
-    /// Returns the possible kinds of zeros. If a zero is larger than the range of its gauge, a tare looks like a scaled zero.
+    /// Returns the possible kinds of zeros. If the only gauge has a zero larger than its range, a tare looks like a scaled zero.
     fn zeros_of(&self, cause: &Cause) -> Vec<Zeros> {
-        let gauges = self.gauges_of(cause);
-        let is_large = |gauge: &usize| self.offset(*gauge).abs() > self.spans[*gauge];
+        let is_ambiguous = self.shape.n_gauges == 1 && self.offset(0).abs() > self.spans[0];
         match cause {
             own if own.is_exchange() => vec![Zeros::Free],
-            _ if gauges.is_empty() || gauges.iter().any(is_large) => vec![Zeros::Kept, Zeros::Free],
-            _ => vec![Zeros::Kept, Zeros::Free, Zeros::Scaled],
+            Cause::Gauge(_) | Cause::AllGauges if !is_ambiguous => {
+                vec![Zeros::Kept, Zeros::Free, Zeros::Scaled]
+            }
+            _ => vec![Zeros::Kept, Zeros::Free],
         }
     }
 
@@ -386,6 +389,7 @@ impl Rig {
             parameters: shape.axes.len() as f64,
             values: loads_of(&back, &fit.drift),
             error: self.error(&units),
+            with_zeros: f64::INFINITY,
             chances: self.chances(self.units.iter().map(zeros).collect(), weights, x),
         }
     }
@@ -457,6 +461,15 @@ impl Rig {
         let (values, weights) = shown.iter().zip(is_here).map(of_unit).unzip();
         let is_before = self.corrected(*place).1;
         let n_zeros = if zeros == Zeros::Free && steps > 0 { shape.axes.len() } else { 0 };
+        // Zeros that differ are a tare: the gain must explain more than they do.
+        let with_zeros = match n_zeros {
+            0 => f64::INFINITY,
+            _ => {
+                let is_here = is_here.clone();
+                self.refit_zeros(&Trial { place: *place, is_here, cause: Cause::Tare, gain: 0.0 })
+                    .error
+            }
+        };
         let own_parameters = if *cause == Cause::Rotation { angles.len() } else { steps.min(1) };
         let turned = angles.iter().map(|own| own * own).sum::<f64>().sqrt();
         Some(Refit {
@@ -468,6 +481,7 @@ impl Rig {
                 _ => vec![factor],
             },
             error: self.error(&units),
+            with_zeros,
             chances: self.chances(
                 values,
                 weights,
@@ -553,7 +567,9 @@ impl Rig {
             return None;
         }
         let error = |run: usize| fits::mean_error(errors, &self.units, |own| own == run);
+        let noisiest = (0..n).find(|run| self.noisier(*run).is_some());
         let worst = (0..n).max_by(|a, b| error(*a).total_cmp(&error(*b)))?;
+        let worst = noisiest.unwrap_or(worst);
         let noisy = self.noisier(worst);
         let without = self.error_without(worst);
         let is_odd = || {
