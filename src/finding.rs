@@ -307,7 +307,6 @@ pub enum Id {
     WorseOnTest,
     NoBetterThanMean,
     LargerLeftOut,
-    FewDirections,
     MovesTogether,
     NotReached,
     LinearOnly,
@@ -565,11 +564,6 @@ impl Id {
             ),
             Self::NoBetterThanMean => ("error", "no better than predicting the mean", &[]),
             Self::LargerLeftOut => ("error_ratio", "", &[]),
-            Self::FewDirections => (
-                "correlation",
-                "these loads do not determine the matrix in the other directions; load each of these axes without the other",
-                &[],
-            ),
             Self::MovesTogether => (
                 "correlation",
                 "the effects of the two axes on the gauges are hard to separate; load one axis without the other, \

@@ -3,7 +3,6 @@
 use crate::finding::{Finding, Id, Verdict};
 use crate::questions::check::independent_loads::{AxisReach, Sufficiency};
 use crate::questions::check::load_count::LoadCount;
-use crate::scoring::load_spread::LoadSpread;
 use crate::scoring::numbers::{percent, significant};
 use crate::shown::counted;
 
@@ -16,6 +15,8 @@ const ERROR_MATTERS: f64 = 0.01;
 const NO_BETTER: f64 = 0.9;
 /// Minimum ratio of a load's variance to the part that does not follow from the other axes, for axes that move together.
 const INFLATION: f64 = 5.0;
+/// The same for axes that the loads do not separate: two axes with a correlation of 0.999.
+const SAME: f64 = 500.0;
 /// Share of a rated load that the training loads have to reach.
 const REACHED: f64 = 0.8;
 /// Share of the larger side below which the other side of an axis counts as not loaded.
@@ -25,7 +26,7 @@ use Verdict::{Doubtful, Enough, Insufficient};
 
 impl Sufficiency {
     /// Adds the findings that follow from its figures, puts all in order, and sets the verdict.
-    pub fn judged(mut self, spread: &LoadSpread, cross_validation: Option<&str>) -> Self {
+    pub fn judged(mut self, cross_validation: Option<&str>) -> Self {
         let count = LoadCount {
             cases: self.load_cases,
             coefficients: self.coefficients,
@@ -45,7 +46,7 @@ impl Sufficiency {
         found.extend(cross_validation.and_then(|by| self.larger_left_out(by)));
         found.extend(self.axes.iter().filter_map(AxisReach::one_sided));
         found.extend(self.axes.iter().filter_map(AxisReach::not_reached));
-        found.extend(self.few_directions(spread).or_else(|| self.move_together()));
+        found.extend(self.move_together());
         self.verdict = found.iter().map(|own| own.severity).max().unwrap_or(Enough);
         self.reasons = Finding::ordered(found);
         self
@@ -98,22 +99,6 @@ impl Sufficiency {
         Some(found.costing(error / own.full_scale))
     }
 
-    /// Returns the finding that the loads move in fewer directions than there are axes.
-    fn few_directions(&self, spread: &LoadSpread) -> Option<Finding> {
-        let (n_moving, n) = (spread.n_moving(), spread.n_directions);
-        let (direction, deviation) = spread.stiffest.as_ref().filter(|_| n < n_moving)?;
-        let terms = direction.iter().zip(&self.axes).filter(|(part, _)| part.abs() > 0.2);
-        let terms: Vec<String> =
-            terms.map(|(part, own)| format!("{part:+.2} {}", own.axis.symbol())).collect();
-        let seen = format!("the loads of {n_moving} axes move in {n} independent directions only");
-        let figures = format!(
-            "along {}, each axis in its standard deviations, by {} of what an axis does",
-            terms.join(" "),
-            percent(*deviation),
-        );
-        Some(Finding::new(Id::FewDirections, Insufficient, seen).with(figures))
-    }
-
     /// Returns the finding of axes whose loads mostly follow from those of the others.
     fn move_together(&self) -> Option<Finding> {
         let tied = |own: &&AxisReach| own.inflation.is_some_and(|own| own >= INFLATION);
@@ -126,7 +111,9 @@ impl Sufficiency {
             })
             .unzip();
         let seen = format!("{} follow from the loads on other axes", symbols.join(", "));
-        let found = Finding::new(Id::MovesTogether, Doubtful, seen).with(figures.join("; "));
+        let is_same = tied.iter().any(|own| own.inflation >= Some(SAME));
+        let severity = if is_same { Insufficient } else { Doubtful };
+        let found = Finding::new(Id::MovesTogether, severity, seen).with(figures.join("; "));
         (!symbols.is_empty()).then_some(found)
     }
 }

@@ -175,7 +175,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         holds_for: shown_for(&axes, training.len(), how.as_deref(), &not_covered),
         axes,
     };
-    Ok(found.judged(&spread, how.as_deref()))
+    Ok(found.judged(how.as_deref()))
 }
 
 /// Returns the faulty channels of each training recording in words, and the share of faulty samples.
@@ -600,7 +600,7 @@ mod tests {
             &|k| [1.0, 2.0, -0.5].map(|slope| slope * load(k) + 0.01 * noise(k, 1)),
             &|k| [load(k), 0.1 * load(k)],
         );
-        assert_eq!(worst(&hung), [Id::FewDirections], "{:#?}", hung.reasons);
+        assert_eq!(worst(&hung), [Id::MovesTogether], "{:#?}", hung.reasons);
         assert_eq!(hung.axes[0].moves_with, Some((Axis::My, 1.0)));
         let dead = one(300, &|k| [load(k), 5.0, load(k)], &|k| [load(k), load(k + 40)]);
         for found in [&zero, &single, &unlike, &hung, &dead] {

@@ -45,6 +45,8 @@ pub(super) struct Own {
     pub span: f64,
     /// Median step from sample to sample.
     pub step: f64,
+    /// Median deviation of three successive samples from a line.
+    noise: f64,
     /// Smallest step that is not zero.
     pub resolution: f64,
     /// Extremes that are much more frequent than their neighbours, so that the logger may end there.
@@ -80,6 +82,10 @@ impl Own {
         let mut values: Vec<f64> = looked_at.clone().map(value).collect();
         let [low_share, high_share] =
             [0.02, 0.98].map(|share| quantile(&mut values, share).unwrap_or(0.0));
+        let bends = looked_at.clone().filter(|k| k + 2 < n);
+        let noise = median(
+            bends.map(|k| (value(k) - 2.0 * value(k + 1) + value(k + 2)).abs() / 6_f64.sqrt()),
+        );
         let steps = looked_at.filter(|k| *k > 0);
         let steps = median(steps.map(|k| (value(k) - value(k - 1)).abs()));
         let piles_up = |extreme: &f64, inward: f64| {
@@ -104,6 +110,7 @@ impl Own {
             flat,
             span: high_share - low_share,
             step: steps.unwrap_or(0.0),
+            noise: noise.unwrap_or(0.0),
             resolution,
         }
     }
@@ -284,7 +291,7 @@ impl Watched<'_> {
     /// Returns true if the logger ends at an extreme: the value is repeated exactly, and the channel should move there,
     /// mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
-        let Own { resolution, span, .. } = self.own;
+        let Own { resolution, span, noise, .. } = self.own;
         if !self.own.piles_up.contains(&extreme) {
             return false;
         }
@@ -297,7 +304,9 @@ impl Watched<'_> {
         let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
-        is_farther && spread > (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span))
+        let moves = (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span));
+        // Noise of several steps never repeats a value exactly.
+        is_farther && (spread > moves || *noise > 3.0 * resolution)
     }
 
     /// Finds intervals in which the channel repeats one value although it should move or have another value.
