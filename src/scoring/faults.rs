@@ -358,8 +358,8 @@ mod tests {
             }
             let found = words(&recording(gauges, loads.clone()));
             assert_eq!(found, [format!("{stuck} stuck (S1)")]);
-            if stuck > 600 {
-                // A load that stands still for most of the time is one that is set.
+            if stuck > 200 {
+                // A load that stands still for longer may be held, as on a bench.
                 continue;
             }
             let (gauges, _) = sensor(None);
