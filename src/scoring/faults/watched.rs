@@ -16,6 +16,9 @@ const MOVES: (f64, f64) = (0.1, 6.0);
 const STUCK_SAMPLES: usize = 10;
 /// Minimum number of equal values in a row for load cases, which all differ.
 const STUCK_CASES: usize = 4;
+/// Minimum number of samples at the exact extreme of a channel with noise of more than three steps. One more repeats it with a
+/// chance of about a tenth, so a channel without a limit does so once in a hundred thousand times.
+const REPEATS: usize = 6;
 /// Maximum deviation from the expected value of a sample that is no outlier, as a share of the channel's span.
 const NEAR: f64 = 0.1;
 /// Number of fits of the expected value, each without the outliers of the one before.
@@ -305,8 +308,8 @@ impl Watched<'_> {
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
         let moves = (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span));
-        // Noise of several steps never repeats a value exactly.
-        is_farther && (spread > moves || *noise > 3.0 * resolution)
+        let repeats_in_noise = at.len() >= REPEATS && *noise > 3.0 * resolution;
+        is_farther && (spread > moves || repeats_in_noise)
     }
 
     /// Finds intervals in which the channel repeats one value although it should move or have another value.
